@@ -7,8 +7,8 @@
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
-@group(0) @binding(3) var<storage, read> placements: array<GridPose>;
-@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(3) var<storage, read> placements: array<array<vec4<i32>, PLACEMENT_WORDS / 4u>>;
+@group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read> pyramid: array<u32>;
 @group(0) @binding(7) var<storage, read> undecided: array<u32>;
@@ -100,16 +100,27 @@ fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRec
     return bits;
 }
 
+// Where a sensor is believed to be: the first words of its placement, looked up four at a time.
+fn place_of(row: u32) -> GridFrame {
+    let a = placements[row][0];
+    let b = placements[row][1];
+    let c = placements[row][2];
+    let x = array<i32, 3>(a.w, b.x, b.y);
+    let y = array<i32, 3>(b.z, b.w, c.x);
+    let z = array<i32, 3>(c.y, c.z, c.w);
+    return GridFrame(array<i32, 3>(a.x, a.y, a.z), array<array<i32, 3>, 3>(x, y, z));
+}
+
 // Looks at a column of each tile of the pixels that may see a voxel.
 fn scan(word: u32, team: u32, column: u32) {
     let box = undecided[part.first + (word >> 9u) + 1u];
     let row = box >> BOX_BITS;
-    let placement = placements[row];
     let at = box_corner(box) + vec3<u32>(word & 7u, (word >> 3u) & 7u, (word >> 6u) & 7u);
     let voxel = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
-    let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
+    let place = place_of(row);
+    let own = vec3_of(place.origin_q16) >> vec3<u32>(16u);
     let away = away(own, voxel, 1).x;
-    let projection = projection_of(placement.believed);
+    let projection = projection_of(place);
     let pixel_rect = pixel_rect(projection, voxel, 1);
     let low = vec3<f32>(voxel) - projection.origin;
     let grown = 0.01 + deviation(dot(abs(low), vec3<f32>(1.0)) + 3.0);
@@ -146,7 +157,7 @@ fn scan(word: u32, team: u32, column: u32) {
                 break;
             }
             let pixel = u32(v + i32(firstTrailingBit(bits))) * table.image_x + u32(u);
-            is_witness = sees(placement.believed, dirs_q15[pixel], voxel - own);
+            is_witness = sees(place, dirs[pixel], voxel - own);
             bits &= bits - 1u;
         }
         loop_ended(opaque(bits) == 0u || opaque(u32(is_witness)) != 0u);
@@ -162,7 +173,7 @@ fn scan(word: u32, team: u32, column: u32) {
     }
     loop_ended(opaque(u32(known)) != 0u || opaque(next.y) > last.y);
     if is_witness {
-        let plane = placement.slot * setup.window_words;
+        let plane = u32(placements[row][6].z) * setup.window_words;
         let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
         atomicOr(&free[plane + in_row], 1u << (at.x & 31u));
     }

@@ -15,7 +15,7 @@
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
-@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 // What `see_tiles` wrote, if rays go by tiles.
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
@@ -100,7 +100,7 @@ fn main(
                     word = ends[row * table.ends_stride + ray];
                 }
                 let voxels = freed(unpacked(word), table.no_return_is_free != 0u);
-                mark_freed(placement.slot, launch(placement.believed, dirs_q15[ray]), voxels);
+                mark_freed(placement.slot, launch(placement.believed, dirs[ray]), voxels);
             }
             turn += 1u;
             if turn >= run.count {

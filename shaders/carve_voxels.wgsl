@@ -16,7 +16,7 @@
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
-@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
 @group(0) @binding(6) var<storage, read> pyramid: array<u32>;
 @group(0) @binding(7) var<storage, read> undecided: array<u32>;
@@ -94,7 +94,7 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: Pixel
             let pixel = vec2<i32>(block * 2u + vec2<u32>(bit & 1u, bit >> 1u));
             found = all(abs(pixel - pixel_rect.centre) <= vec2<i32>(pixel_rect.beside));
             if !found {
-                found = sees(placement.believed, dirs_q15[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
+                found = sees(placement.believed, dirs[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
             }
             bits &= bits - 1u;
         }

@@ -5,7 +5,7 @@
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
-@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> noise: array<i32>;
 @group(0) @binding(6) var<storage, read> layer: array<u32>;
 @group(0) @binding(7) var<storage, read> first_hits: array<u32>;
@@ -112,11 +112,12 @@ fn clear_q16(begin: March) -> u32 {
 }
 
 fn cast_ray(placement: GridPose, row: u32, ray: u32) {
-    let begin = launch(placement.believed, dirs_q15[ray]);
+    let dir = dirs[ray];
+    let begin = launch(placement.believed, dir);
     let is_off = placement.is_off != 0u;
     var sent = begin;
     if is_off {
-        sent = launch(placement.truly, dirs_q15[ray]);
+        sent = launch(placement.truly, dir);
     }
     var last_q16 = table.range_max_q16;
     var found = NO_HIT;

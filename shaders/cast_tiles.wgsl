@@ -19,7 +19,7 @@
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
-@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> layer: array<u32>;
 // What `see_tiles` wrote.
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
@@ -57,7 +57,7 @@ fn pixel_index(pixel: vec2<u32>) -> u32 {
 }
 
 fn dir_of(pixel: vec2<u32>) -> vec3<f32> {
-    return vec3<f32>(vec3_of(dirs_q15[pixel_index(pixel)])) / 32768.0;
+    return vec3<f32>(dir_q15(dirs[pixel_index(pixel)])) / 32768.0;
 }
 
 // The cone of a tile from a placement: the rays of its corners are the farthest apart.

@@ -109,8 +109,8 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
 }
 
 // Whether a pixel's ray visits the voxel so many voxels from the sensor's voxel, were nothing in its way.
-fn sees(place: GridFrame, dir_q15: array<i32, 3>, offset: vec3<i32>) -> bool {
-    let begin = launch(place, dir_q15);
+fn sees(place: GridFrame, dir: vec2<u32>, offset: vec3<i32>) -> bool {
+    let begin = launch(place, dir);
     let towards = all((offset == vec3<i32>()) | (sign(offset) == begin.step));
     return towards && visits(begin.next_q16, begin.period_q16, vec3<u32>(abs(offset)));
 }

@@ -10,7 +10,7 @@
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
-@group(0) @binding(4) var<storage, read> dirs_q15: array<array<i32, 3>>;
+@group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> layer: array<u32>;
 @group(0) @binding(6) var<storage, read_write> first_hits: array<u32>;
 @group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
@@ -28,7 +28,7 @@ fn main(
     let ray = part.first + id.x;
     // No early return: `report` must see every invocation of the group.
     if ray < part.end {
-        let begin = launch(placement.truly, dirs_q15[ray]);
+        let begin = launch(placement.truly, dirs[ray]);
         first_hits[placement.first_hits * setup.first_hits_stride + ray] = first_hit(begin, table.range_max_q16);
     }
     report(STATIC_HITS, local);

@@ -92,6 +92,13 @@ struct GridPose {
     first_hits: u32,
 }
 
+// A ray's direction, from the two words in which tables have it (`dir_words`): 17 bits of x, the low 15 of z; 17 bits of y,
+// the other two of z in the lowest place.
+fn dir_q15(dir: vec2<u32>) -> vec3<i32> {
+    let words = bitcast<vec2<i32>>(dir);
+    return vec3<i32>(words >> vec2<u32>(15u), ((words.y << 30u) >> 15u) | (words.x & 0x7fff));
+}
+
 // What is fused: readings from `first` to `end`, exclusive.
 struct Job {
     first: u32,

@@ -4,6 +4,7 @@
 mod common;
 
 use common::Random;
+use perirobot::backend::gpu::types::dir_words;
 use perirobot::backend::gpu::{GpuDevice, WORKGROUP, evaluate, open, shader_prelude};
 use perirobot::march::{self, BLIND, End, LEFT, March, NEVER, NOTHING, RETURN, leap};
 
@@ -273,16 +274,16 @@ const TWINS: [Twin; 24] = [
     },
     Twin {
         name: "launch",
-        inputs: 15,
+        inputs: 17,
         outputs: 12,
         wgsl: "let axes = array<array<i32, 3>, 3>(
                    array<i32, 3>(sin(3u), sin(4u), sin(5u)), array<i32, 3>(sin(6u), sin(7u), sin(8u)),
                    array<i32, 3>(sin(9u), sin(10u), sin(11u)));
                let place = GridFrame(array<i32, 3>(sin(0u), sin(1u), sin(2u)), axes);
-               out_march(launch(place, array<i32, 3>(sin(12u), sin(13u), sin(14u))));",
+               out_march(launch(place, vec2<u32>(in(12u), in(13u))));",
         rust: |w| {
             let axis_q15 = [3, 6, 9].map(|row| signed(&w[row..]));
-            march_words(march::launch(signed(w), axis_q15, signed(&w[12..])))
+            march_words(march::launch(signed(w), axis_q15, signed(&w[14..])))
         },
     },
 ];
@@ -395,7 +396,11 @@ fn cases(name: &str, random: &mut Random) -> Vec<u32> {
         "launch" => {
             for _ in 0..4000 {
                 out.extend((0..3).map(|_| random.below(1023 << 16)));
-                (0..4).for_each(|_| out.extend(unit(random)));
+                (0..3).for_each(|_| out.extend(unit(random)));
+                // The direction as the device gets it, then as Rust does.
+                let dir = unit(random);
+                out.extend(dir_words(signed(&dir)));
+                out.extend(dir);
             }
         }
         _ => read_cases(name, random, &mut out),
@@ -608,6 +613,26 @@ fn every_function_equals_its_twin() {
     for twin in TWINS.iter() {
         check(&device, twin, &cases(twin.name, &mut Random(1)));
     }
+}
+
+#[test]
+fn a_direction_comes_back_from_its_words() {
+    let Some(choice) = common::adapter() else { return };
+    let device = open(&choice).unwrap_or_else(|e| panic!("{e}"));
+    let twin = Twin {
+        name: "dir_q15",
+        inputs: 5,
+        outputs: 3,
+        wgsl: "let d = dir_q15(vec2<u32>(in(0u), in(1u))); sout(0u, d.x); sout(1u, d.y); sout(2u, d.z);",
+        rust: |w| w[2..].to_vec(),
+    };
+    let edges = [-32_768, -32_767, -16_385, -16_384, -1, 0, 1, 16_383, 16_384, 32_767, 32_768];
+    let mut cases = Vec::new();
+    for dir in (0..edges.len().pow(3)).map(|i| [i % 11, i / 11 % 11, i / 121].map(|k| edges[k])) {
+        cases.extend(dir_words(dir));
+        cases.extend(dir.map(|c| c as u32));
+    }
+    check(&device, &twin, &cases);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::device::{GpuDevice, GrowingBuffer};
 use super::plan::{SceneSizes, TableSizes};
-use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords};
+use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
 use crate::backend::body_words::BodyWords;
 use crate::backend::{OverTime, Rays, Reading, Slot, VoxelScene};
 use crate::voxel::{BitGrid, Bricks, Window};
@@ -15,7 +15,8 @@ pub(super) struct DeviceTable {
     pub(super) sizes: TableSizes,
     /// The uniform [`TableWords`].
     pub(super) words: wgpu::Buffer,
-    pub(super) dirs_q15: wgpu::Buffer,
+    /// Two words a ray.
+    pub(super) dirs: wgpu::Buffer,
     /// Both tables of the noise, one after the other.
     pub(super) noise: wgpu::Buffer,
 }
@@ -30,7 +31,7 @@ impl DeviceTable {
         Ok(DeviceTable {
             sizes,
             words: GrowingBuffer::uniform("table").filled(device, &[words]),
-            dirs_q15: device.upload("dirs_q15", &rays.dirs_q15),
+            dirs: device.upload("dirs", &rays.dirs_q15.iter().copied().map(dir_words).collect::<Vec<_>>()),
             noise: device.upload("noise", &noise),
         })
     }

@@ -51,7 +51,7 @@ impl Gpu {
         let first_hits = kept.buffer(&queue.device);
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts, &table.words];
-        let rays = [&placements, &table.dirs_q15];
+        let rays = [&placements, &table.dirs];
         let bind = |stage, storage: &[&[&wgpu::Buffer]]| queue.bind(stage, &uniforms, &storage.concat());
         let layer = others.unwrap_or(&loaded.blockers);
         let cast = [&table.noise, layer, &first_hits, &ends, &loaded.ended];
@@ -129,8 +129,7 @@ impl Gpu {
         let placements = room.placements.filled(&queue.device, &new);
         let (first_hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));
         let uniforms = [&loaded.setup, &parts, &table.words];
-        let bound =
-            queue.bind(Stage::StaticHits, &uniforms, &[&placements, &table.dirs_q15, still, &first_hits]);
+        let bound = queue.bind(Stage::StaticHits, &uniforms, &[&placements, &table.dirs, still, &first_hits]);
         queue.run(queue.device.encoder(), &dispatches, None, |_| &bound);
         Ok(())
     }

@@ -204,6 +204,15 @@ impl From<&Shot> for PlacementWords {
     }
 }
 
+/// A ray's direction as tables have it on the device, where `dir_q15` of `shaders/types.wgsl` reads it. Each component needs 17
+/// bits, since it reaches 32768.
+///
+/// Software adapters look words up for one invocation after the other, and two that lie together at once: three words of a
+/// direction would take them three times as long.
+pub fn dir_words([x, y, z]: [i32; 3]) -> [u32; 2] {
+    [(x << 15 | z & 0x7fff) as u32, (y << 15 | z >> 15 & 3) as u32]
+}
+
 /// The twin of `Job` in `shaders/types.wgsl`: which readings are fused, and how.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]

@@ -35,7 +35,7 @@ impl TableSizes {
     /// The sizes of a table, if the adapter can bind it.
     pub(in crate::backend::gpu) fn of(rays: &Rays, adapter: &AdapterReport) -> Result<Self> {
         let count = rays.dirs_q15.len() as u64;
-        fits(adapter, "the sensor's table of rays takes", count * 12, "fewer rays")?;
+        fits(adapter, "the sensor's table of rays takes", count * 8, "fewer rays")?;
         // A noisy return may be read behind its blocker, and behind the range.
         let noise = rays.noise.farthest_q16();
         let range = (rays.gates.range_max_q16 >> 16).min(MAX_RANGE_VOXELS);

@@ -282,8 +282,8 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     assert!(sizes(12_800).is_ok(), "exactly as large as a binding");
     let refused = sizes(12_799).unwrap_err().to_string();
     assert!(refused.contains("the grid takes 12800 bytes"), "{refused}");
-    assert!(TableSizes::of(&rays(213), &adapter(2560, true)).is_ok());
-    let refused = TableSizes::of(&rays(214), &adapter(2560, true)).unwrap_err().to_string();
+    assert!(TableSizes::of(&rays(320), &adapter(2560, true)).is_ok());
+    let refused = TableSizes::of(&rays(321), &adapter(2560, true)).unwrap_err().to_string();
     assert!(refused.contains("rays takes 2568 bytes") && refused.contains("at most 2560"), "{refused}");
 }
 
