@@ -11,7 +11,7 @@
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
-@group(0) @binding(4) var<storage, read> pyramid: array<u32>;
+@group(0) @binding(4) var<storage, read> pyramid: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> boxes: array<u32>;
 // How many, and which: the place of a box in `boxes` and its placement in the batch.
 @group(0) @binding(6) var<storage, read_write> undecided: array<atomic<u32>>;

@@ -10,7 +10,7 @@
 @group(0) @binding(3) var<storage, read> placements: array<array<vec4<i32>, PLACEMENT_WORDS / 4u>>;
 @group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
-@group(0) @binding(6) var<storage, read> pyramid: array<u32>;
+@group(0) @binding(6) var<storage, read> pyramid: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read> undecided: array<u32>;
 @group(0) @binding(8) var<storage, read> left: array<u32>;
 @group(0) @binding(9) var<storage, read_write> free: array<atomic<u32>>;

@@ -41,18 +41,17 @@ fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
     let tiles = pyramid_tiles();
     let start = row * pyramid_words(tiles);
     let small = start + level_start(tiles, LEAST_LEVEL);
-    let large = start + level_start(tiles, LEAST_LEVEL + 1u);
-    let columns = tiles.x << (MOST_LEVEL - LEAST_LEVEL);
+    let large = start + level_start(tiles, LEAST_LEVEL + 1u) + block_at(tiles, LEAST_LEVEL + 1u, tile * 2u);
     let turns = select(0u, 4u, apart || whole > 0xffffu);
     var of_all = select(whole, 0xffffu, turns > 0u);
     var i = 0u;
     for (; i < turns; i += 1u) {
-        let at = tile * 2u + vec2<u32>(i & 1u, i >> 1u);
+        let at = (tile * 2u + vec2<u32>(i & 1u, i >> 1u)) * 2u;
+        let four = small + block_at(tiles, LEAST_LEVEL, at);
         var of_four = 0xffffu;
         var k = 0u;
         for (; k < 4u; k += 1u) {
-            let block = at * 2u + vec2<u32>(k & 1u, k >> 1u);
-            let pixel = block * 2u;
+            let pixel = (at + vec2<u32>(k & 1u, k >> 1u)) * 2u;
             var word = whole;
             if apart {
                 word = joined(
@@ -60,11 +59,11 @@ fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
                     joined(of_pixel(row, pixel + vec2<u32>(0u, 1u)), of_pixel(row, pixel + 1u)),
                 );
             }
-            pyramid[small + block.y * columns + block.x] = word;
+            pyramid[four + k] = word;
             of_four = joined(of_four, word);
         }
         loop_ended(opaque(k) >= 4u);
-        pyramid[large + at.y * (columns / 2u) + at.x] = of_four;
+        pyramid[large + i] = of_four;
         of_all = joined(of_all, of_four);
     }
     loop_ended(opaque(i) >= turns);
@@ -101,9 +100,7 @@ fn main(
         workgroupBarrier();
         if inside {
             blocks[local] = word;
-            let columns = tiles.x << (MOST_LEVEL - level);
-            let here = tile * side + at;
-            pyramid[start + level_start(tiles, level) + here.y * columns + here.x] = word;
+            pyramid[start + level_start(tiles, level) + block_at(tiles, level, tile * side + at)] = word;
         }
         workgroupBarrier();
         side /= 2u;

@@ -15,9 +15,11 @@ const FIRST_HIT: &str = include_str!("../../../shaders/first_hit.wgsl");
 const TILES: &str = include_str!("../../../shaders/tiles.wgsl");
 /// Which rays an invocation takes.
 const RUNS: &str = include_str!("../../../shaders/runs.wgsl");
-/// Where boxes are in a camera's image, and what blocks of its pixels free.
+/// Where boxes are in a camera's image.
 const PROJECTION: &str = include_str!("../../../shaders/projection.wgsl");
+/// Where blocks of its pixels are in a pyramid, and what they free.
 const BLOCKS: &str = include_str!("../../../shaders/blocks.wgsl");
+const FREED: &str = include_str!("../../../shaders/freed.wgsl");
 
 /// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the binding
 /// `done`.
@@ -86,11 +88,11 @@ kernels! {
     /// What blocks of a camera's pixels free at least and at most.
     Pyramid = "pyramid", &[BLOCKS, TILES], 1, [Uniform Part Uniform Read Write Write];
     /// Which boxes of voxels are decided by the pyramid alone.
-    CarveBoxes = "carve_boxes", &[PLACEMENT, PROJECTION, BLOCKS], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
+    CarveBoxes = "carve_boxes", &[PLACEMENT, PROJECTION, BLOCKS, FREED], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
     /// The voxels of the boxes that are left.
-    CarveVoxels = "carve_voxels", &[PLACEMENT, PROJECTION, BLOCKS], 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    CarveVoxels = "carve_voxels", &[PLACEMENT, PROJECTION, BLOCKS, FREED], 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// The voxels among those that many pixels may see.
-    CarveCrowded = "carve_crowded", &[PROJECTION, BLOCKS], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
+    CarveCrowded = "carve_crowded", &[PROJECTION, BLOCKS, FREED], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
     /// The voxels that each ray frees, one by one.
     CarveRays = "carve_rays", &[PLACEMENT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Write Write];
     /// The labels from the evidence of several sensors.

@@ -80,7 +80,7 @@ pub(super) const MOST_TURNS: u32 = 4000;
 
 // Besides, for a cube of voxels: its own blocks of the pyramid, its voxels and the blocks of each, those that are
 // open, and its rows.
-const _: () = assert!(LANES * MOST_TURNS + 25 + 9 + 8 * 25 + 9 + 5 <= ALLOWED);
+const _: () = assert!(LANES * MOST_TURNS + 9 + 9 + 8 * 9 + 9 + 5 <= ALLOWED);
 
 /// Teams of a workgroup of `carve_crowded`, of as many invocations as a tile has columns: each decides a voxel.
 pub(super) const TEAMS: u32 = WORKGROUP / TILE;

@@ -77,9 +77,9 @@ impl TableSizes {
         (u64::from(self.tiles()) + 1) * 2 * 4
     }
 
-    /// Largest blocks of pixels of one placement's pyramid.
+    /// Largest blocks of pixels of one placement's pyramid, which come two by two.
     pub(super) fn largest_blocks(&self) -> u32 {
-        self.blocks(*PYRAMID_LEVELS.end())
+        4 * self.blocks(*PYRAMID_LEVELS.end() + 1)
     }
 
     /// Bytes of the pyramid of one placement.
