@@ -9,7 +9,7 @@
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<vec4<i32>, PLACEMENT_WORDS / 4u>>;
 @group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
-@group(0) @binding(5) var<storage, read> ends: array<u32>;
+@group(0) @binding(5) var<storage, read> ends: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> pyramid: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read> undecided: array<u32>;
 @group(0) @binding(8) var<storage, read> left: array<u32>;
@@ -86,17 +86,25 @@ fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRec
     // Some of a pixel for rounding.
     let first_v = max(i32(ceil(min(span.x, tile.y + 1.0) - 0.01)), pixel_rect.first.y);
     let end_v = min(i32(floor(max(span.y, tile.x - 1.0) + 0.01)), pixel_rect.last.y) + 1;
-    var bits = 0u;
-    var at = select(end_v, min(first_v, end_v), inside);
-    for (; at < end_v; at += 1) {
-        var enough = all_do;
-        if !all_do {
-            let end = ends[row * table.ends_stride + u32(at) * table.image_x + u32(u)];
-            enough = freed(unpacked(end), table.no_return_is_free != 0u) > away;
+    let count = u32(max(end_v - first_v, 0));
+    let wanted = select(0u, ((1u << count) - 1u) << u32(max(first_v - v, 0)), inside);
+    var bits = wanted;
+    // Two rows at a time.
+    var left = select(wanted, 0u, all_do);
+    loop {
+        if left == 0u {
+            break;
         }
-        bits |= u32(enough) << u32(at - v);
+        let at = firstTrailingBit(left) & 6u;
+        let words = ends[four_of_block(row, vec2<u32>(u32(u), u32(v) + at) >> vec2<u32>(1u))];
+        let two = select(words.xz, words.yw, (u & 1) != 0);
+        let is_free = table.no_return_is_free != 0u;
+        let enough = vec2<bool>(freed(unpacked(two.x), is_free) > away, freed(unpacked(two.y), is_free) > away);
+        let hidden = select(vec2<u32>(1u, 2u), vec2<u32>(), enough);
+        bits &= ~((hidden.x | hidden.y) << at);
+        left &= ~(3u << at);
     }
-    loop_ended(opaque(u32(at)) >= u32(end_v));
+    loop_ended(opaque(left) == 0u);
     return bits;
 }
 

@@ -72,11 +72,11 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
     loop_ended(!inside || opaque(crossings) >= voxels);
 }
 
-// Whether a tile sees voxels that are near.
+// Whether a tile sees voxels that are near; if all rays are cast, that is not known.
 fn is_wanted(row: u32, tile: u32) -> bool {
     let start = seen_from(row) + near_from();
-    of_tile = ends[word_of_tile(row, tile)];
-    return max(tiles[start], tiles[start + 1u + tile]) != 0u;
+    of_tile = select(ends[word_of_tile(row, tile)], SENT, part.every_ray != 0u);
+    return part.every_ray != 0u || max(tiles[start], tiles[start + 1u + tile]) != 0u;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -97,7 +97,7 @@ fn main(
                 let ray = run.first + turn * run.stride;
                 var word = of_tile;
                 if (of_tile & SENT) != 0u {
-                    word = ends[row * table.ends_stride + ray];
+                    word = ends[word_of_turn(row, run, turn)];
                 }
                 let voxels = freed(unpacked(word), table.no_return_is_free != 0u);
                 mark_freed(placement.slot, launch(placement.believed, dirs[ray]), voxels);

@@ -17,7 +17,7 @@
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
-@group(0) @binding(5) var<storage, read> ends: array<u32>;
+@group(0) @binding(5) var<storage, read> ends: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> pyramid: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read> undecided: array<u32>;
 @group(0) @binding(8) var<storage, read_write> left: array<atomic<u32>>;
@@ -32,15 +32,7 @@ fn enough_of_block(row: u32, block: vec2<u32>, freed_of_block: vec2<u32>, pixel_
     let low = vec2<i32>(block * 2u);
     var voxels = vec4<u32>(freed_of_block.x);
     if freed_of_block.x <= away {
-        let high = min(low + 1, pixel_rect.last);
-        let upper = row * table.ends_stride + u32(low.y) * table.image_x;
-        let lower = row * table.ends_stride + u32(high.y) * table.image_x;
-        let words = vec4<u32>(
-            ends[upper + u32(low.x)],
-            ends[upper + u32(high.x)],
-            ends[lower + u32(low.x)],
-            ends[lower + u32(high.x)],
-        );
+        let words = ends[four_of_block(row, block)];
         let is_free = table.no_return_is_free != 0u;
         voxels = vec4<u32>(
             freed(unpacked(words.x), is_free),
@@ -117,7 +109,7 @@ fn enough_about(row: u32, pixel: vec2<u32>, beside: u32, away: u32) -> bool {
     let freed_of_block = freed_by_block(row, level, pixel >> vec2<u32>(level));
     // A block that is too large decides where its pixels agree; else the one pixel does.
     if wanted < level && freed_of_block.x <= away && freed_of_block.y > away {
-        let word = ends[row * table.ends_stride + pixel.y * table.image_x + pixel.x];
+        let word = ends[four_of_block(row, pixel >> vec2<u32>(1u))][(pixel.y & 1u) * 2u + (pixel.x & 1u)];
         return freed(unpacked(word), table.no_return_is_free != 0u) > away;
     }
     return freed_of_block.y > away;

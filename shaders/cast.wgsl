@@ -111,7 +111,7 @@ fn clear_q16(begin: March) -> u32 {
     return u32(clamp(max(enters.x, max(enters.y, enters.z)) - 1, 0, i32(table.range_max_q16)));
 }
 
-fn cast_ray(placement: GridPose, row: u32, ray: u32) {
+fn cast_ray(placement: GridPose, ray: u32, word: u32) {
     let dir = dirs[ray];
     let begin = launch(placement.believed, dir);
     let is_off = placement.is_off != 0u;
@@ -137,12 +137,12 @@ fn cast_ray(placement: GridPose, row: u32, ray: u32) {
             mark(2u * placement.slot + 1u, finish.hit);
         }
     }
-    ends[row * table.ends_stride + ray] = packed(end);
+    ends[word] = packed(end);
 }
 
 // Whether the rays of a tile are to be cast.
 fn is_wanted(row: u32, tile: u32) -> bool {
-    of_tile = ends[word_of_tile(row, tile)];
+    of_tile = select(ends[word_of_tile(row, tile)], SENT, part.every_ray != 0u);
     return (of_tile & SENT) != 0u;
 }
 
@@ -161,7 +161,7 @@ fn main(
         var turn = 0u;
         loop {
             if turn < run.count {
-                cast_ray(placement, row, run.first + turn * run.stride);
+                cast_ray(placement, run.first + turn * run.stride, word_of_turn(row, run, turn));
             }
             turn += 1u;
             if turn >= run.count {

@@ -8,7 +8,7 @@
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
-@group(0) @binding(3) var<storage, read> ends: array<u32>;
+@group(0) @binding(3) var<storage, read> ends: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> pyramid: array<u32>;
 @group(0) @binding(5) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
@@ -19,12 +19,21 @@ fn joined(a: u32, b: u32) -> u32 {
     return min(a & 0xffffu, b & 0xffffu) | (max(a >> 16u, b >> 16u) << 16u);
 }
 
-// Least and most of a pixel; of one outside the image, what changes nothing.
-fn of_pixel(row: u32, pixel: vec2<u32>) -> u32 {
-    let inside = pixel.x < table.image_x && pixel.y < table.image_y;
-    return of_end(ends[select(0u, row * table.ends_stride + pixel.y * table.image_x + pixel.x, inside)], inside);
+// Least and most of two by two pixels.
+fn of_block(row: u32, block: vec2<u32>) -> u32 {
+    let words = ends[four_of_block(row, block)];
+    let pixel = block * 2u;
+    let left = pixel.x < table.image_x;
+    let right = pixel.x + 1u < table.image_x;
+    let upper = pixel.y < table.image_y;
+    let lower = pixel.y + 1u < table.image_y;
+    return joined(
+        joined(of_end(words.x, left && upper), of_end(words.y, right && upper)),
+        joined(of_end(words.z, left && lower), of_end(words.w, right && lower)),
+    );
 }
 
+// Least and most of a pixel; of one outside the image, what changes nothing.
 fn of_end(word: u32, inside: bool) -> u32 {
     let voxels = freed(unpacked(word), table.no_return_is_free != 0u);
     return select(0xffffu, voxels | (voxels << 16u), inside);
@@ -34,7 +43,8 @@ fn of_end(word: u32, inside: bool) -> u32 {
 fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
     let across = tiles_of_image();
     let inside = all(tile < across);
-    let known = ends[select(0u, word_of_tile(row, tile.y * across.x + tile.x), inside)];
+    let own = select(0u, word_of_tile(row, tile.y * across.x + tile.x), inside);
+    let known = ends[own >> 2u][own & 3u];
     // Whether its pixels are to be looked at one by one.
     let apart = inside && (part.every_ray != 0u || (known & SENT) != 0u);
     let whole = of_end(known, inside);
@@ -51,13 +61,9 @@ fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
         var of_four = 0xffffu;
         var k = 0u;
         for (; k < 4u; k += 1u) {
-            let pixel = (at + vec2<u32>(k & 1u, k >> 1u)) * 2u;
             var word = whole;
             if apart {
-                word = joined(
-                    joined(of_pixel(row, pixel), of_pixel(row, pixel + vec2<u32>(1u, 0u))),
-                    joined(of_pixel(row, pixel + vec2<u32>(0u, 1u)), of_pixel(row, pixel + 1u)),
-                );
+                word = of_block(row, at + vec2<u32>(k & 1u, k >> 1u));
             }
             pyramid[four + k] = word;
             of_four = joined(of_four, word);

@@ -16,20 +16,30 @@ struct Run {
     first: u32,
     stride: u32,
     count: u32,
+    // Where the end of the first is in its placement, if rays go by tiles.
+    place: u32,
 }
 
 // Rays that lie apart: neighbours take neighbouring rays.
 fn run_of(group: u32, local: u32) -> Run {
     let first = min(part.first + group * WORKGROUP * TILE + local / TILE * TILE * TILE + local % TILE, part.end);
-    return Run(first, TILE, min((part.end - first + TILE - 1u) / TILE, TILE));
+    return Run(first, TILE, min((part.end - first + TILE - 1u) / TILE, TILE), 0u);
 }
 
 // An invocation's column of a tile: nothing outside the image.
 fn column_of(tile: u32, local: u32) -> Run {
     let across = tiles_of_image().x;
-    let pixel = vec2<u32>(tile % across, tile / across) * TILE + vec2<u32>(local % TILE, 0u);
+    let column = vec2<u32>(local % TILE, 0u);
+    let pixel = vec2<u32>(tile % across, tile / across) * TILE + column;
     let rows = min(max(table.image_y, pixel.y) - pixel.y, TILE);
-    return Run(pixel.y * table.image_x + pixel.x, table.image_x, select(0u, rows, pixel.x < table.image_x));
+    let place = tile * (TILE * TILE) + place_in_tile(column);
+    return Run(pixel.y * table.image_x + pixel.x, table.image_x, select(0u, rows, pixel.x < table.image_x), place);
+}
+
+// The word of `ends` of a ray of a run.
+fn word_of_turn(row: u32, run: Run, turn: u32) -> u32 {
+    let in_tile = run.place + place_in_tile(vec2<u32>(0u, turn));
+    return row * table.ends_stride + select(run.first + turn * run.stride, in_tile, part.tiles != 0u);
 }
 
 // The next rays of an invocation, or none. There are more as long as `tiles_done` is below `part.tiles`.

@@ -20,11 +20,46 @@ fn reaches(projection: Projection, corner: vec3<i32>, edge: i32) -> u32 {
     return u32(distance + 2.0 * deviation(distance) + 2.0);
 }
 
-fn see(word: u32, reach: u32, near: bool) {
-    atomicMax(&tiles[word], reach);
-    if near {
-        atomicMax(&tiles[word + near_from()], 1u);
+// Marks the tiles of a rectangle of pixels, from a word of `tiles` on; none with 0.
+fn mark(start: u32, first: vec2<i32>, last: vec2<i32>, value: u32) {
+    let size = tiles_of_image();
+    let low = vec2<u32>(first) / TILE;
+    let columns = u32(last.x) / TILE - low.x + 1u;
+    let seeing = select(0u, columns * (u32(last.y) / TILE - low.y + 1u), value > 0u);
+    // A box that so many see is rare, and may be seen by all.
+    let vast = seeing > MOST_SEEING;
+    if vast {
+        atomicMax(&tiles[start], value);
     }
+    let turns = select(seeing, 0u, vast);
+    var i = 0u;
+    for (; i < turns; i += 1u) {
+        let at = low + vec2<u32>(i % columns, i / columns);
+        atomicMax(&tiles[start + 1u + at.y * size.x + at.x], value);
+    }
+    loop_ended(opaque(i) >= turns);
+}
+
+// The pixels that may see near voxels of a box, as a rectangle around those of its cubes of two: next to a sensor, a whole box
+// is seen by nearly all pixels, though most look past what is near of it.
+fn near_rect(projection: Projection, corner: vec3<i32>, of_box: PixelRect) -> PixelRect {
+    var rect = of_box;
+    rect.first = of_box.last;
+    rect.last = of_box.first;
+    rect.seen = false;
+    let edge = BOX_EDGE / 2u;
+    let cubes = select(0u, edge * edge * edge, of_box.near);
+    var i = 0u;
+    for (; i < cubes; i += 1u) {
+        let at = vec3<u32>(i % edge, i / edge % edge, i / (edge * edge)) * 2u;
+        let cube = pixel_rect(projection, corner + vec3<i32>(at), 2);
+        let is_near = cube.seen && cube.near;
+        rect.first = select(rect.first, min(rect.first, cube.first), is_near);
+        rect.last = select(rect.last, max(rect.last, cube.last), is_near);
+        rect.seen = rect.seen || is_near;
+    }
+    loop_ended(opaque(i) >= cubes);
+    return rect;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -45,23 +80,10 @@ fn main(
         let corner = vec3<i32>(box_corner(boxes[item])) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
         let pixel_rect = pixel_rect(projection, corner, i32(BOX_EDGE));
         if pixel_rect.seen {
-            let reach = reaches(projection, corner, i32(BOX_EDGE));
-            let size = tiles_of_image();
-            let first = vec2<u32>(pixel_rect.first) / TILE;
-            let columns = u32(pixel_rect.last.x) / TILE - first.x + 1u;
-            let seeing = columns * (u32(pixel_rect.last.y) / TILE - first.y + 1u);
             let start = seen_from(row);
-            // A box that so many see is rare, and may be seen by all.
-            let turns = select(seeing, 0u, seeing > MOST_SEEING);
-            if turns == 0u {
-                see(start, reach, pixel_rect.near);
-            }
-            var i = 0u;
-            for (; i < turns; i += 1u) {
-                let at = first + vec2<u32>(i % columns, i / columns);
-                see(start + 1u + at.y * size.x + at.x, reach, pixel_rect.near);
-            }
-            loop_ended(opaque(i) >= turns);
+            mark(start, pixel_rect.first, pixel_rect.last, reaches(projection, corner, i32(BOX_EDGE)));
+            let near = near_rect(projection, corner, pixel_rect);
+            mark(start + near_from(), near.first, near.last, u32(near.seen));
         }
     }
     report(SEE_TILES, local);

@@ -1,5 +1,6 @@
 // Tiles of a camera's pixels, where `tiles` holds what `see_tiles` finds each to see, and `ends` what `cast_tiles` knows of
-// it: behind a placement's rays, a word a tile.
+// it: behind the ends of a placement's rays, a word a tile. The ends themselves are in the order of tiles, all of them whole; in
+// a tile four pixels of two rows lie together, so that software adapters look them up at once.
 
 // How far the rays of a tile are sent, with this bit; or how all of them end, which is not written ray by ray.
 const SENT = 0x80000000u;
@@ -26,5 +27,18 @@ fn near_from() -> u32 {
 
 // The word of a tile in `ends`.
 fn word_of_tile(row: u32, tile: u32) -> u32 {
-    return row * table.ends_stride + table.rays + tile;
+    let size = tiles_of_image();
+    return row * table.ends_stride + size.x * size.y * (TILE * TILE) + tile;
+}
+
+// Where a pixel's end is in its tile.
+fn place_in_tile(pixel: vec2<u32>) -> u32 {
+    return (pixel.y >> 1u) * (2u * TILE) + (pixel.x >> 1u) * 4u + (pixel.y & 1u) * 2u + (pixel.x & 1u);
+}
+
+// Where the ends of a block of two by two pixels are in `ends`, in fours.
+fn four_of_block(row: u32, block: vec2<u32>) -> u32 {
+    let tile = block / (TILE / 2u);
+    let first = row * table.ends_stride + (tile.y * tiles_of_image().x + tile.x) * (TILE * TILE);
+    return (first + place_in_tile(block % (TILE / 2u) * 2u)) >> 2u;
 }

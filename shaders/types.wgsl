@@ -28,8 +28,7 @@ struct Setup {
 
 // One table of rays.
 struct Table {
-    rays: u32,
-    // Words of `ends` from one placement to the next: its rays, and a word for each tile.
+    // Words of `ends` from one placement to the next: its rays, those of whole tiles, and a word for each tile.
     ends_stride: u32,
     range_min_q16: u32,
     range_max_q16: u32,
@@ -56,7 +55,7 @@ struct Part {
     first: u32,
     end: u32,
     region: u32,
-    // Whether all rays are cast, those included that do not come near the window, and none by tiles.
+    // Whether all rays are cast, those included that do not come near the window or that tiles would do without.
     every_ray: u32,
     // Voxels entered later than that are not marked.
     until_q16: u32,

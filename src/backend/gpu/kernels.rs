@@ -90,9 +90,9 @@ kernels! {
     /// Which boxes of voxels are decided by the pyramid alone.
     CarveBoxes = "carve_boxes", &[PLACEMENT, PROJECTION, BLOCKS, FREED], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
     /// The voxels of the boxes that are left.
-    CarveVoxels = "carve_voxels", &[PLACEMENT, PROJECTION, BLOCKS, FREED], 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    CarveVoxels = "carve_voxels", &[PLACEMENT, PROJECTION, BLOCKS, FREED, TILES], 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// The voxels among those that many pixels may see.
-    CarveCrowded = "carve_crowded", &[PROJECTION, BLOCKS, FREED], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
+    CarveCrowded = "carve_crowded", &[PROJECTION, BLOCKS, FREED, TILES], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
     /// The voxels that each ray frees, one by one.
     CarveRays = "carve_rays", &[PLACEMENT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Write Write];
     /// The labels from the evidence of several sensors.

@@ -244,21 +244,22 @@ impl Backend for Gpu {
     }
 
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
-        let ends = self.sense_batch(table, &[Shot::once(0, *placement)], true)?;
-        let rays_bytes = self.table(table)?.sizes.rays_bytes();
+        let (ends, carving) = self.sense_batch(table, &[Shot::once(0, *placement)], true)?;
+        let rays = self.table(table)?.sizes.clone();
         let Gpu { queue, loaded, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         loaded.held.fill(false);
         // The first slot is where the arenas begin.
         let plane = loaded.sizes.plane_bytes();
+        let ends_bytes = rays.ends_bytes();
         let asked =
-            queue.submit(&[(&loaded.ended, 0..2 * plane), (&loaded.free, 0..plane), (&ends, 0..rays_bytes)]);
+            queue.submit(&[(&loaded.ended, 0..2 * plane), (&loaded.free, 0..plane), (&ends, 0..ends_bytes)]);
         let words = queue.receive(asked)?;
         let [mut occupied, free, ends] = words.try_into().expect("as many as were wanted");
         let hits = occupied.split_off(plane as usize / 4);
         let grid = |words| BitGrid::from_words(loaded.window, words).expect("a plane has the window's words");
         let planes = Planes { occupied: grid(occupied), free: grid(free), hits: grid(hits) };
-        Ok(Evidence { planes, ends: ends.into_iter().map(End::unpacked).collect() })
+        Ok(Evidence { planes, ends: rays.in_order(ends, carving).into_iter().map(End::unpacked).collect() })
     }
 
     fn timings(&self) -> Vec<(&'static str, Duration)> {

@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::kernels::Stage;
 use super::loop_bounds::tiles_of_invocation;
 use super::pace::Pace;
-use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part, TILE};
+use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
 use crate::backend::{Carving, VoxelScene};
 use crate::voxel::BitGrid;
 pub(super) use budget::fits;
@@ -66,10 +66,9 @@ pub(super) struct CastBatch {
 }
 
 impl CastBatch {
-    /// Whether rays go tile by tile as long as they go through nothing, and only those of tiles that see
-    /// something that matters.
-    pub(super) fn by_tile(&self) -> bool {
-        self.carving == Carving::ByVoxel && !self.everything
+    /// Whether rays go tile by tile.
+    fn by_tile(&self) -> bool {
+        self.carving == Carving::ByVoxel
     }
 }
 
@@ -83,7 +82,8 @@ impl SceneSizes {
     pub(super) fn sensing(&self, table: &TableSizes, batch: &CastBatch, pace: &Pace) -> Vec<Dispatch> {
         let rows = batch.placements;
         let mut out = Vec::new();
-        if batch.by_tile() {
+        // Rays go on together as long as they go through nothing, and only those of tiles that see something that matters.
+        if batch.by_tile() && !batch.everything {
             let seeing = 0..self.boxes[0];
             out.extend(self.stage(Stage::SeeTiles, rows, seeing, SEE_TILES_COST, Part::default(), pace));
             let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
@@ -92,13 +92,14 @@ impl SceneSizes {
         // Rays that are not cast are followed as far as voxels are near, whatever the range.
         let farthest = table.reach.max(table.near_until_q16() >> 16);
         let tiles = if batch.by_tile() { tiles_of_invocation(farthest) } else { 0 };
-        let cast = Part { every_ray: batch.everything as u32, tiles, ..Part::default() };
-        let items = if batch.by_tile() { 0..table.tiles() * TILE * TILE } else { 0..table.rays };
+        let every_ray = batch.everything as u32;
+        let cast = Part { every_ray, tiles, ..Part::default() };
+        let items = if batch.by_tile() { 0..table.rays_of_tiles() } else { 0..table.rays };
         out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
         let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
-            let part = Part { until_q16, tiles, ..Part::default() };
+            let part = Part { until_q16, tiles, every_ray, ..Part::default() };
             self.stage(Stage::CarveRays, rows, items, cost, part, pace)
         };
         if batch.carving == Carving::ByRay {
@@ -113,7 +114,7 @@ impl SceneSizes {
             rows,
             0..table.largest_blocks(),
             tile_cost,
-            Part { every_ray: batch.everything as u32, ..Part::default() },
+            Part { every_ray, ..Part::default() },
             pace,
         ));
         out.extend(self.stage(

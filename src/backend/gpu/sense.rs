@@ -10,14 +10,14 @@ use crate::{Error, Result};
 
 impl Gpu {
     /// Casts and carves a batch of placements into their slots: all of their evidence, or what is inside the
-    /// regions. The buffer returned begins with the ends of the first, if there is only one. Hits are kept of
-    /// all of them or of none.
+    /// regions. The buffer returned begins with the ends of the first, if there is only one, in the order in
+    /// which it was carved. Hits are kept of all of them or of none.
     pub(super) fn sense_batch(
         &mut self,
         table: usize,
         shots: &[Shot],
         everything: bool,
-    ) -> Result<wgpu::Buffer> {
+    ) -> Result<(wgpu::Buffer, Carving)> {
         self.keep_first_hits(table, shots)?;
         let Gpu { queue, room, tables, loaded, kept, carving, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
@@ -33,7 +33,7 @@ impl Gpu {
             placements: shots.len() as u32,
             near: near.len() as u32,
             everything,
-            carving: carving.filter(|_| table.sizes.is_image()).unwrap_or(sizes.carving(&table.sizes)),
+            carving: carving.filter(|_| table.sizes.has_tiles()).unwrap_or(sizes.carving(&table.sizes)),
             whole_layer: others.is_none(),
         };
         let mut encoder = queue.device.encoder();
@@ -65,7 +65,7 @@ impl Gpu {
                 None,
                 |d| if d.stage == Stage::Cast { &cast } else { &carve_rays },
             );
-            return Ok(ends);
+            return Ok((ends, batch.carving));
         }
         encoder.clear_buffer(&tiles, 0, Some(rows * table.sizes.tiles_bytes()));
         let see_tiles = bind(Stage::SeeTiles, &[&[&placements, &loaded.boxes, &tiles]]);
@@ -97,7 +97,7 @@ impl Gpu {
             Stage::CarveCrowded => &carve_crowded,
             _ => &carve_rays,
         });
-        Ok(ends)
+        Ok((ends, batch.carving))
     }
 
     /// Searches the still layer for placements whose first hits are to be kept, but are not.

@@ -101,8 +101,7 @@ impl Setup {
 #[repr(C)]
 #[allow(missing_docs)] // the fields' meanings are those of Rays
 pub struct TableWords {
-    pub rays: u32,
-    /// Words of `ends` from one placement to the next: its rays, and a word for each tile.
+    /// Words of `ends` from one placement to the next: its rays, those of whole tiles, and a word for each tile.
     pub ends_stride: u32,
     pub range_min_q16: u32,
     pub range_max_q16: u32,
@@ -128,7 +127,6 @@ impl TableWords {
         let gates = rays.gates;
         let image = rays.image.unwrap_or(Image { size_px: [0; 2], focal_px: [1.0; 2] });
         TableWords {
-            rays: rays.dirs_q15.len() as u32,
             ends_stride,
             range_min_q16: gates.range_min_q16,
             range_max_q16: gates.range_max_q16,
@@ -159,7 +157,7 @@ pub struct Part {
     pub end: u32,
     /// Which region is counted; 0 for all but `count`.
     pub region: u32,
-    /// Whether all rays are cast, those included that do not come near the window, and none by tiles.
+    /// Whether all rays are cast, those included that do not come near the window or that tiles would do without.
     pub every_ray: u32,
     /// Voxels entered later than that are not marked.
     pub until_q16: u32,
@@ -211,6 +209,13 @@ impl From<&Shot> for PlacementWords {
 /// direction would take them three times as long.
 pub fn dir_words([x, y, z]: [i32; 3]) -> [u32; 2] {
     [(x << 15 | z & 0x7fff) as u32, (y << 15 | z >> 15 & 3) as u32]
+}
+
+/// Where the end of a pixel's ray is among those of its placement, in an image of so many tiles across: by tiles, as
+/// `place_in_tile` of `shaders/tiles.wgsl` says.
+pub(crate) fn place_of_pixel(across: u32, [x, y]: [u32; 2]) -> u32 {
+    let (tile, [u, v]) = (y / TILE * across + x / TILE, [x % TILE, y % TILE]);
+    tile * TILE * TILE + v / 2 * 2 * TILE + u / 2 * 4 + v % 2 * 2 + u % 2
 }
 
 /// The twin of `Job` in `shaders/types.wgsl`: which readings are fused, and how.

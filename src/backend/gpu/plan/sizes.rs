@@ -8,13 +8,15 @@ use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::gpu::loop_bounds::near_voxels;
-use crate::backend::gpu::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE};
+use crate::backend::gpu::types::{
+    BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE, place_of_pixel,
+};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::Bricks;
 
 /// Pixels of an image beyond which rays are numbered past what floats hold.
-const MOST_IMAGE_PIXELS: u32 = 1 << 24;
+const MOST_IMAGE_PIXELS: u64 = 1 << 24;
 /// Placements of a batch: more would not make the dispatches any larger.
 const PLACEMENTS_PER_BATCH: u64 = 64;
 /// Jobs of a batch.
@@ -47,9 +49,9 @@ impl TableSizes {
         u64::from(self.rays) * 4
     }
 
-    /// Words of the ends of one placement: its rays, and a word for each tile.
+    /// Words of the ends of one placement: its rays, those of whole tiles, and a word for each tile; whole fours.
     pub(in crate::backend::gpu) fn ends_words(&self) -> u32 {
-        self.rays + self.tiles()
+        if self.has_tiles() { (self.rays_of_tiles() + self.tiles()).next_multiple_of(4) } else { self.rays }
     }
 
     /// The same in bytes.
@@ -57,9 +59,26 @@ impl TableSizes {
         u64::from(self.ends_words()) * 4
     }
 
-    /// Whether the rays are the pixels of a camera.
-    pub(in crate::backend::gpu) fn is_image(&self) -> bool {
-        self.image.is_some()
+    /// Whether rays may go by tiles: they are the pixels of a camera whose image is not mostly padding.
+    pub(in crate::backend::gpu) fn has_tiles(&self) -> bool {
+        let pixels = u64::from(self.tiles()) * u64::from(TILE * TILE);
+        self.image.is_some() && pixels <= MOST_IMAGE_PIXELS && self.pyramid_bytes() <= BATCH_BYTES.software
+    }
+
+    /// Rays of whole tiles.
+    pub(super) fn rays_of_tiles(&self) -> u32 {
+        self.tiles() * TILE * TILE
+    }
+
+    /// The ends of a placement in the order of its rays, as they were carved.
+    pub(in crate::backend::gpu) fn in_order(&self, mut words: Vec<u32>, carving: Carving) -> Vec<u32> {
+        let Some(image) = self.image.filter(|_| carving == Carving::ByVoxel) else {
+            words.truncate(self.rays as usize);
+            return words;
+        };
+        let [wide, _] = image.size_px;
+        let place = |ray: u32| place_of_pixel(wide.div_ceil(TILE), [ray % wide, ray / wide]);
+        (0..self.rays).map(|ray| words[place(ray) as usize]).collect()
     }
 
     /// Blocks of 2^`level` pixels across and down that hold the image.
@@ -218,7 +237,6 @@ impl SceneSizes {
         // A quarter of the boxes is left, about.
         let by_voxel = table.rays as u64 * PYRAMID_COST
             + self.boxes[0] as u64 * (CARVE_BOXES_COST + CARVE_VOXELS_COST / 4);
-        let fits = table.rays <= MOST_IMAGE_PIXELS && table.pyramid_bytes() <= BATCH_BYTES.software;
-        if table.image.is_some() && by_voxel < by_ray && fits { Carving::ByVoxel } else { Carving::ByRay }
+        if table.has_tiles() && by_voxel < by_ray { Carving::ByVoxel } else { Carving::ByRay }
     }
 }
