@@ -13,6 +13,10 @@
 @group(0) @binding(9) var<storage, read_write> ended: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
+// Whether all rays go by tiles and where they are believed to, and nothing is known of what they hit. For such placements,
+// which most are, the kernel is compiled once more: software adapters also pay for what is behind a branch that none takes.
+override PLAIN: bool = false;
+
 // How a ray ended, in which voxel it is read, and in which a return has its blocker.
 struct Finish {
     end: End,
@@ -114,21 +118,21 @@ fn clear_q16(begin: March) -> u32 {
 fn cast_ray(placement: GridPose, ray: u32, word: u32) {
     let dir = dirs[ray];
     let begin = launch(placement.believed, dir);
-    let is_off = placement.is_off != 0u;
+    let is_off = !PLAIN && placement.is_off != 0u;
     var sent = begin;
     if is_off {
         sent = launch(placement.truly, dir);
     }
     var last_q16 = table.range_max_q16;
     var found = NO_HIT;
-    if placement.first_hits != NO_SLOT {
+    if !PLAIN && placement.first_hits != NO_SLOT {
         found = first_hits[placement.first_hits * setup.first_hits_stride + ray];
         // Only what is found before counts, or at the same distance.
         last_q16 = min(last_q16, found >> 2u);
     }
     var end = End(NOTHING, 0u);
     // What is hit lies elsewhere than the ray is believed to go if the mount is off.
-    if part.tiles != 0u || part.every_ray != 0u || is_off || comes_near(begin) {
+    if PLAIN || part.tiles != 0u || part.every_ray != 0u || is_off || comes_near(begin) {
         found = min(found, first_hit(sent_on(sent, clear_q16(begin)), last_q16));
         let finish = finish(sent, begin, is_off, found, draw(placement.draws, ray));
         end = finish.end;

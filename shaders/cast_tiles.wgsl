@@ -181,19 +181,33 @@ fn across_axis(cone: Cone, axis: u32, begin: f32, limit: f32) -> Across {
     var i = 0;
     var layer_at = first;
     var cut: Section;
-    for (; i < layers && !stops && looks < MOST_LOOKS; i += 1) {
-        layer_at = first + i * step;
-        let own_away = away + f32(i);
-        let enters = max((own_away - DEVIATION_FIXED) / (slope + growth) - ROUNDED, begin);
-        cut = section(cone, enters, (own_away + DEVIATION_FIXED) / (slope - growth) + ROUNDED);
-        cut = Section(select(cut.low, vec3<i32>(layer_at), own), select(cut.high, vec3<i32>(layer_at), own));
-        // One look says of most that they are not. A ray that leaves the grid on another axis enters no layer.
-        let middle = (cut.low + cut.high) / 2;
-        if is_in_grid(cut) {
-            if is_blocked(brick_at(middle), middle) {
-                looks += 1u;
-                stops = blockers_in(cut).y;
+    loop {
+        // The next layer that holds a blocker in the middle: of most, this one look says that they stop nothing. A ray that
+        // leaves the grid on another axis enters no layer.
+        var is_next = false;
+        loop {
+            if is_next || i >= layers {
+                break;
             }
+            layer_at = first + i * step;
+            let own_away = away + f32(i);
+            let enters = max((own_away - DEVIATION_FIXED) / (slope + growth) - ROUNDED, begin);
+            cut = section(cone, enters, (own_away + DEVIATION_FIXED) / (slope - growth) + ROUNDED);
+            cut = Section(select(cut.low, vec3<i32>(layer_at), own), select(cut.high, vec3<i32>(layer_at), own));
+            if is_in_grid(cut) {
+                let middle = (cut.low + cut.high) / 2;
+                is_next = is_blocked(brick_at(middle), middle);
+            }
+            i += 1;
+        }
+        loop_ended(opaque(u32(is_next)) != 0u || opaque(u32(i)) >= u32(layers));
+        if !is_next || looks >= MOST_LOOKS {
+            break;
+        }
+        looks += 1u;
+        stops = blockers_in(cut).y;
+        if stops {
+            break;
         }
     }
     loop_ended(opaque(u32(i)) >= u32(layers) || opaque(u32(stops)) != 0u || opaque(looks) >= MOST_LOOKS);
@@ -232,18 +246,28 @@ fn clear_of(cone: Cone) -> f32 {
     var turns = 0u;
     var on = true;
     loop {
-        let more = gain(cone, t);
-        if more >= 1.0 {
-            t += more;
-        } else {
-            let cut = section(cone, t, t + SECTION);
-            on = is_in_grid(cut) && sections < MOST_SECTIONS;
-            if on {
-                on = !blockers_in(cut).x;
+        // Leaps, as long as they are long. Software adapters pay for what follows as often as the slowest of eight neighbours.
+        var leaps = true;
+        loop {
+            let more = gain(cone, t);
+            leaps = more >= 1.0;
+            t += select(0.0, more, leaps);
+            turns += u32(leaps);
+            if !leaps || turns >= MOST_LEAPS || t > range {
+                break;
             }
-            t += select(0.0, SECTION, on);
-            sections += 1u;
         }
+        loop_ended(opaque(u32(leaps)) == 0u || opaque(turns) >= MOST_LEAPS || t > range);
+        if leaps {
+            break;
+        }
+        let cut = section(cone, t, t + SECTION);
+        on = is_in_grid(cut) && sections < MOST_SECTIONS;
+        if on {
+            on = !blockers_in(cut).x;
+        }
+        t += select(0.0, SECTION, on);
+        sections += 1u;
         turns += 1u;
         if !on || turns >= MOST_LEAPS || t > range {
             break;

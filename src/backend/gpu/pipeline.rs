@@ -22,8 +22,14 @@ pub(super) struct Pipeline {
 }
 
 impl Pipeline {
-    /// Compiles a kernel. The driver's complaints come as an error.
-    pub(super) fn new(device: &GpuDevice, name: &str, source: String, bindings: &[Binding]) -> Result<Self> {
+    /// Compiles a kernel, with values of its own for some of its overrides. The driver's complaints come as an error.
+    pub(super) fn new(
+        device: &GpuDevice,
+        name: &str,
+        source: String,
+        bindings: &[Binding],
+        overrides: &[(&str, f64)],
+    ) -> Result<Self> {
         let entries: Vec<_> = bindings.iter().zip(0..).map(|(b, number)| b.layout_entry(number)).collect();
         let gpu = &device.device;
         let layout = gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -44,7 +50,10 @@ impl Pipeline {
             layout: Some(&pipeline_layout),
             module: &module,
             entry_point: Some("main"),
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: overrides,
+                ..Default::default()
+            },
             cache: None,
         });
         device.check()?;
@@ -120,7 +129,7 @@ pub fn evaluate(
     words: usize,
     groups: u32,
 ) -> Result<Vec<u32>> {
-    let kernel = Pipeline::new(device, "evaluate", source, &[Binding::Read, Binding::Write])?;
+    let kernel = Pipeline::new(device, "evaluate", source, &[Binding::Read, Binding::Write], &[])?;
     let input = device.upload("input", input);
     let output = device.storage("output", words as u64 * 4);
     let mut encoder = device.encoder();

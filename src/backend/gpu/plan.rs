@@ -42,6 +42,8 @@ pub(super) struct Dispatch {
     pub(super) groups: [u32; 2],
     /// What it costs, about, in steps of a march.
     pub(super) work: u64,
+    /// Whether it is `cast` for plain placements.
+    pub(super) plain: bool,
 }
 
 impl Dispatch {
@@ -63,6 +65,8 @@ pub(super) struct CastBatch {
     pub(super) carving: Carving,
     /// Whether the layer that is cast in holds all blockers.
     pub(super) whole_layer: bool,
+    /// Whether no mount is off, and nothing is known of what rays hit.
+    pub(super) plain: bool,
 }
 
 impl CastBatch {
@@ -95,7 +99,9 @@ impl SceneSizes {
         let every_ray = batch.everything as u32;
         let cast = Part { every_ray, tiles, ..Part::default() };
         let items = if batch.by_tile() { 0..table.rays_of_tiles() } else { 0..table.rays };
-        out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
+        let plain = batch.plain && batch.by_tile();
+        let casts = self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace);
+        out.extend(casts.map(|cast| Dispatch { plain, ..cast }));
         let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
@@ -211,7 +217,7 @@ impl Span {
         let work = (items.len() * rows.len()) as u64 * cost;
         let groups = [(items.len() as u32).div_ceil(per_group(stage, &part)), rows.len() as u32];
         let part = Part { first_row: rows.start, first: items.start, end: items.end, ..part };
-        Dispatch { stage, part, groups, work }
+        Dispatch { stage, part, groups, work, plain: false }
     }
 }
 

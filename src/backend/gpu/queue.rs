@@ -18,6 +18,8 @@ pub(super) struct Queue {
     pub(super) device: GpuDevice,
     /// A pipeline a stage.
     pipelines: Vec<Pipeline>,
+    /// `cast` once more, for plain placements; it is bound as the other.
+    plain_cast: Pipeline,
     /// Bytes from one dispatch's [`Part`] to the next.
     part_stride: u32,
     parts: GrowingBuffer,
@@ -46,8 +48,11 @@ pub(super) struct InFlight {
 impl Queue {
     /// Compiles the kernels from the source of each stage.
     pub(super) fn new(device: GpuDevice, source: &dyn Fn(Stage) -> String) -> Result<Self> {
-        let compiled = |stage: Stage| Pipeline::new(&device, stage.name(), source(stage), stage.bindings());
-        let pipelines = Stage::ALL.into_iter().map(compiled).collect::<Result<_>>()?;
+        let compiled = |stage: Stage, overrides: &[(&str, f64)]| {
+            Pipeline::new(&device, stage.name(), source(stage), stage.bindings(), overrides)
+        };
+        let pipelines = Stage::ALL.into_iter().map(|stage| compiled(stage, &[])).collect::<Result<_>>()?;
+        let plain_cast = compiled(Stage::Cast, &[("PLAIN", 1.0)])?;
         let alignment = device.device.limits().min_uniform_buffer_offset_alignment;
         Ok(Queue {
             part_stride: alignment.max(size_of::<Part>() as u32),
@@ -60,6 +65,7 @@ impl Queue {
             work: Default::default(),
             answered: Instant::now(),
             pipelines,
+            plain_cast,
             device,
         })
     }
@@ -96,7 +102,8 @@ impl Queue {
         let mut offset = 0;
         for submission in plan::submissions(dispatches, &self.pace) {
             for dispatch in submission {
-                let pipeline = &self.pipelines[dispatch.stage as usize];
+                let pipeline =
+                    if dispatch.plain { &self.plain_cast } else { &self.pipelines[dispatch.stage as usize] };
                 let stamps = self.clock.stamp(dispatch);
                 let groups = match dispatch.head().zip(heads) {
                     Some((head, heads)) => Groups::In(heads, u64::from(head * HEAD_WORDS) * 4),

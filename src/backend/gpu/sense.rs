@@ -35,6 +35,7 @@ impl Gpu {
             everything,
             carving: carving.filter(|_| table.sizes.has_tiles()).unwrap_or(sizes.carving(&table.sizes)),
             whole_layer: others.is_none(),
+            plain: shots.iter().all(|shot| shot.first_hits.is_none() && shot.placement.truly.is_none()),
         };
         let mut encoder = queue.device.encoder();
         for &Shot { slot, .. } in shots {

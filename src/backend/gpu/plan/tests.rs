@@ -31,7 +31,14 @@ fn camera() -> TableSizes {
 }
 
 fn batch(placements: u32, carving: Carving) -> CastBatch {
-    CastBatch { placements, near: placements / 3, everything: false, carving, whole_layer: true }
+    CastBatch {
+        placements,
+        near: placements / 3,
+        everything: false,
+        carving,
+        whole_layer: true,
+        plain: false,
+    }
 }
 
 fn adapter(max_binding_bytes: u64, software: bool) -> AdapterReport {
