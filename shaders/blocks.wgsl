@@ -19,6 +19,6 @@ fn pyramid_words(tiles: vec2<u32>) -> u32 {
 
 // The place of a block among those of its level.
 fn block_at(tiles: vec2<u32>, level: u32, block: vec2<u32>) -> u32 {
-    let fours = (block.y >> 1u) * (tiles.x << (MOST_LEVEL - level) >> 1u) + (block.x >> 1u);
+    let fours = (block.y >> 1u) * ((tiles.x << (MOST_LEVEL - level)) >> 1u) + (block.x >> 1u);
     return (fours << 2u) | ((block.y & 1u) << 1u) | (block.x & 1u);
 }

@@ -90,25 +90,25 @@ fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRec
     let wanted = select(0u, ((1u << count) - 1u) << u32(max(first_v - v, 0)), inside);
     var bits = wanted;
     // Two rows at a time.
-    var left = select(wanted, 0u, all_do);
+    var unasked = select(wanted, 0u, all_do);
     loop {
-        if left == 0u {
+        if unasked == 0u {
             break;
         }
-        let at = firstTrailingBit(left) & 6u;
+        let at = firstTrailingBit(unasked) & 6u;
         let words = ends[four_of_block(row, vec2<u32>(u32(u), u32(v) + at) >> vec2<u32>(1u))];
         let two = select(words.xz, words.yw, (u & 1) != 0);
         let is_free = table.no_return_is_free != 0u;
         let enough = vec2<bool>(freed(unpacked(two.x), is_free) > away, freed(unpacked(two.y), is_free) > away);
         let hidden = select(vec2<u32>(1u, 2u), vec2<u32>(), enough);
         bits &= ~((hidden.x | hidden.y) << at);
-        left &= ~(3u << at);
+        unasked &= ~(3u << at);
     }
-    loop_ended(opaque(left) == 0u);
+    loop_ended(opaque(unasked) == 0u);
     return bits;
 }
 
-// Where a sensor is believed to be: the first words of its placement, looked up four at a time.
+// Where a sensor is believed to be: the first words of its placement (`GridPose`), looked up four at a time.
 fn place_of(row: u32) -> GridFrame {
     let a = placements[row][0];
     let b = placements[row][1];
@@ -181,7 +181,8 @@ fn scan(word: u32, team: u32, column: u32) {
     }
     loop_ended(opaque(u32(known)) != 0u || opaque(next.y) > last.y);
     if is_witness {
-        let plane = u32(placements[row][6].z) * setup.window_words;
+        let slot = u32(placements[row][6].z);
+        let plane = slot * setup.window_words;
         let in_row = (at.z * setup.window_y + at.y) * setup.window_words_per_row + (at.x >> 5u);
         atomicOr(&free[plane + in_row], 1u << (at.x & 31u));
     }

@@ -115,7 +115,7 @@ fn clear_q16(begin: March) -> u32 {
     return u32(clamp(max(enters.x, max(enters.y, enters.z)) - 1, 0, i32(table.range_max_q16)));
 }
 
-fn cast_ray(placement: GridPose, ray: u32, word: u32) {
+fn cast_ray(placement: GridPose, ray: u32, end_word: u32) {
     let dir = dirs[ray];
     let begin = launch(placement.believed, dir);
     let is_off = !PLAIN && placement.is_off != 0u;
@@ -141,7 +141,7 @@ fn cast_ray(placement: GridPose, ray: u32, word: u32) {
             mark(2u * placement.slot + 1u, finish.hit);
         }
     }
-    ends[word] = packed(end);
+    ends[end_word] = packed(end);
 }
 
 // Whether the rays of a tile are to be cast.

@@ -57,7 +57,7 @@ fn pixel_index(pixel: vec2<u32>) -> u32 {
 }
 
 fn dir_of(pixel: vec2<u32>) -> vec3<f32> {
-    return vec3<f32>(dir_q15(dirs[pixel_index(pixel)])) / 32768.0;
+    return vec3<f32>(unpacked_dir(dirs[pixel_index(pixel)])) / 32768.0;
 }
 
 // The cone of a tile from a placement: the rays of its corners are the farthest apart.

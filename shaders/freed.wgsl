@@ -17,7 +17,7 @@ fn freed_range(row: u32, first: vec2<i32>, last: vec2<i32>) -> vec2<u32> {
     let vast = wide >= i32(4u << MOST_LEVEL);
     // At most five blocks on an axis, for rectangles of up to four of the largest.
     let level = clamp(u32(max(firstLeadingBit(wide), 0)), LEAST_LEVEL + 1u, MOST_LEVEL + 1u) - 1u;
-    let fours_across = tiles.x << (MOST_LEVEL - level) >> 1u;
+    let fours_across = (tiles.x << (MOST_LEVEL - level)) >> 1u;
     let start = (row * pyramid_words(tiles) + level_start(tiles, level)) >> 2u;
     let low = vec2<u32>(first) >> vec2<u32>(level);
     let high = vec2<u32>(last) >> vec2<u32>(level);

@@ -211,7 +211,7 @@ fn noisy_q16(t_q16: u32, step_q16: i32) -> u32 {
 
 // The march of a ray of a table: `start` in the directions that `direction_q16` gives for each axis.
 fn launch(place: GridFrame, dir: vec2<u32>) -> March {
-    let along = dir_q15(dir);
+    let along = unpacked_dir(dir);
     let dir_q16 = vec3<i32>(
         direction_q16(vec3_of(place.axis_q15[0]), along),
         direction_q16(vec3_of(place.axis_q15[1]), along),

@@ -43,8 +43,8 @@ fn of_end(word: u32, inside: bool) -> u32 {
 fn of_tile(row: u32, tile: vec2<u32>) -> u32 {
     let across = tiles_of_image();
     let inside = all(tile < across);
-    let own = select(0u, word_of_tile(row, tile.y * across.x + tile.x), inside);
-    let known = ends[own >> 2u][own & 3u];
+    let own_word = select(0u, word_of_tile(row, tile.y * across.x + tile.x), inside);
+    let known = ends[own_word >> 2u][own_word & 3u];
     // Whether its pixels are to be looked at one by one.
     let apart = inside && (part.every_ray != 0u || (known & SENT) != 0u);
     let whole = of_end(known, inside);

@@ -3,6 +3,9 @@
 //
 // # Theory
 // No ray of a tile that sees no box visits a voxel that matters, so what it hits and frees does not count.
+//
+// Voxels that are near are left to `carve_rays`, which follows the rays of the tiles that see some. If a voxel is near, so is
+// its cube of two, and so is the box; and the pixels that may see it are among those that may see its cube (`projection.wgsl`).
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
@@ -21,7 +24,7 @@ fn reaches(projection: Projection, corner: vec3<i32>, edge: i32) -> u32 {
 }
 
 // Marks the tiles of a rectangle of pixels, from a word of `tiles` on; none with 0.
-fn mark(start: u32, first: vec2<i32>, last: vec2<i32>, value: u32) {
+fn mark_tiles(start: u32, first: vec2<i32>, last: vec2<i32>, value: u32) {
     let size = tiles_of_image();
     let low = vec2<u32>(first) / TILE;
     let columns = u32(last.x) / TILE - low.x + 1u;
@@ -81,9 +84,9 @@ fn main(
         let pixel_rect = pixel_rect(projection, corner, i32(BOX_EDGE));
         if pixel_rect.seen {
             let start = seen_from(row);
-            mark(start, pixel_rect.first, pixel_rect.last, reaches(projection, corner, i32(BOX_EDGE)));
+            mark_tiles(start, pixel_rect.first, pixel_rect.last, reaches(projection, corner, i32(BOX_EDGE)));
             let near = near_rect(projection, corner, pixel_rect);
-            mark(start + near_from(), near.first, near.last, u32(near.seen));
+            mark_tiles(start + near_from(), near.first, near.last, u32(near.seen));
         }
     }
     report(SEE_TILES, local);

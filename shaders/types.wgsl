@@ -28,7 +28,8 @@ struct Setup {
 
 // One table of rays.
 struct Table {
-    // Words of `ends` from one placement to the next: its rays, those of whole tiles, and a word for each tile.
+    // Words of `ends` from one placement to the next: its rays, or where these may go by tiles those of whole tiles and a word
+    // a tile, in whole fours.
     ends_stride: u32,
     range_min_q16: u32,
     range_max_q16: u32,
@@ -93,7 +94,7 @@ struct GridPose {
 
 // A ray's direction, from the two words in which tables have it (`dir_words`): 17 bits of x, the low 15 of z; 17 bits of y,
 // the other two of z in the lowest place.
-fn dir_q15(dir: vec2<u32>) -> vec3<i32> {
+fn unpacked_dir(dir: vec2<u32>) -> vec3<i32> {
     let words = bitcast<vec2<i32>>(dir);
     return vec3<i32>(words >> vec2<u32>(15u), ((words.y << 30u) >> 15u) | (words.x & 0x7fff));
 }

@@ -85,7 +85,6 @@ fn arrays_in_storage_have_no_gaps() {
                 // Of three, which would have a gap, there are none.
                 TypeInner::Vector { size, .. } => *size as usize * size_of::<u32>(),
                 TypeInner::Struct { .. } => match item.name.as_deref() {
-                    Some("GridPose") => size_of::<PlacementWords>(),
                     Some("Job") => size_of::<JobWords>(),
                     Some("Reading") => size_of::<ReadingWords>(),
                     Some("BodyWord") => size_of::<BodyWord>(),

@@ -620,10 +620,10 @@ fn a_direction_comes_back_from_its_words() {
     let Some(choice) = common::adapter() else { return };
     let device = open(&choice).unwrap_or_else(|e| panic!("{e}"));
     let twin = Twin {
-        name: "dir_q15",
+        name: "unpacked_dir",
         inputs: 5,
         outputs: 3,
-        wgsl: "let d = dir_q15(vec2<u32>(in(0u), in(1u))); sout(0u, d.x); sout(1u, d.y); sout(2u, d.z);",
+        wgsl: "let d = unpacked_dir(vec2<u32>(in(0u), in(1u))); sout(0u, d.x); sout(1u, d.y); sout(2u, d.z);",
         rust: |w| w[2..].to_vec(),
     };
     let edges = [-32_768, -32_767, -16_385, -16_384, -1, 0, 1, 16_383, 16_384, 32_767, 32_768];

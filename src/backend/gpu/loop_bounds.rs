@@ -14,7 +14,7 @@
 //! `carve_boxes` and `count` make some hundred turns. What the others do is bounded below. That no loop was
 //! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
-use super::types::TILE;
+use super::types::{BOX_EDGE, TILE};
 use crate::backend::Image;
 use crate::march::{MAX_RANGE_VOXELS, deviation};
 
@@ -53,6 +53,9 @@ pub(super) fn tiles_of_invocation(voxels: u32) -> u32 {
 /// Most tiles that an invocation of `see_tiles` marks one by one.
 pub(super) const MOST_SEEING: u32 = 4096;
 
+// It marks those that see a box, then those that see near voxels of it, for which it asks the box's cubes of two.
+const _: () = assert!(2 * (MOST_SEEING + 1) + (BOX_EDGE / 2).pow(3) + 1 <= ALLOWED);
+
 /// What an invocation of `cast_tiles` does at most: leaps and sections of a cone, rows of a section, layers
 /// that may lie across it, and how many of them are looked at.
 pub(super) const MOST_LEAPS: u32 = 64;
@@ -61,7 +64,8 @@ pub(super) const MOST_ROWS: u32 = 96;
 pub(super) const MOST_LAYERS: u32 = 16;
 pub(super) const MOST_LOOKS: u32 = 2;
 
-// A loop over rows that another invocation needs is a turn. Layers are looked for on three axes, and before one of them.
+// Leaps are a loop, and so is what is around it; so are the search for the next layer and what is around that, on three axes.
+// Rows are looked at in each section, in layers, and before one of them.
 const _: () = assert!(
     LANES
         * (2 * MOST_LEAPS

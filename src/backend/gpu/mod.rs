@@ -85,8 +85,8 @@ impl Gpu {
         Gpu { memory_bytes: Some(bytes), ..self }
     }
 
-    /// Finds the free voxels of cameras in this way, for tests, or (`None`) in the cheaper one. Other sensors
-    /// have one way only.
+    /// Finds the free voxels of cameras in this way, for tests, or (`None`) in the cheaper one. Other sensors,
+    /// and cameras whose images are too large for it, have one way only.
     pub fn carve_by(&mut self, carving: Option<Carving>) {
         self.carving = carving;
     }

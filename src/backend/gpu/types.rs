@@ -101,7 +101,8 @@ impl Setup {
 #[repr(C)]
 #[allow(missing_docs)] // the fields' meanings are those of Rays
 pub struct TableWords {
-    /// Words of `ends` from one placement to the next: its rays, those of whole tiles, and a word for each tile.
+    /// Words of `ends` from one placement to the next: its rays, or where these may go by tiles those of whole tiles and a word
+    /// a tile, in whole fours.
     pub ends_stride: u32,
     pub range_min_q16: u32,
     pub range_max_q16: u32,
@@ -202,7 +203,7 @@ impl From<&Shot> for PlacementWords {
     }
 }
 
-/// A ray's direction as tables have it on the device, where `dir_q15` of `shaders/types.wgsl` reads it. Each component needs 17
+/// A ray's direction as tables have it on the device, where `unpacked_dir` of `shaders/types.wgsl` reads it. Each component needs 17
 /// bits, since it reaches 32768.
 ///
 /// Software adapters look words up for one invocation after the other, and two that lie together at once: three words of a

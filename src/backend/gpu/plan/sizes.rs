@@ -15,7 +15,7 @@ use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::Bricks;
 
-/// Pixels of an image beyond which rays are numbered past what floats hold.
+/// Pixels of whole tiles beyond which rays are numbered past what floats hold.
 const MOST_IMAGE_PIXELS: u64 = 1 << 24;
 /// Placements of a batch: more would not make the dispatches any larger.
 const PLACEMENTS_PER_BATCH: u64 = 64;
@@ -41,15 +41,18 @@ impl TableSizes {
         // A noisy return may be read behind its blocker, and behind the range.
         let noise = rays.noise.farthest_q16();
         let range = (rays.gates.range_max_q16 >> 16).min(MAX_RANGE_VOXELS);
-        Ok(TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image })
+        let sizes = TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image };
+        fits(adapter, "the ends of one placement's rays take", sizes.ends_bytes(), "fewer rays")?;
+        Ok(sizes)
     }
 
-    /// Bytes of one word a ray: the first hits of one placement in the still layer, or the ends of its rays.
+    /// Bytes of one word a ray: the first hits of one placement in the still layer.
     pub(in crate::backend::gpu) fn rays_bytes(&self) -> u64 {
         u64::from(self.rays) * 4
     }
 
-    /// Words of the ends of one placement: its rays, those of whole tiles, and a word for each tile; whole fours.
+    /// Words of the ends of one placement: its rays, or where these may go by tiles those of whole tiles and a word a tile, in
+    /// whole fours.
     pub(in crate::backend::gpu) fn ends_words(&self) -> u32 {
         if self.has_tiles() { (self.rays_of_tiles() + self.tiles()).next_multiple_of(4) } else { self.rays }
     }
@@ -59,7 +62,8 @@ impl TableSizes {
         u64::from(self.ends_words()) * 4
     }
 
-    /// Whether rays may go by tiles: they are the pixels of a camera whose image is not mostly padding.
+    /// Whether rays may go by tiles: they are the pixels of a camera whose image, in whole tiles, is not too large, nor is its
+    /// pyramid.
     pub(in crate::backend::gpu) fn has_tiles(&self) -> bool {
         let pixels = u64::from(self.tiles()) * u64::from(TILE * TILE);
         self.image.is_some() && pixels <= MOST_IMAGE_PIXELS && self.pyramid_bytes() <= BATCH_BYTES.software
@@ -115,7 +119,8 @@ impl TableSizes {
         scene: &SceneSizes,
         adapter: &AdapterReport,
     ) -> usize {
-        let bytes = self.ends_bytes().max(self.pyramid_bytes()).max(scene.undecided_bytes(1));
+        let pyramid = if self.has_tiles() { self.pyramid_bytes() } else { 0 };
+        let bytes = self.ends_bytes().max(pyramid).max(scene.undecided_bytes(1));
         let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(scene.boxes[1].max(1));
         BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
     }

@@ -24,7 +24,7 @@ fn table(rays: u32) -> TableSizes {
     TableSizes { rays, reach: 4000, image: None }
 }
 
-/// A camera of 1280 × 720 pixels: 20 × 12 of the largest blocks.
+/// A camera of 1280 × 720 pixels: 20 × 12 of the largest blocks, which come two by two.
 fn camera() -> TableSizes {
     let image = Image { size_px: [1280, 720], focal_px: [674.4, 649.5] };
     TableSizes { rays: 921_600, reach: 300, image: Some(image) }
@@ -151,6 +151,60 @@ fn what_costs_less_is_chosen() {
     let line = Image { size_px: [1 << 20, 1], focal_px: [1e6; 2] };
     let line = TableSizes { rays: 1 << 20, image: Some(line), ..camera() };
     assert_eq!(voxel.carving(&line), Carving::ByRay, "an image whose pyramid would be mostly padding");
+}
+
+#[test]
+fn ends_are_those_of_whole_tiles_where_rays_may_go_by_them() {
+    let sizes = |[x, y]: [u32; 2]| {
+        let image = Image { size_px: [x, y], focal_px: [1e3; 2] };
+        let sizes = TableSizes { rays: x * y, reach: 300, image: Some(image) };
+        (sizes.has_tiles(), sizes.ends_words())
+    };
+    assert_eq!(sizes([1280, 720]), (true, 921_600 + 14_400));
+    assert_eq!(sizes([9, 9]), (true, 4 * 64 + 4), "2 × 2 tiles");
+    assert_eq!(sizes([17, 1]), (true, 3 * 64 + 4), "three tiles, in whole fours");
+    assert_eq!(sizes([1 << 20, 1]), (false, 1 << 20), "a pyramid of 178 MB");
+    assert_eq!(sizes([4096, 4096]), (true, (1 << 24) + (1 << 18)));
+    assert_eq!(sizes([4096, 4097]), (false, 4096 * 4097), "more pixels than floats number");
+    // A word a ray of 17 pixels fits what one a pixel of three tiles does not.
+    let image = Some(Image { size_px: [17, 1], focal_px: [1e3; 2] });
+    let rays = Rays { image, ..rays(17) };
+    assert!(TableSizes::of(&rays, &adapter(784, true)).is_ok());
+    let refused = TableSizes::of(&rays, &adapter(783, true)).unwrap_err().to_string();
+    assert!(refused.contains("rays take 784 bytes"), "{refused}");
+}
+
+#[test]
+fn the_ends_of_a_camera_come_back_in_the_order_of_its_rays() {
+    let [x, y] = [9, 11];
+    let image = Image { size_px: [x, y], focal_px: [1e3; 2] };
+    let sizes = TableSizes { rays: x * y, reach: 300, image: Some(image) };
+    let mut words = vec![u32::MAX; sizes.ends_words() as usize];
+    for (ray, pixel) in (0..y).flat_map(|v| (0..x).map(move |u| [u, v])).enumerate() {
+        let place = &mut words[crate::backend::gpu::types::place_of_pixel(2, pixel) as usize];
+        assert_eq!(*place, u32::MAX, "two pixels have one place: {pixel:?}");
+        *place = ray as u32;
+    }
+    assert_eq!(sizes.in_order(words, Carving::ByVoxel), (0..x * y).collect::<Vec<_>>());
+    assert_eq!(sizes.in_order((0..300).collect(), Carving::ByRay), (0..x * y).collect::<Vec<_>>());
+}
+
+#[test]
+fn rays_by_tiles_of_plain_placements_are_cast_as_plain() {
+    for (carving, plain) in
+        [Carving::ByVoxel, Carving::ByRay].into_iter().flat_map(|c| [(c, false), (c, true)])
+    {
+        let batch = CastBatch { plain, ..batch(3, carving) };
+        for dispatch in voxel(300, &[]).sensing(&camera(), &batch, &pace(1)) {
+            let expected = dispatch.stage == Stage::Cast && plain && carving == Carving::ByVoxel;
+            assert_eq!(dispatch.plain, expected, "{dispatch:?}");
+        }
+    }
+    // Images that are not whole tiles are cast in whole ones.
+    let image = Image { size_px: [1279, 717], focal_px: [674.4, 649.5] };
+    let table = TableSizes { rays: 1279 * 717, reach: 300, image: Some(image) };
+    let dispatches = voxel(300, &[]).sensing(&table, &batch(3, Carving::ByVoxel), &pace(1));
+    covers_once(&dispatches, &pace(1), &[(Stage::Cast, 3 * 921_600), (Stage::CarveRays, 921_600)]);
 }
 
 #[test]
