@@ -54,7 +54,7 @@ pub(super) fn tiles_of_invocation(voxels: u32) -> u32 {
 pub(super) const MOST_SEEING: u32 = 4096;
 
 // It marks those that see a box, then those that see near voxels of it, for which it asks the box's cubes of two.
-const _: () = assert!(2 * (MOST_SEEING + 1) + (BOX_EDGE / 2).pow(3) + 1 <= ALLOWED);
+const _: () = assert!(2 * (MOST_SEEING + 1) + ((BOX_EDGE / 2).pow(3) + 1) <= ALLOWED);
 
 /// What an invocation of `cast_tiles` does at most: leaps and sections of a cone, rows of a section, layers
 /// that may lie across it, and how many of them are looked at.
