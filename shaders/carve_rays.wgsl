@@ -72,7 +72,7 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
     loop_ended(!inside || opaque(crossings) >= voxels);
 }
 
-// Whether a tile sees voxels that are near; if all rays are cast, that is not known.
+// Whether a tile sees voxels that are near. Where all rays are cast, `see_tiles` did not run, and all are followed.
 fn is_wanted(row: u32, tile: u32) -> bool {
     let start = seen_from(row) + near_from();
     of_tile = select(ends[word_of_tile(row, tile)], SENT, part.every_ray != 0u);

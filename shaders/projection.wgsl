@@ -73,7 +73,7 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
         + deviation(dot(abs(p), one) + 3.0 * half);
     let z_low = p.z - wide.z;
     let z_high = p.z + wide.z;
-    // If a voxel is near, so is a larger cube that holds it, whatever floats round.
+    // If a voxel is near, so is a larger cube that holds it, however floats are rounded.
     let near = z_low < table.near + 0.01 * f32(edge - 1);
     let size = vec2<f32>(vec2<u32>(table.image_x, table.image_y));
     let z = max(z_low, NEAREST);

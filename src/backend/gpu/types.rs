@@ -207,7 +207,7 @@ impl From<&Shot> for PlacementWords {
 /// bits, since it reaches 32768.
 ///
 /// Software adapters look words up for one invocation after the other, and two that lie together at once: three words of a
-/// direction would take them three times as long.
+/// direction would take them nearly twice as long.
 pub fn dir_words([x, y, z]: [i32; 3]) -> [u32; 2] {
     [(x << 15 | z & 0x7fff) as u32, (y << 15 | z >> 15 & 3) as u32]
 }
