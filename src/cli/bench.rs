@@ -18,9 +18,9 @@ use super::packages::PackageArgs;
 /// Measure how fast each backend is, as a ratio to the oracle
 ///
 /// Scores the same poses on the oracle (one thread, plain march), the CPU (one thread with each set of vector
-/// instructions that the processor has, and all threads with the most) and the GPU, exactly as `perirobot sweep`
-/// does: cast, carve, fuse and count, in every representation and region of the study. Prints a Markdown table
-/// for each voxel size and each combination that casts rays.
+/// instructions that the processor has, and all threads with none and with the most) and the GPU, exactly as
+/// `perirobot sweep` does: cast, carve, fuse and count, in every representation and region of the study. Prints a
+/// Markdown table for each voxel size and each combination that casts rays.
 ///
 /// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. The
 /// column "load" is the time to make a scene ready for a backend, acceleration structures included, when a

@@ -42,16 +42,18 @@ impl Contender {
 }
 
 /// The backends that a user's choice allows beside the oracle: the CPU on one thread with each set of vector
-/// instructions that it has, and on all threads with the most, and the GPU, if there is one. A software adapter
-/// counts as one.
+/// instructions that it has, and on all threads with none, beside which a software adapter can be held, and with
+/// the most, and the GPU, if there is one. A software adapter counts as one.
 pub fn contenders(choice: &BackendChoice) -> Result<Vec<Contender>> {
     let all = std::thread::available_parallelism().map_or(1, |n| n.get());
     let mut contenders = Vec::new();
     if matches!(choice.kind, BackendKind::Auto | BackendKind::Cpu) {
         let most = choice.threads.unwrap_or(all);
         let cpu = |threads: usize| BackendChoice { threads: Some(threads), ..choice.clone() }.cpu();
-        let all_levels = SimdLevel::all().into_iter().map(|simd| (1, simd));
-        for (threads, simd) in all_levels.chain((most > 1).then(|| (most, SimdLevel::most()))) {
+        let levels = SimdLevel::all();
+        let ends = levels.iter().enumerate().filter(|(i, _)| *i == 0 || i + 1 == levels.len());
+        let on_all = ends.filter(|_| most > 1).map(|(_, &simd)| (most, simd));
+        for (threads, simd) in levels.iter().map(|&simd| (1, simd)).chain(on_all) {
             let cpu = cpu(threads)?.simd(simd);
             let name = format!("cpu, {}, {}", cpu.device(), simd.name());
             contenders.push(Contender { name, backend: Box::new(cpu), threads });
