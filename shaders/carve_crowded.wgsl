@@ -84,8 +84,8 @@ fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRec
     let tile = vec2<f32>(f32(v), f32(v + i32(TILE) - 1));
     let span = inside_edges(outline.opposite, f32(u), inside_edges(outline.edges, f32(u), tile));
     // Some of a pixel for rounding.
-    let first_v = max(i32(ceil(min(span.x, tile.y + 1.0) - 0.01)), pixel_rect.first.y);
-    let end_v = min(i32(floor(max(span.y, tile.x - 1.0) + 0.01)), pixel_rect.last.y) + 1;
+    let first_v = max(integer(ceil(min(span.x, tile.y + 1.0) - 0.01)), pixel_rect.first.y);
+    let end_v = min(integer(floor(max(span.y, tile.x - 1.0) + 0.01)), pixel_rect.last.y) + 1;
     let count = u32(max(end_v - first_v, 0));
     let wanted = select(0u, ((1u << count) - 1u) << u32(max(first_v - v, 0)), inside);
     var bits = wanted;

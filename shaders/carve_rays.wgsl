@@ -29,7 +29,7 @@ fn entered(begin: March, low: vec3<i32>, high: vec3<i32>) -> vec3<u32> {
     let enters = enters3_q16(begin.next_q16, begin.period_q16, vec3<u32>(short));
     let t = max(enters.x, max(enters.y, enters.z));
     let axis = select(select(0, 1, enters.y == t), 2, enters.z == t);
-    let made = made_at3(begin.next_q16, begin.period_q16, u32(t), axis);
+    let made = made_at3(begin.next_q16, begin.period_q16, begin.rate, u32(t), axis);
     return select(made, vec3<u32>(), vec3<bool>(t < 0 || t > i32(FARTHEST_READ_Q16)));
 }
 

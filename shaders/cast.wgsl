@@ -65,7 +65,7 @@ fn finish(sent: March, begin: March, is_off: bool, found: u32, drawn: u32) -> Fi
     let voxel = begin.voxel + begin.step * vec3<i32>(stand.made);
     var hit = voxel;
     if !exact {
-        let made = made_at3(sent.next_q16, sent.period_q16, hit_q16, i32(found & 3u));
+        let made = made_at3(sent.next_q16, sent.period_q16, sent.rate, hit_q16, i32(found & 3u));
         hit = sent.voxel + sent.step * vec3<i32>(made);
     }
     return Finish(End(kind, stand.made.x + stand.made.y + stand.made.z), voxel, hit);

@@ -87,7 +87,7 @@ fn radius(cone: Cone, t: f32) -> f32 {
 fn gain(cone: Cone, t: f32) -> f32 {
     let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
     let at = cone.origin + cone.along * t;
-    let voxel = vec3<i32>(floor(at));
+    let voxel = integer3(floor(at));
     if any(bitcast<vec3<u32>>(voxel) >= vec3<u32>(size)) {
         return 0.0;
     }
@@ -107,7 +107,7 @@ fn gain(cone: Cone, t: f32) -> f32 {
 fn section(cone: Cone, begin: f32, end: f32) -> Section {
     let a = cone.origin + cone.along * begin;
     let b = cone.origin + cone.along * end;
-    return Section(vec3<i32>(floor(min(a, b) - radius(cone, end))), vec3<i32>(floor(max(a, b) + radius(cone, end))));
+    return Section(integer3(floor(min(a, b) - radius(cone, end))), integer3(floor(max(a, b) + radius(cone, end))));
 }
 
 fn is_in_grid(cut: Section) -> bool {
@@ -128,15 +128,20 @@ fn blockers_in(cut: Section) -> vec2<bool> {
     let next = select(0u, 1u, shift + size.x > 32u);
     var some = vast;
     var every = !vast;
+    let row_words = setup.grid_words_per_row;
+    var word = (u32(cut.low.z) * setup.grid_y + u32(cut.low.y)) * row_words + (u32(cut.low.x) >> 5u);
+    // From the last row of a layer to the first of the next.
+    let on = (setup.grid_y + 1u - size.y) * row_words;
+    var y = 1u;
     var i = 0u;
     for (; i < turns; i += 1u) {
-        let y = u32(cut.low.y) + i % size.y;
-        let z = u32(cut.low.z) + i / size.y;
-        let word = (z * setup.grid_y + y) * setup.grid_words_per_row + (u32(cut.low.x) >> 5u);
         let above = select(0u, layer[word + next] << ((32u - shift) & 31u), next != 0u);
         let bits = ((layer[word] >> shift) | above) & mask;
         some = some || bits != 0u;
         every = every && bits == mask;
+        let is_last = y == size.y;
+        word += select(row_words, on, is_last);
+        y = select(y, 0u, is_last) + 1u;
     }
     loop_ended(opaque(i) >= turns);
     return vec2<bool>(some, every);
@@ -170,11 +175,12 @@ fn across_axis(cone: Cone, axis: u32, begin: f32, limit: f32) -> Across {
     let growth = cone.spread + DEVIATION_PER_VOXEL;
     let origin = on_axis(cone.origin, axis);
     let at = origin + on_axis(cone.along, axis) * begin;
-    let first = i32(floor(at + f32(step) * radius(cone, begin))) + step;
+    let first = integer(floor(at + f32(step) * radius(cone, begin))) + step;
     let away = select(origin - f32(first + 1), f32(first) - origin, is_up);
-    let farthest = (min(begin + FAR, limit) - ROUNDED) * (slope - growth) - DEVIATION_FIXED;
+    // Below 0 if no layer stops the cone; so it is with a range of less than a voxel, where `limit` is below 0.
+    let farthest = max(min(begin + FAR, limit) - ROUNDED, 0.0) * (slope - growth) - DEVIATION_FIXED;
     let in_grid = select(first + 1, i32(on_axis(vec3<f32>(size), axis)) - first, is_up);
-    let in_reach = i32(floor(clamp(farthest - away, -1.0, f32(MOST_LAYERS) - 1.0))) + 1;
+    let in_reach = integer(floor(clamp(farthest - away, -1.0, f32(MOST_LAYERS) - 1.0))) + 1;
     let layers = max(min(in_reach, in_grid), 0);
     var stops = false;
     var looks = 0u;
@@ -229,8 +235,8 @@ fn across(cone: Cone, begin: f32, limit: f32) -> Across {
 fn is_clear_before(cone: Cone, begin: f32, found: Across) -> bool {
     let size = vec3<i32>(vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z));
     let own = vec3<u32>(found.axis) == vec3<u32>(0u, 1u, 2u);
-    let at = vec3<i32>(floor(cone.origin + cone.along * begin - radius(cone, begin)));
-    let on = vec3<i32>(floor(cone.origin + cone.along * begin + radius(cone, begin)));
+    let at = integer3(floor(cone.origin + cone.along * begin - radius(cone, begin)));
+    let on = integer3(floor(cone.origin + cone.along * begin + radius(cone, begin)));
     let is_up = on_axis(cone.along, found.axis) > 0.0;
     let low = select(min(at, found.layer.low), select(found.layer.low + 1, at, is_up), own);
     let high = select(max(on, found.layer.high), select(on, found.layer.high - 1, is_up), own);

@@ -21,9 +21,9 @@ fn ahead(voxel: vec3<i32>, step: vec3<i32>, reach: i32, size: vec3<i32>) -> vec3
 
 // A ray on its way at a distance up to which it has entered no blocker; at 0, where it begins.
 fn sent_on(begin: March, t_q16: u32) -> March {
-    let made = select(vec3<u32>(), made_at3(begin.next_q16, begin.period_q16, t_q16, 2), t_q16 > 0u);
+    let made = select(vec3<u32>(), made_at3(begin.next_q16, begin.period_q16, begin.rate, t_q16, 2), t_q16 > 0u);
     let next_q16 = min(begin.next_q16 + made * begin.period_q16, vec3<u32>(NEVER));
-    return March(begin.voxel + begin.step * vec3<i32>(made), begin.step, next_q16, begin.period_q16);
+    return March(begin.voxel + begin.step * vec3<i32>(made), begin.step, next_q16, begin.period_q16, begin.rate);
 }
 
 // The first blocker of a ray in one word that orders by distance: the distance times four, plus the axis of
@@ -41,7 +41,7 @@ fn first_hit(begin: March, last_q16: u32) -> u32 {
         if t > last_q16 {
             break;
         }
-        let made = made_at3(ray.next_q16, ray.period_q16, t, i32(axis));
+        let made = made_at3(ray.next_q16, ray.period_q16, ray.rate, t, i32(axis));
         ray.voxel += ray.step * vec3<i32>(made);
         // What is never crossed again stays a signed number.
         ray.next_q16 = min(ray.next_q16 + made * ray.period_q16, vec3<u32>(NEVER));

@@ -13,6 +13,8 @@ struct March {
     step: vec3<i32>,
     next_q16: vec3<u32>,
     period_q16: vec3<u32>,
+    // By what floats are multiplied instead of dividing them by the period.
+    rate: vec3<f32>,
 }
 
 fn packed(end: End) -> u32 {
@@ -23,16 +25,17 @@ fn unpacked(word: u32) -> End {
     return End(word >> 16u, word & 0xffffu);
 }
 
-// floor(2^32 / d), in floats and put right in integers. The quotient of floats errs by less than 2^-21 of
-// itself (half an ulp for f32(d), 2.5 for the division), so what is left of 2^32 is within 2^11 + d of
-// nothing. Of that the second quotient, at most 2^17 / d, errs by less than 1 / d: its floor is wrong only
-// where a whole quotient comes out too small.
+// floor(2^32 / d), in floats and put right in integers. The share errs by less than 2^-21 of itself (half an ulp for f32(d),
+// 2.5 for the division). So of the first 2^23 / d, which is less than 2^22, the integer next to it is within 3, and what is
+// left of 2^32 is within 1536 d of nothing: the second integer, which is of less than 1537, is right or off by one, and what
+// is left of that tells which way.
 fn period_q16(d: u32) -> u32 {
-    let about = u32(4294967296.0 / f32(d));
+    let share = 1.0 / f32(d);
+    let about = u32(integer(8388608.0 * share)) << 9u;
     let rest = bitcast<i32>(0u - about * d);
-    let more = i32(floor(f32(rest) / f32(d)));
+    let more = integer(f32(rest) * share);
     let over = rest - more * i32(d);
-    let period = about + u32(more) + u32(over >= i32(d));
+    let period = about + u32(more + i32(over >= i32(d)) - i32(over < 0));
     // 2^32 / 2 is already past NEVER.
     return select(period, NEVER, d < 3u);
 }
@@ -66,7 +69,13 @@ fn start(origin_q16: vec3<i32>, dir_q16: vec3<i32>) -> March {
         sign(dir_q16),
         vec3<u32>(x.x, y.x, z.x),
         vec3<u32>(x.y, y.y, z.y),
+        rate3(dir_q16),
     );
+}
+
+// A period is floor(2^32 / d), so d / 2^32, which is a float, is its inverse, or less by 2^-16 of it at most.
+fn rate3(dir_q16: vec3<i32>) -> vec3<f32> {
+    return vec3<f32>(abs(dir_q16)) * (1.0 / 4294967296.0);
 }
 
 // Ties take x before y before z, so that every backend visits the same voxels.
@@ -91,12 +100,11 @@ fn freed(end: End, no_return_is_free: bool) -> u32 {
     return 0u;
 }
 
-// How many whole periods lie in a distance, floor(x / period), for x < 2^28 and periods of directions (65,533
-// or more): software adapters divide floats, but not integers, several at a time. The true quotient is at
-// most 4096, and that of floats errs by less than 2^-21 of it (half an ulp for each f32, 2.5 for the
-// division), so its whole part is off by one at most: what is left of x tells which way.
-fn periods_in(x: u32, period_q16: u32) -> u32 {
-    let about = i32(f32(bitcast<i32>(x)) / f32(bitcast<i32>(period_q16)));
+// How many whole periods lie in a distance, floor(x / period), for x < 2^28 and the period and rate of a direction. The true
+// quotient is at most 4097; the product with the rate is less by 1/15 at most, and off by 2^-10 at most, since floats are
+// rounded twice. The integer next to it is the whole part or off by one: what is left of x tells which way.
+fn periods_in(x: u32, period_q16: u32, rate: f32) -> u32 {
+    let about = integer(f32(bitcast<i32>(x)) * rate);
     let rest = bitcast<i32>(x - u32(about) * period_q16);
     return u32(about + i32(rest >= bitcast<i32>(period_q16)) - i32(rest < 0));
 }
@@ -104,18 +112,18 @@ fn periods_in(x: u32, period_q16: u32) -> u32 {
 // How many crossings of one axis are made when a ray has come to (t_q16, axis) in the order of all crossings,
 // those at that very place included: `own` is the axis in question. An axis below 0 comes before all
 // crossings at its distance.
-fn made_at(first_q16: u32, period_q16: u32, own: i32, t_q16: u32, axis: i32) -> u32 {
+fn made_at(first_q16: u32, period_q16: u32, rate: f32, own: i32, t_q16: u32, axis: i32) -> u32 {
     // At the same distance a later axis has not crossed yet. Negative where the first crossing is later
     // still.
     let x = t_q16 - first_q16 - u32(own > axis);
-    return select(periods_in(x, period_q16) + 1u, 0u, bitcast<i32>(x) < 0);
+    return select(periods_in(x, period_q16, rate) + 1u, 0u, bitcast<i32>(x) < 0);
 }
 
-fn made_at3(first_q16: vec3<u32>, period_q16: vec3<u32>, t_q16: u32, axis: i32) -> vec3<u32> {
+fn made_at3(first_q16: vec3<u32>, period_q16: vec3<u32>, rate: vec3<f32>, t_q16: u32, axis: i32) -> vec3<u32> {
     return vec3<u32>(
-        made_at(first_q16.x, period_q16.x, 0, t_q16, axis),
-        made_at(first_q16.y, period_q16.y, 1, t_q16, axis),
-        made_at(first_q16.z, period_q16.z, 2, t_q16, axis),
+        made_at(first_q16.x, period_q16.x, rate.x, 0, t_q16, axis),
+        made_at(first_q16.y, period_q16.y, rate.y, 1, t_q16, axis),
+        made_at(first_q16.z, period_q16.z, rate.z, 2, t_q16, axis),
     );
 }
 
@@ -149,7 +157,7 @@ fn made_until(begin: March, room: vec3<u32>, t_q16: u32, axis: i32) -> Stand {
     // Of what happens at the very distance of the exit, the axes before it come first.
     let last_q16 = select(t_q16, exit_q16, stopped);
     let last = select(axis, exit - 1, stopped);
-    return Stand(made_at3(begin.next_q16, begin.period_q16, last_q16, last), stopped);
+    return Stand(made_at3(begin.next_q16, begin.period_q16, begin.rate, last_q16, last), stopped);
 }
 
 fn crossings_at(begin: March, room: vec3<u32>, t_q16: u32) -> u32 {

@@ -95,13 +95,13 @@ fn pixel_rect(projection: Projection, corner: vec3<i32>, edge: i32) -> PixelRect
     let deviates = deviation(dot(abs(p), one) + 3.0 * half);
     let gap = 0.71 * pixel + deviates;
     // Each pixel beside is a diagonal more.
-    let beside = i32(clamp((0.5 - deviates) / (1.42 * pixel) - 0.51, 0.0, 255.0));
+    let beside = integer(floor(clamp((0.5 - deviates) / (1.42 * pixel) - 0.51, 0.0, 255.0)));
     let middle = size * 0.5 + vec2<f32>(table.focal_x, table.focal_y) * p.xy / max(p.z, NEAREST);
     let visited = !near && gap <= 0.5 && all(middle >= vec2<f32>()) && all(middle < size);
     return PixelRect(
-        vec2<i32>(first),
-        vec2<i32>(last),
-        vec2<i32>(clamp(floor(middle), first, last)),
+        integer2(first),
+        integer2(last),
+        integer2(clamp(floor(middle), first, last)),
         seen,
         near,
         !near && inside && gap <= 0.5,

@@ -20,7 +20,7 @@
 fn reaches(projection: Projection, corner: vec3<i32>, edge: i32) -> u32 {
     let half = f32(edge) * 0.5;
     let distance = length(abs(vec3<f32>(corner) + half - projection.origin) + half);
-    return u32(distance + 2.0 * deviation(distance) + 2.0);
+    return u32(integer(floor(distance + 2.0 * deviation(distance) + 2.0)));
 }
 
 // Marks the tiles of a rectangle of pixels, from a word of `tiles` on; none with 0.

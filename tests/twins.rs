@@ -142,7 +142,7 @@ const TWINS: [Twin; 24] = [
         inputs: 13,
         outputs: 12,
         wgsl: "var m = March(in3(0u), in3(3u), vec3<u32>(in(6u), in(7u), in(8u)),
-                             vec3<u32>(in(9u), in(10u), in(11u)));
+                             vec3<u32>(in(9u), in(10u), in(11u)), vec3<f32>());
                cross(&m, in(12u));
                out_march(m);",
         rust: |w| {
@@ -162,15 +162,16 @@ const TWINS: [Twin; 24] = [
         name: "periods_in",
         inputs: 3,
         outputs: 1,
-        wgsl: "out(0u, periods_in(in(0u), in(1u)));",
+        wgsl: "out(0u, periods_in(in(0u), in(1u), rate3(vec3<i32>(sin(2u))).x));",
         rust: |w| vec![leap::periods_in(w[0], w[1], w[2])],
     },
     Twin {
         name: "made_at",
         inputs: 5,
         outputs: 1,
-        wgsl: "out(0u, made_at(in(0u), in(1u), sin(2u), in(3u), sin(4u)));",
-        rust: |w| vec![march::made_at(w[0], w[1], w[2] as i32, w[3], w[4] as i32)],
+        wgsl: "let rate = rate3(vec3<i32>(sin(1u))).x;
+               out(0u, made_at(in(0u), period_q16(in(1u)), rate, sin(2u), in(3u), sin(4u)));",
+        rust: |w| vec![march::made_at(w[0], march::period_q16(w[1]), w[2] as i32, w[3], w[4] as i32)],
     },
     Twin {
         name: "crossing_q16",
@@ -438,23 +439,24 @@ fn read_cases(name: &str, random: &mut Random, out: &mut Vec<u32>) {
         }
         "made_at" => {
             for first in [0, 1, 10, 65_533, 65_536, 2047 << 16, NEVER - 1, NEVER] {
-                for period in [65_533, 65_536, 65_537, 131_072, 2047 << 16, 2048 << 16, NEVER - 1, NEVER] {
+                for d in [65_539, 65_536, 65_535, 32_768, 33, 32, 3, 2, 1] {
                     for t in [0, 1, 9, 10, 11, 65_545, 65_546, 1772 << 16, 2047 << 16, 2347 << 16] {
                         for (own, axis) in [(0, -1), (0, 0), (0, 2), (1, 0), (1, 1), (2, 1)] {
-                            out.extend([first, period, own, t, axis as u32]);
+                            out.extend([first, d, own, t, axis as u32]);
                         }
                     }
                 }
             }
             for _ in 0..10_000 {
-                let period = march::period_q16(1 + random.below(65_539));
+                let d = 1 + random.below(65_539);
+                let period = march::period_q16(d);
                 let first = march::first_q16(random.below(65_537), period);
                 let n = random.below(1 + (2000 << 16) / period);
                 // At a crossing, beside one, or anywhere.
                 let any = random.below(2347 << 16);
                 let at = first.min(300 << 16) + n * period.min(2000 << 16);
                 let t = random.of(&[at, at + 1, at.saturating_sub(1), any]).min(2347 << 16);
-                out.extend([first, period, random.below(3), t, random.between(-1, 2) as u32]);
+                out.extend([first, d, random.below(3), t, random.between(-1, 2) as u32]);
             }
         }
         "crossing_q16" => {
@@ -633,6 +635,42 @@ fn a_direction_comes_back_from_its_words() {
         cases.extend(dir.map(|c| c as u32));
     }
     check(&device, &twin, &cases);
+}
+
+#[test]
+fn floats_become_the_integers_that_they_are_or_lie_next_to() {
+    let Some(choice) = common::adapter() else { return };
+    let device = open(&choice).unwrap_or_else(|e| panic!("{e}"));
+    const MOST: i32 = 1 << 22;
+    let whole = Twin {
+        name: "integer",
+        inputs: 1,
+        outputs: 3,
+        wgsl: "let x = bitcast<f32>(in(0u));
+               let two = integer2(vec2<f32>(x, x));
+               let three = integer3(vec3<f32>(x));
+               sout(0u, integer(x));
+               sout(1u, select(0, two.x, two.x == two.y));
+               sout(2u, select(0, three.x, all(three == vec3<i32>(three.y))));",
+        rust: |w| vec![f32::from_bits(w[0]) as i32 as u32; 3],
+    };
+    let edges = [-MOST, 1 - MOST, -65_537, -1, 0, 1, 4095, 65_536, MOST - 1, MOST];
+    let mut random = Random(1);
+    let numbers = edges.into_iter().chain((0..20_000).map(|_| random.between(-MOST, MOST)));
+    check(&device, &whole, &numbers.map(|n| (n as f32).to_bits()).collect::<Vec<_>>());
+    let between = Twin {
+        name: "integer",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "let n = integer(bitcast<f32>(in(0u)));
+               out(0u, u32(n == sin(1u) || n == sin(1u) + 1));",
+        rust: |_| vec![1],
+    };
+    let cases = (0..20_000).flat_map(|_| {
+        let x = random.between(-4096, 4096) as f32 + random.share() as f32;
+        [x.to_bits(), x.floor() as i32 as u32]
+    });
+    check(&device, &between, &cases.collect::<Vec<_>>());
 }
 
 #[test]

@@ -17,7 +17,7 @@ use crate::march::{self, deviation};
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
 
-/// What stands in front of every kernel: the constants, the structs and the march. A kernel of a test's own
+/// What stands in front of every kernel: the constants, the structs, floats as integers and the march. A kernel of a test's own
 /// can follow it.
 pub fn shader_prelude() -> String {
     let mut source = String::from("// Constants, printed by src/backend/gpu/prelude.rs.\n");
@@ -71,7 +71,12 @@ pub fn shader_prelude() -> String {
     for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {
         writeln!(source, "const {name} = {value}i;").expect("writing to a string");
     }
-    source + include_str!("../../../shaders/types.wgsl") + include_str!("../../../shaders/march.wgsl")
+    let shared = [
+        include_str!("../../../shaders/types.wgsl"),
+        include_str!("../../../shaders/integers.wgsl"),
+        include_str!("../../../shaders/march.wgsl"),
+    ];
+    source + &shared.concat()
 }
 
 /// The whole source of a kernel, as the device gets it: prelude, proof, what several kernels share, and the

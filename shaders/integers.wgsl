@@ -1,0 +1,23 @@
+// Floats as integers, without bindings.
+//
+// # Theory
+// Beside 1.5 * 2^23 floats are a step of 1 apart, so in a sum with it the last bits are an integer. What is whole comes out as
+// it is; of anything else one of the two integers next to it, which of them is the device's choice. For magnitudes up to 2^22.
+//
+// # Practice
+// WGSL's own conversion cuts what does not fit. Software adapters (Mesa 25) do that one invocation at a time.
+
+const FLOATS_OF_STEP_ONE = 12582912.0;
+const FIRST_BITS = 0x4b400000;
+
+fn integer(x: f32) -> i32 {
+    return bitcast<i32>(x + FLOATS_OF_STEP_ONE) - FIRST_BITS;
+}
+
+fn integer2(x: vec2<f32>) -> vec2<i32> {
+    return bitcast<vec2<i32>>(x + FLOATS_OF_STEP_ONE) - FIRST_BITS;
+}
+
+fn integer3(x: vec3<f32>) -> vec3<i32> {
+    return bitcast<vec3<i32>>(x + FLOATS_OF_STEP_ONE) - FIRST_BITS;
+}
