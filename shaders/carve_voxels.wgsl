@@ -79,16 +79,14 @@ fn witnessed(placement: GridPose, row: u32, offset: vec3<i32>, pixel_rect: Pixel
         var bits = enough_of_block(row, block, freed_of_block, pixel_rect, away);
         loop {
             turns += 1u;
+            let bit = firstTrailingBit(bits);
+            let pixel = vec2<i32>(block * 2u + vec2<u32>(bit & 1u, bit >> 1u));
+            found = bits != 0u && (all(abs(pixel - pixel_rect.centre) <= vec2<i32>(pixel_rect.beside))
+                || sees(placement.believed, dirs[u32(pixel.y) * table.image_x + u32(pixel.x)], offset));
+            bits &= bits - 1u;
             if bits == 0u || found {
                 break;
             }
-            let bit = firstTrailingBit(bits);
-            let pixel = vec2<i32>(block * 2u + vec2<u32>(bit & 1u, bit >> 1u));
-            found = all(abs(pixel - pixel_rect.centre) <= vec2<i32>(pixel_rect.beside));
-            if !found {
-                found = sees(placement.believed, dirs[u32(pixel.y) * table.image_x + u32(pixel.x)], offset);
-            }
-            bits &= bits - 1u;
         }
         loop_ended(opaque(bits) == 0u || opaque(u32(found)) != 0u);
         if found || next.y > last.y {
@@ -171,27 +169,33 @@ fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3
     var bits = select(0u, 0xffu, all_free);
     var open = 0u;
     var i = 0u;
-    for (; i < voxels; i += 1u) {
+    loop {
         let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
-        if all(low + at < window) {
+        if i < voxels && all(low + at < window) {
             let one = voxel + vec3<i32>(at);
             let seen = look(projection, row, one, away(own, one, 1).x);
             bits |= u32(seen == FREE) << i;
             open |= u32(seen == OPEN) << i;
+        }
+        i += 1u;
+        if i >= voxels {
+            break;
         }
     }
     loop_ended(opaque(i) >= voxels);
     // Each invocation goes on to its own next open voxel, so that a vector makes as many turns as the one with
     // the most of them.
     loop {
+        let i = firstTrailingBit(open);
+        let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
+        let number = first + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
+        if open != 0u {
+            bits |= u32(is_free(placement, projection, row, voxel + vec3<i32>(at), own, item, number)) << i;
+        }
+        open &= open - 1u;
         if open == 0u {
             break;
         }
-        let i = firstTrailingBit(open);
-        open &= open - 1u;
-        let at = vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u);
-        let number = first + at.x + at.y * BOX_EDGE + at.z * BOX_EDGE * BOX_EDGE;
-        bits |= u32(is_free(placement, projection, row, voxel + vec3<i32>(at), own, item, number)) << i;
     }
     loop_ended(opaque(open) == 0u);
     return bits;

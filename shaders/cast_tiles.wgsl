@@ -134,7 +134,7 @@ fn blockers_in(cut: Section) -> vec2<bool> {
     let on = (setup.grid_y + 1u - size.y) * row_words;
     var y = 1u;
     var i = 0u;
-    for (; i < turns; i += 1u) {
+    loop {
         let above = select(0u, layer[word + next] << ((32u - shift) & 31u), next != 0u);
         let bits = ((layer[word] >> shift) | above) & mask;
         some = some || bits != 0u;
@@ -142,6 +142,10 @@ fn blockers_in(cut: Section) -> vec2<bool> {
         let is_last = y == size.y;
         word += select(row_words, on, is_last);
         y = select(y, 0u, is_last) + 1u;
+        i += 1u;
+        if i >= turns {
+            break;
+        }
     }
     loop_ended(opaque(i) >= turns);
     return vec2<bool>(some, every);
@@ -192,19 +196,19 @@ fn across_axis(cone: Cone, axis: u32, begin: f32, limit: f32) -> Across {
         // leaves the grid on another axis enters no layer.
         var is_next = false;
         loop {
-            if is_next || i >= layers {
-                break;
-            }
             layer_at = first + i * step;
             let own_away = away + f32(i);
             let enters = max((own_away - DEVIATION_FIXED) / (slope + growth) - ROUNDED, begin);
             cut = section(cone, enters, (own_away + DEVIATION_FIXED) / (slope - growth) + ROUNDED);
             cut = Section(select(cut.low, vec3<i32>(layer_at), own), select(cut.high, vec3<i32>(layer_at), own));
-            if is_in_grid(cut) {
+            if i < layers && is_in_grid(cut) {
                 let middle = (cut.low + cut.high) / 2;
                 is_next = is_blocked(brick_at(middle), middle);
             }
             i += 1;
+            if is_next || i >= layers {
+                break;
+            }
         }
         loop_ended(opaque(u32(is_next)) != 0u || opaque(u32(i)) >= u32(layers));
         if !is_next || looks >= MOST_LOOKS {
@@ -224,8 +228,12 @@ fn across_axis(cone: Cone, axis: u32, begin: f32, limit: f32) -> Across {
 fn across(cone: Cone, begin: f32, limit: f32) -> Across {
     var found: Across;
     var axis = 0u;
-    for (; axis < 3u && !found.stops; axis += 1u) {
+    loop {
         found = across_axis(cone, axis, begin, limit);
+        axis += 1u;
+        if axis >= 3u || found.stops {
+            break;
+        }
     }
     loop_ended(opaque(axis) >= 3u || opaque(u32(found.stops)) != 0u);
     return found;

@@ -40,10 +40,16 @@ fn said(reading: Reading, words: vec4<u32>) -> Said {
 fn fuse_words(job: Job, words: vec4<u32>) -> Said {
     var any = Said();
     var i = job.first;
-    for (; i < job.end; i += 1u) {
-        let one = said(readings[i], words);
-        any.occupied |= one.occupied;
-        any.free |= one.free;
+    loop {
+        if i < job.end {
+            let one = said(readings[i], words);
+            any.occupied |= one.occupied;
+            any.free |= one.free;
+        }
+        i += 1u;
+        if i >= job.end {
+            break;
+        }
     }
     loop_ended(opaque(i) >= job.end);
     any.free &= ~any.occupied;
