@@ -1,8 +1,8 @@
-// Floats as integers, without bindings.
+// Floats that are whole numbers of up to 2^22 in magnitude, as integers; without bindings.
 //
 // # Theory
-// Beside 1.5 * 2^23 floats are a step of 1 apart, so in a sum with it the last bits are an integer. What is whole comes out as
-// it is; of anything else one of the two integers next to it, which of them is the device's choice. For magnitudes up to 2^22.
+// Beside 1.5 * 2^23 floats are a step of 1 apart, so the sum of it and a whole number is exact, whichever way a device rounds,
+// and the number is in its last bits.
 //
 // # Practice
 // WGSL's own conversion cuts what does not fit. Software adapters (Mesa 25) do that one invocation at a time.

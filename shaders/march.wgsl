@@ -25,15 +25,15 @@ fn unpacked(word: u32) -> End {
     return End(word >> 16u, word & 0xffffu);
 }
 
-// floor(2^32 / d), in floats and put right in integers. The share errs by less than 2^-21 of itself (half an ulp for f32(d),
-// 2.5 for the division). So of the first 2^23 / d, which is less than 2^22, the integer next to it is within 3, and what is
-// left of 2^32 is within 1536 d of nothing: the second integer, which is of less than 1537, is right or off by one, and what
-// is left of that tells which way.
+// floor(2^32 / d), in floats and put right in integers. However a device rounds, the share errs by less than 2^-21 of itself
+// (2.5 ulp for the division). So of the first 2^23 / d, which is less than 2^22, the whole part is found within 3, and what is
+// left of 2^32 is within 1536 d of nothing. The second whole part, of less than 1537, is right or off by one: what is left of
+// that tells which way.
 fn period_q16(d: u32) -> u32 {
     let share = 1.0 / f32(d);
-    let about = u32(integer(8388608.0 * share)) << 9u;
+    let about = u32(integer(floor(8388608.0 * share))) << 9u;
     let rest = bitcast<i32>(0u - about * d);
-    let more = integer(f32(rest) * share);
+    let more = integer(floor(f32(rest) * share));
     let over = rest - more * i32(d);
     let period = about + u32(more + i32(over >= i32(d)) - i32(over < 0));
     // 2^32 / 2 is already past NEVER.
@@ -73,7 +73,8 @@ fn start(origin_q16: vec3<i32>, dir_q16: vec3<i32>) -> March {
     );
 }
 
-// A period is floor(2^32 / d), so d / 2^32, which is a float, is its inverse, or less by 2^-16 of it at most.
+// A period is floor(2^32 / d), so d / 2^32, which is a float, is its inverse, or less by 2^-16 of it at most. Where the period
+// is NEVER, it is so small that no period lies in any distance.
 fn rate3(dir_q16: vec3<i32>) -> vec3<f32> {
     return vec3<f32>(abs(dir_q16)) * (1.0 / 4294967296.0);
 }
@@ -101,10 +102,10 @@ fn freed(end: End, no_return_is_free: bool) -> u32 {
 }
 
 // How many whole periods lie in a distance, floor(x / period), for x < 2^28 and the period and rate of a direction. The true
-// quotient is at most 4097; the product with the rate is less by 1/15 at most, and off by 2^-10 at most, since floats are
-// rounded twice. The integer next to it is the whole part or off by one: what is left of x tells which way.
+// quotient is less than 4098. The product with the rate is less by 1/15 at most, and off by 2^-10 at most, since floats are
+// rounded twice, whichever way. So its whole part is right or off by one: what is left of x tells which way.
 fn periods_in(x: u32, period_q16: u32, rate: f32) -> u32 {
-    let about = integer(f32(bitcast<i32>(x)) * rate);
+    let about = integer(floor(f32(bitcast<i32>(x)) * rate));
     let rest = bitcast<i32>(x - u32(about) * period_q16);
     return u32(about + i32(rest >= bitcast<i32>(period_q16)) - i32(rest < 0));
 }
