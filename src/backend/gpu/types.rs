@@ -1,6 +1,8 @@
 //! What the host and the shaders share: Rust mirrors of the structs in `shaders/types.wgsl`, and the
 //! constants, which Rust owns and prints in front of every shader.
 
+use std::mem::offset_of;
+
 use bytemuck::{Pod, Zeroable};
 
 use super::kernels::Stage;
@@ -187,6 +189,14 @@ pub struct PlacementWords {
     /// Where its first hits in the still layer are kept, or [`NO_SLOT`].
     pub first_hits: Slot,
 }
+
+// `shaders/carve_crowded.wgsl` looks up where a sensor is believed to be, and the slot, by number.
+const _: () = assert!(
+    offset_of!(PlacementWords, believed) == 0
+        && offset_of!(GridFrame, origin_q16) == 0
+        && offset_of!(GridFrame, axis_q15) == 4 * 3
+        && offset_of!(PlacementWords, slot) == 4 * (6 * 4 + 2)
+);
 
 impl From<&Shot> for PlacementWords {
     fn from(shot: &Shot) -> Self {
