@@ -164,8 +164,7 @@ fn free_of_cube(placement: GridPose, projection: Projection, row: u32, low: vec3
     let of_cube = away(own, voxel, 2);
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);
     let all_free = pixel_rect.dense && range.x > of_cube.y;
-    // Software adapters pay for what is behind a branch. A loop that asks at its end costs them a turn where there is nothing
-    // to do, and none too many elsewhere.
+    // No branch around the loop: software adapters run what is behind a branch in any case. A loop of no voxels is one turn.
     let voxels = select(0u, 8u, pixel_rect.seen && range.y > of_cube.x && !all_free);
     var bits = select(0u, 0xffu, all_free);
     var open = 0u;

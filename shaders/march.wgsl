@@ -13,7 +13,7 @@ struct March {
     step: vec3<i32>,
     next_q16: vec3<u32>,
     period_q16: vec3<u32>,
-    // By what floats are multiplied instead of dividing them by the period.
+    // The inverse of the period, or a little less (`rate3`): a product instead of a quotient.
     rate: vec3<f32>,
 }
 
