@@ -206,6 +206,8 @@ pub(super) struct Room {
     /// The arenas of [`DeviceScene`].
     ended: GrowingBuffer,
     free: GrowingBuffer,
+    /// Evidence from the host, on its way into the arenas.
+    pub(super) uploaded: GrowingBuffer,
     pub(super) jobs: GrowingBuffer,
     pub(super) readings: GrowingBuffer,
     pub(super) fused_occupied: GrowingBuffer,
@@ -226,6 +228,7 @@ impl Room {
             left: GrowingBuffer::indirect("left"),
             ended: GrowingBuffer::storage("ended"),
             free: GrowingBuffer::storage("free"),
+            uploaded: GrowingBuffer::storage("uploaded"),
             jobs: GrowingBuffer::storage("jobs"),
             readings: GrowingBuffer::storage("readings"),
             fused_occupied: GrowingBuffer::storage("fused_occupied"),

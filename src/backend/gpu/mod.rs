@@ -15,6 +15,7 @@ mod score;
 mod sense;
 mod timestamps;
 pub mod types;
+mod upload;
 
 pub use device::{GpuDevice, open};
 pub(super) use enumerate::enumerate;
@@ -39,9 +40,6 @@ use loaded::{DeviceScene, DeviceTable, Kept, Room};
 use plan::SceneSizes;
 use queue::Queue;
 use score::PendingCounts;
-
-/// Bytes of evidence from the host that may be on their way at once.
-const UPLOADED_AT_ONCE: u64 = 64 << 20;
 
 /// Bytes of evidence that are read back at once.
 const READ_AT_ONCE: u64 = 64 << 20;
@@ -173,33 +171,7 @@ impl Backend for Gpu {
     }
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
-        let Gpu { queue, loaded, .. } = self;
-        let loaded = loaded.as_mut().ok_or_else(no_scene)?;
-        let mut on_their_way = 0;
-        for (slot, planes) in evidence {
-            let offset = loaded.offset(slot)?;
-            let bytes = loaded.sizes.plane_bytes();
-            let places = [
-                (&planes.occupied, &loaded.ended, 2 * offset),
-                (&planes.free, &loaded.free, offset),
-                (&planes.hits, &loaded.ended, 2 * offset + bytes),
-            ];
-            for (plane, arena, offset) in places {
-                if plane.window() == loaded.window {
-                    queue.device.write(arena, offset, plane.words());
-                } else {
-                    queue.device.write(arena, offset, plane.over(loaded.window).words());
-                }
-            }
-            loaded.held[slot as usize] = true;
-            on_their_way += 3 * bytes;
-            if on_their_way > UPLOADED_AT_ONCE {
-                queue.device.submit(queue.device.encoder());
-                queue.device.wait()?;
-                on_their_way = 0;
-            }
-        }
-        queue.device.check()
+        self.upload_all(&evidence)
     }
 
     fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
