@@ -197,7 +197,7 @@ fn main(
     part = bound_part;
     table = bound_table;
     let team = local / TILE;
-    let item = group.x * TEAMS + team;
+    let item = (group.x * ABREAST + group.y) * TEAMS + team;
     if item < left[part.region * HEAD_WORDS + 3u] {
         scan(left[HEADS * HEAD_WORDS + item], team, local % TILE);
     }

@@ -113,16 +113,16 @@ fn enough_about(row: u32, pixel: vec2<u32>, beside: u32, away: u32) -> bool {
     return freed_of_block.y > away;
 }
 
-// Lists a voxel for `carve_crowded`, whose workgroups take TEAMS of them. What that kernel is to do is
+// Lists a voxel for `carve_crowded`, whose workgroups take TEAMS of them each, ABREAST workgroups at a time. What that kernel is to do is
 // taken from its completion counters, so that they come to nothing when all is done.
 fn leave(item: u32, number: u32) {
     let head = part.region * HEAD_WORDS;
     let place = atomicAdd(&left[head + 3u], 1u);
     atomicStore(&left[HEADS * HEAD_WORDS + place], (item << 9u) | number);
-    if place % TEAMS == 0u {
+    if place % (TEAMS * ABREAST) == 0u {
         atomicAdd(&left[head], 1u);
-        atomicSub(&done[CARVE_CROWDED], 1u);
-        atomicSub(&done[KERNELS + CARVE_CROWDED], WORKGROUP);
+        atomicSub(&done[CARVE_CROWDED], ABREAST);
+        atomicSub(&done[KERNELS + CARVE_CROWDED], WORKGROUP * ABREAST);
     }
 }
 

@@ -34,8 +34,11 @@ const ALLOWED: u32 = 65_535;
 /// Most invocations of a vector: 512 bits.
 const LANES: u32 = 16;
 
-/// Most tiles of which an invocation of `cast` or `carve_rays` takes a column, one after the other.
-const MOST_TILES: u32 = 8;
+/// Most tiles of which an invocation of `cast` or `carve_rays` takes a column, one after the other: a software adapter is
+/// spared looks at tiles that are done, while on a GPU 32 wait for the one with the most to do.
+pub(super) const fn most_tiles(software: bool) -> u32 {
+    if software { 8 } else { 2 }
+}
 
 /// Turns for a column of a tile whose rays make so many crossings: `cast` searches for the blockers of each ray, `carve_rays`
 /// follows each. Each invocation looks for the next tile by itself.
@@ -45,9 +48,9 @@ const fn turns_of_tile(crossings: u32) -> u32 {
 
 const _: () = assert!(turns_of_tile(3 * MAX_RANGE_VOXELS) <= ALLOWED);
 
-/// Of how many tiles an invocation takes a column, one after the other, if no ray goes farther than so many voxels.
-pub(super) fn tiles_of_invocation(voxels: u32) -> u32 {
-    (ALLOWED / turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS))).min(MOST_TILES)
+/// Of how many tiles, so many at most, an invocation takes a column, if no ray goes farther than so many voxels.
+pub(super) fn tiles_of_invocation(most: u32, voxels: u32) -> u32 {
+    (ALLOWED / turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS))).min(most)
 }
 
 /// Most tiles that an invocation of `see_tiles` marks one by one.
@@ -135,13 +138,15 @@ mod tests {
 
     #[test]
     fn an_invocation_takes_as_many_tiles_as_its_loops_may_turn_for() {
-        for voxels in 1..=2 * MAX_RANGE_VOXELS {
-            let tiles = tiles_of_invocation(voxels);
-            let turns = |tiles: u32| tiles * turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS));
-            assert!(tiles > 0 && turns(tiles) <= ALLOWED, "{tiles} at {voxels}");
-            assert!(tiles == MOST_TILES || turns(tiles + 1) > ALLOWED, "{tiles} at {voxels}");
+        for most in [true, false].map(most_tiles) {
+            for voxels in 1..=2 * MAX_RANGE_VOXELS {
+                let tiles = tiles_of_invocation(most, voxels);
+                let turns = |tiles: u32| tiles * turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS));
+                assert!(tiles > 0 && turns(tiles) <= ALLOWED, "{tiles} at {voxels}");
+                assert!(tiles == most || turns(tiles + 1) > ALLOWED, "{tiles} at {voxels}");
+            }
         }
-        assert_eq!([200, 500, 1000].map(tiles_of_invocation), [8, 5, 2]);
+        assert_eq!([200, 500, 1000].map(|voxels| tiles_of_invocation(most_tiles(true), voxels)), [8, 5, 2]);
     }
 
     /// `pixel_rect` in `shaders/projection.wgsl`, or a pixel more on each side: how many pixels of one axis are in tiles that may see a

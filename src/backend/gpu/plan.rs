@@ -8,9 +8,9 @@ mod sizes;
 use std::ops::Range;
 
 use super::kernels::Stage;
-use super::loop_bounds::tiles_of_invocation;
+use super::loop_bounds::{TEAMS, tiles_of_invocation};
 use super::pace::Pace;
-use super::types::{BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
+use super::types::{ABREAST, BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
 use crate::backend::{Carving, VoxelScene};
 use crate::voxel::BitGrid;
 pub(super) use budget::fits;
@@ -29,6 +29,8 @@ const CARVE_VOXELS_COST: u64 = 4000;
 const ITEMS_PER_DISPATCH: u64 = 1 << 21;
 /// Most workgroups of a row of a dispatch.
 const MOST_GROUPS: u64 = 65_535;
+// `carve_crowded` may be left all voxels of the boxes of a dispatch.
+const _: () = assert!((BOXES_AT_ONCE * BOX_EDGE.pow(3)) as u64 <= MOST_GROUPS * (ABREAST * TEAMS) as u64);
 /// What a word of one reading costs to fuse, where each of its voxels has its own sum, and a word to count.
 const STEPS_PER_READING: u64 = 32;
 const COUNT_COST: u64 = 4;
@@ -95,7 +97,7 @@ impl SceneSizes {
         }
         // Rays that are not cast are followed as far as voxels are near, whatever the range.
         let farthest = table.reach.max(table.near_until_q16() >> 16);
-        let tiles = if batch.by_tile() { tiles_of_invocation(farthest) } else { 0 };
+        let tiles = if batch.by_tile() { tiles_of_invocation(table.most_tiles, farthest) } else { 0 };
         let every_ray = batch.everything as u32;
         let cast = Part { every_ray, tiles, ..Part::default() };
         let items = if batch.by_tile() { 0..table.rays_of_tiles() } else { 0..table.rays };

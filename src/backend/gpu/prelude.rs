@@ -9,7 +9,7 @@ use super::loop_bounds::{
     MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
 use super::types::{
-    BOX_BITS, BOX_EDGE, DONE_WORDS, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PYRAMID_LEVELS,
+    ABREAST, BOX_BITS, BOX_EDGE, DONE_WORDS, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PYRAMID_LEVELS,
     PlacementWords, TILE,
 };
 use crate::backend::LOG_ODDS;
@@ -53,6 +53,7 @@ pub fn shader_prelude() -> String {
         ("MOST_PIXELS", MOST_PIXELS),
         ("MOST_TURNS", MOST_TURNS),
         ("TEAMS", TEAMS),
+        ("ABREAST", ABREAST),
         ("HEADS", HEADS),
         ("HEAD_WORDS", HEAD_WORDS),
         ("FARTHEST_READ_Q16", FARTHEST_READ_Q16),

@@ -3,7 +3,7 @@
 use super::kernels::Stage;
 use super::loaded::Kept;
 use super::plan::CastBatch;
-use super::types::{BOX_EDGE, BOXES_AT_ONCE, HEADS, PlacementWords};
+use super::types::{ABREAST, BOX_EDGE, HEADS, PlacementWords};
 use super::{Gpu, no_scene};
 use crate::backend::{Carving, Shot, no_table};
 use crate::{Error, Result};
@@ -79,11 +79,12 @@ impl Gpu {
         let reduce = bind(Stage::Pyramid, &[&[&ends, &pyramid]]);
         let carve_boxes = [&placements, &pyramid, &loaded.boxes, &undecided, &loaded.free];
         let carve_boxes = bind(Stage::CarveBoxes, &[&carve_boxes]);
-        let heads = [[0, 1, 1, 0]; HEADS as usize];
-        let left = room.left.hold(
-            &queue.device,
-            (size_of_val(&heads) as u64) + u64::from(BOXES_AT_ONCE * BOX_EDGE.pow(3)) * 4,
-        );
+        let heads = [[0, ABREAST, 1, 0]; HEADS as usize];
+        let by_voxel = dispatches.iter().filter(|d| d.stage == Stage::CarveVoxels);
+        let most_boxes = by_voxel.map(|d| d.part.end - d.part.first).max().unwrap_or(0);
+        let left = room
+            .left
+            .hold(&queue.device, (size_of_val(&heads) as u64) + u64::from(most_boxes * BOX_EDGE.pow(3)) * 4);
         queue.device.write(&left, 0, &heads);
         let looked = [&ends, &pyramid, &undecided, &left, &loaded.free];
         let carve_voxels = bind(Stage::CarveVoxels, &[&rays, &looked]);

@@ -28,8 +28,11 @@ pub const HEADS: u32 = 2048;
 /// Words of a head: the workgroups that `carve_crowded` needs (x, y, z), and the voxels that are left.
 pub const HEAD_WORDS: u32 = 4;
 
-/// Boxes of a dispatch of `carve_voxels`: the list of what it leaves holds all of their voxels.
-pub const BOXES_AT_ONCE: u32 = 1020;
+/// Most boxes of a dispatch of `carve_voxels`: the list of what it leaves holds all of their voxels.
+pub const BOXES_AT_ONCE: u32 = 16_320;
+
+/// Workgroups of `carve_crowded` on y, for each on x: those on x are limited.
+pub const ABREAST: u32 = 16;
 
 /// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past
 /// the farthest range.

@@ -7,7 +7,7 @@ use super::{CARVE_BOXES_COST, CARVE_VOXELS_COST, PYRAMID_COST};
 use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
-use crate::backend::gpu::loop_bounds::near_voxels;
+use crate::backend::gpu::loop_bounds::{most_tiles, near_voxels};
 use crate::backend::gpu::types::{
     BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE, place_of_pixel,
 };
@@ -31,6 +31,8 @@ pub(in crate::backend::gpu) struct TableSizes {
     /// Crossings of one axis that its longest ray may make.
     pub(super) reach: u32,
     pub(super) image: Option<Image>,
+    /// Most tiles of an invocation, where rays go by them.
+    pub(super) most_tiles: u32,
 }
 
 impl TableSizes {
@@ -41,7 +43,12 @@ impl TableSizes {
         // A noisy return may be read behind its blocker, and behind the range.
         let noise = rays.noise.farthest_q16();
         let range = (rays.gates.range_max_q16 >> 16).min(MAX_RANGE_VOXELS);
-        let sizes = TableSizes { rays: count as u32, reach: range + (noise >> 16) + 3, image: rays.image };
+        let sizes = TableSizes {
+            rays: count as u32,
+            reach: range + (noise >> 16) + 3,
+            image: rays.image,
+            most_tiles: most_tiles(adapter.software),
+        };
         fits(adapter, "the ends of one placement's rays take", sizes.ends_bytes(), "fewer rays")?;
         Ok(sizes)
     }

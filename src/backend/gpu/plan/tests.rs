@@ -3,7 +3,7 @@
 use super::*;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::BodyWords;
-use crate::backend::gpu::loop_bounds::WORKGROUP;
+use crate::backend::gpu::loop_bounds::{WORKGROUP, most_tiles};
 use crate::backend::{Image, Noise, Rays};
 
 /// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of
@@ -21,13 +21,13 @@ fn voxel(longest: u32, regions: &[(u32, u32)]) -> SceneSizes {
 }
 
 fn table(rays: u32) -> TableSizes {
-    TableSizes { rays, reach: 4000, image: None }
+    TableSizes { rays, reach: 4000, image: None, most_tiles: most_tiles(true) }
 }
 
 /// A camera of 1280 × 720 pixels: 20 × 12 of the largest blocks, which come two by two.
 fn camera() -> TableSizes {
     let image = Image { size_px: [1280, 720], focal_px: [674.4, 649.5] };
-    TableSizes { rays: 921_600, reach: 300, image: Some(image) }
+    TableSizes { rays: 921_600, reach: 300, image: Some(image), most_tiles: most_tiles(true) }
 }
 
 fn batch(placements: u32, carving: Carving) -> CastBatch {
@@ -157,7 +157,7 @@ fn what_costs_less_is_chosen() {
 fn ends_are_those_of_whole_tiles_where_rays_may_go_by_them() {
     let sizes = |[x, y]: [u32; 2]| {
         let image = Image { size_px: [x, y], focal_px: [1e3; 2] };
-        let sizes = TableSizes { rays: x * y, reach: 300, image: Some(image) };
+        let sizes = TableSizes { rays: x * y, image: Some(image), ..camera() };
         (sizes.has_tiles(), sizes.ends_words())
     };
     assert_eq!(sizes([1280, 720]), (true, 921_600 + 14_400));
@@ -178,7 +178,7 @@ fn ends_are_those_of_whole_tiles_where_rays_may_go_by_them() {
 fn the_ends_of_a_camera_come_back_in_the_order_of_its_rays() {
     let [x, y] = [9, 11];
     let image = Image { size_px: [x, y], focal_px: [1e3; 2] };
-    let sizes = TableSizes { rays: x * y, reach: 300, image: Some(image) };
+    let sizes = TableSizes { rays: x * y, image: Some(image), ..camera() };
     let mut words = vec![u32::MAX; sizes.ends_words() as usize];
     for (ray, pixel) in (0..y).flat_map(|v| (0..x).map(move |u| [u, v])).enumerate() {
         let place = &mut words[crate::backend::gpu::types::place_of_pixel(2, pixel) as usize];
@@ -202,7 +202,7 @@ fn rays_by_tiles_of_plain_placements_are_cast_as_plain() {
     }
     // Images that are not whole tiles are cast in whole ones.
     let image = Image { size_px: [1279, 717], focal_px: [674.4, 649.5] };
-    let table = TableSizes { rays: 1279 * 717, reach: 300, image: Some(image) };
+    let table = TableSizes { rays: 1279 * 717, image: Some(image), ..camera() };
     let dispatches = voxel(300, &[]).sensing(&table, &batch(3, Carving::ByVoxel), &pace(1));
     covers_once(&dispatches, &pace(1), &[(Stage::Cast, 3 * 921_600), (Stage::CarveRays, 921_600)]);
 }
