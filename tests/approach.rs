@@ -152,15 +152,12 @@ fn a_person_put_at_the_deepest_place_is_not_hit_by_any_backend() {
         let spot = folder.path("cell.toml");
         let before = fs::read_to_string(&spot).unwrap();
         folder.edit("cell.toml", "position_m = [0.1, 0.55, 0.9]", &format!("position_m = {position}"));
-        let mut backends = vec![["oracle", "auto"], ["cpu", "auto"]];
-        if common::adapter().is_some() {
-            backends.push(["gpu", "software"]);
-        }
-        let seen = backends.into_iter().map(|[backend, adapter]| {
+        let mut backends = vec![vec!["--backend", "oracle"], vec!["--backend", "cpu"]];
+        backends.extend(common::on_adapter().map(Vec::from));
+        let seen = backends.into_iter().map(|on| {
             let (study, out) = (folder.path("study.toml"), folder.path("swept"));
-            let fixed = ["sweep", text(&study), "--out", text(&out), "--backend", backend, "--restart"];
-            let on: &[&str] = if backend == "gpu" { &["--adapter", adapter] } else { &[] };
-            let outcome = perirobot(&[&fixed, on].concat());
+            let fixed = ["sweep", text(&study), "--out", text(&out), "--restart"];
+            let outcome = perirobot(&[&fixed, &on[..]].concat());
             assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
             let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
             let header = reader.headers().unwrap().clone();

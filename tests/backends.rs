@@ -204,6 +204,65 @@ fn more_than_a_batch() {
     }
 }
 
+/// Evidence from the host, over windows that begin and end anywhere, over earlier evidence, and more than once: where layers
+/// are long, the device gets pieces of them.
+#[test]
+fn evidence_from_the_host_arrives_whole() {
+    let Some(mut gpu) = gpu() else { return };
+    let grid = Window { min: [0; 3], size: [300, 400, 5] };
+    let mut random = Random(7);
+    let mut scattered = |window: Window, one_in: u32| {
+        let mut plane = BitGrid::new(window);
+        BitGrid::full(window).voxels().filter(|_| random.one_in(one_in)).for_each(|voxel| plane.set(voxel));
+        plane
+    };
+    let window = Window { min: [3, 5, 1], size: [290, 390, 4] };
+    let blank = BitGrid::new(grid);
+    let scene = VoxelScene {
+        blockers: blank.clone().into(),
+        over_time: None,
+        window,
+        truth: blank.over(window),
+        human: blank.over(window),
+        robot: blank.over(window),
+        regions: vec![BitGrid::full(window)],
+        people: People::default(),
+    };
+    let all = scattered(window, 3);
+    let person = scattered(Window { min: [100, 200, 2], size: [40, 30, 2] }, 2);
+    let beyond = scattered(Window { min: [-20, -3, 0], size: [60, 100, 3] }, 2);
+    let nearly_all = scattered(Window { min: [0, 6, 2], size: [300, 380, 3] }, 4);
+    let nowhere = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let said = |occupied: &BitGrid, free: &BitGrid, hits: &BitGrid| Planes {
+        occupied: occupied.clone(),
+        free: free.clone(),
+        hits: hits.clone(),
+    };
+    let batches = [
+        vec![
+            (4, said(&all, &all, &all)),
+            (0, said(&all, &nowhere, &person)),
+            (1, said(&nowhere, &all, &nowhere)),
+        ],
+        vec![
+            (1, said(&person, &beyond, &nearly_all)),
+            (4, said(&beyond, &nowhere, &blank)),
+            (2, said(&person, &person, &all)),
+        ],
+    ];
+    let mut oracle = Oracle::default();
+    let kept = [&mut oracle as &mut dyn Backend, &mut gpu].map(|backend| {
+        backend.load(&scene).unwrap();
+        batches.iter().for_each(|batch| backend.upload(batch.clone()).unwrap());
+        backend.planes(&[0, 1, 2, 4]).unwrap()
+    });
+    for (number, (expected, found)) in kept[0].iter().zip(&kept[1]).enumerate() {
+        for ((name, expected), (_, found)) in expected.named().into_iter().zip(found.named()) {
+            assert_eq!(plane_difference(name, found, &expected.over(window)), None, "number {number}");
+        }
+    }
+}
+
 /// A camera in a corner is believed to look out of the grid; truly it looks at a person, of whom all evidence
 /// is kept.
 #[test]

@@ -129,9 +129,7 @@ fn a_file_that_ends_anywhere_is_gone_on_with_on_every_backend() {
     let (_, expected) = chosen(&folder, "out", &["--threads", "1"]);
     let whole = journal(&folder);
     let mut backends = vec![vec!["--backend", "oracle"], vec!["--threads", "1"], vec!["--threads", "2"]];
-    if common::adapter().is_some() {
-        backends.push(vec!["--backend", "gpu", "--adapter", "software"]);
-    }
+    backends.extend(common::on_adapter().map(Vec::from));
     let (mut found, records) = (0, first_record(&whole));
     // Before and within what decides the evidence, and within records.
     let within = (0..8).map(|part| records + (whole.len() - records) * part / 8);
@@ -480,15 +478,12 @@ mod ended {
     #[test]
     fn what_a_device_cast_is_counted_again_by_whoever_goes_on() {
         const CHECKED: &str = "poses counted again on the CPU: no difference";
-        if crate::common::adapter().is_none() {
-            return;
-        }
+        let Some(on) = crate::common::on_adapter() else { return };
         // A quick device may be done before the signal comes.
         for poses in ["500", "5000", "50000"] {
             let folder = long_folder();
             folder.edit(STUDY, "count = 100", &format!("count = {poses}"));
             let (study, out) = (folder.path(STUDY), folder.path("out"));
-            let on = ["--backend", "gpu", "--adapter", "software"];
             let mut run = Running::start(&[&["choose", text(&study), "--out", text(&out)][..], &on].concat());
             assert!(run.until_rows(&out.join(EVIDENCE), 0));
             run.signal("KILL");

@@ -40,9 +40,7 @@ fn all_backends_write_the_same_bytes_however_many_threads() {
     assert!(first.stdout.contains("best set: F1 "), "{}", first.stdout);
     let mut others =
         vec![vec!["--backend", "cpu", "--threads", "1"], vec!["--backend", "cpu", "--threads", "2"]];
-    if common::adapter().is_some() {
-        others.push(vec!["--backend", "gpu", "--adapter", "software"]);
-    }
+    others.extend(common::on_adapter().map(Vec::from));
     for (number, options) in others.iter().enumerate() {
         let out = format!("out{number}");
         let outcome = choose(&folder, &out, options);

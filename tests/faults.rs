@@ -759,8 +759,17 @@ fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
     let error = gpu.receive().unwrap_err();
     assert!(matches!(error, Error::Device(_)), "{error:?}");
 
-    // A device may have answered before anybody began to wait; not every time.
-    let error = (0..100).find_map(|_| work(&mut open(0)).err()).expect("a device that is late");
+    // A device may have answered before anybody began to wait: a GPU in every try, if it is quick.
+    let much = |gpu: &mut Gpu| {
+        let shots = (0..200).map(|number| Shot::once(number % gpu.slots() as u32, placement));
+        gpu.sense(0, &shots.collect::<Vec<_>>())?;
+        gpu.score(Fusion::OccupiedWins, &job())
+    };
+    let Some(error) = (0..100).find_map(|_| much(&mut open(0)).err()) else {
+        let device = open(0).device();
+        assert!(!device.contains("software"), "{device} is never late");
+        return common::say(&format!("SKIPPED: {device} is never late"));
+    };
     assert!(
         matches!(&error, Error::Device(what) if what.to_string().contains("no answer in 0ns")),
         "{error:?}"

@@ -176,12 +176,10 @@ fn what_is_measured_is_what_a_plain_search_finds() {
 fn every_backend_measures_the_same() {
     let folder = cell(&require("seen", "human_seen", "near@1", "at_least = 0"));
     swept(&folder);
-    let mut backends: Vec<&[&str]> = vec![&["oracle"], &["cpu"]];
-    if common::adapter().is_some() {
-        backends.push(&["gpu", "--adapter", "software"]);
-    }
+    let mut backends = vec![vec!["--backend", "oracle"], vec!["--backend", "cpu"]];
+    backends.extend(common::on_adapter().map(Vec::from));
     let tables = backends.iter().map(|backend| {
-        let outcome = judge(&folder, &[&["--best", "3", "--backend"], *backend].concat());
+        let outcome = judge(&folder, &[&["--best", "3"], &backend[..]].concat());
         assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
         ["separation.csv", "speeds.csv"].map(|name| fs::read(folder.path("out").join(name)).unwrap())
     });

@@ -23,7 +23,6 @@ use running::{Running, long, same_bytes, size};
 
 const JOURNAL: &str = "out/counts.journal";
 const CPU: &[&str] = &["--backend", "cpu"];
-const SOFTWARE: &[&str] = &["--backend", "gpu", "--adapter", "software"];
 
 /// A file's name and bytes.
 type File = (String, Vec<u8>);
@@ -120,8 +119,10 @@ fn a_sweep_that_is_killed_again_and_again_ends_as_a_quiet_one() {
 fn soak() {
     let kills =
         std::env::var("PERIROBOT_KILLS").map_or(60, |text| text.parse().expect("PERIROBOT_KILLS: a number"));
-    let gpu = common::adapter().is_some();
-    killed(kills, if gpu { &[CPU, CPU, CPU, SOFTWARE] } else { &[CPU] });
+    let gpu = common::on_adapter();
+    let mut backends = vec![CPU; 3];
+    backends.extend(gpu.iter().map(|gpu| &gpu[..]));
+    killed(kills, &backends);
 }
 
 #[test]
@@ -363,12 +364,10 @@ fn what_decides_nothing_may_change() {
 
 #[test]
 fn a_sweep_begun_on_one_device_goes_on_on_another() {
-    if common::adapter().is_none() {
-        return;
-    }
+    let Some(gpu) = common::on_adapter() else { return };
     let folder = quiet();
     let mut rows = 0;
-    for backend in [CPU, SOFTWARE] {
+    for backend in [CPU, &gpu] {
         let mut run = Running::sweep(&folder, backend);
         assert!(run.until_rows(&folder.path(JOURNAL), rows));
         run.signal("TERM");

@@ -297,7 +297,7 @@ pub trait Backend {
     /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()>;
 
-    /// Puts evidence made by the host into slots. Planes cover the scene's window or any part of it.
+    /// Puts evidence made by the host into slots. Planes cover the scene's window or any part of it. No slot comes twice.
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()>;
 
     /// Asks for the readings of each job to be fused, in their order, and for the labels and the hits in each region of the

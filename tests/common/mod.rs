@@ -5,6 +5,7 @@
 pub(crate) mod cases;
 
 use std::io::Write;
+use std::sync::LazyLock;
 
 use perirobot::backend::adapter::{AdapterChoice, adapters};
 
@@ -18,6 +19,16 @@ pub(crate) fn say(message: &str) {
 /// hardware, else software. Without any, `None` and a note; a failure where `PERIROBOT_REQUIRE_GPU=1`
 /// promises one.
 pub(crate) fn adapter() -> Option<AdapterChoice> {
+    Some(AdapterChoice::Named(adapter_number()?.to_string()))
+}
+
+/// What has the program compute on the adapter to test on.
+pub(crate) fn on_adapter() -> Option<[&'static str; 4]> {
+    static NUMBER: LazyLock<Option<String>> = LazyLock::new(|| Some(adapter_number()?.to_string()));
+    NUMBER.as_deref().map(|number| ["--backend", "gpu", "--adapter", number])
+}
+
+fn adapter_number() -> Option<usize> {
     let found = adapters();
     if found.is_empty() {
         let promised = std::env::var("PERIROBOT_REQUIRE_GPU").is_ok_and(|v| v == "1");
@@ -32,7 +43,7 @@ pub(crate) fn adapter() -> Option<AdapterChoice> {
     };
     let index = perirobot::backend::adapter::select(&found, &choice).unwrap_or_else(|e| panic!("{e}"));
     say(&format!("adapter: {}", found[index].label()));
-    Some(AdapterChoice::Named(index.to_string()))
+    Some(index)
 }
 
 /// SplitMix64: the same numbers on every machine.

@@ -1,18 +1,25 @@
 //! Asks the system which adapters there are.
 
+use std::sync::LazyLock;
+
 use crate::backend::adapter::AdapterReport;
 
 /// Where the shaders run: Vulkan and, as far as they are compiled in, which Cargo.toml decides, Metal and DirectX 12.
 const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
 
-/// The adapters with what opens them.
-pub(in crate::backend) fn enumerate() -> Vec<(AdapterReport, wgpu::Adapter)> {
+/// The system's drivers, opened once and never closed: NVIDIA's for Linux ends a program where they are opened
+/// by several threads at once, or where they are closed before a thread ends that used them.
+static DRIVERS: LazyLock<wgpu::Instance> = LazyLock::new(|| {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = BACKENDS;
     // No validation layers: wgpu checks what it is given itself, in every build.
     descriptor.flags = wgpu::InstanceFlags::empty();
-    let instance = wgpu::Instance::new(descriptor);
-    let found = pollster::block_on(instance.enumerate_adapters(BACKENDS));
+    wgpu::Instance::new(descriptor)
+});
+
+/// The adapters with what opens them.
+pub(in crate::backend) fn enumerate() -> Vec<(AdapterReport, wgpu::Adapter)> {
+    let found = pollster::block_on(DRIVERS.enumerate_adapters(BACKENDS));
     found.into_iter().enumerate().map(|(index, adapter)| (report(index, &adapter), adapter)).collect()
 }
 

@@ -206,7 +206,8 @@ pub(super) struct Room {
     /// The arenas of [`DeviceScene`].
     ended: GrowingBuffer,
     free: GrowingBuffer,
-    /// Evidence from the host, on its way into the arenas.
+    /// Evidence from the host, on its way into the arenas: here, and on the device.
+    pub(super) rows: Vec<u32>,
     pub(super) uploaded: GrowingBuffer,
     pub(super) jobs: GrowingBuffer,
     pub(super) readings: GrowingBuffer,
@@ -228,6 +229,7 @@ impl Room {
             left: GrowingBuffer::indirect("left"),
             ended: GrowingBuffer::storage("ended"),
             free: GrowingBuffer::storage("free"),
+            rows: Vec::new(),
             uploaded: GrowingBuffer::storage("uploaded"),
             jobs: GrowingBuffer::storage("jobs"),
             readings: GrowingBuffer::storage("readings"),
