@@ -113,8 +113,8 @@ fn enough_about(row: u32, pixel: vec2<u32>, beside: u32, away: u32) -> bool {
     return freed_of_block.y > away;
 }
 
-// Lists a voxel for `carve_crowded`, whose workgroups take TEAMS of them each, ABREAST workgroups at a time. What that kernel is to do is
-// taken from its completion counters, so that they come to nothing when all is done.
+// Lists a voxel for `carve_crowded`, whose workgroups, ABREAST at a time, take TEAMS of them each. What that
+// kernel is to do is taken from its completion counters, so that they come to nothing when all is done.
 fn leave(item: u32, number: u32) {
     let head = part.region * HEAD_WORDS;
     let place = atomicAdd(&left[head + 3u], 1u);

@@ -761,7 +761,7 @@ fn a_real_device_that_is_lost_or_late_is_a_failure_and_not_a_panic() {
 
     // A device may have answered before anybody began to wait: a GPU in every try, if it is quick.
     let much = |gpu: &mut Gpu| {
-        let shots = (0..200).map(|number| Shot::once(number % gpu.slots() as u32, placement));
+        let shots = (0..gpu.slots().min(200) as u32).map(|slot| Shot::once(slot, placement));
         gpu.sense(0, &shots.collect::<Vec<_>>())?;
         gpu.score(Fusion::OccupiedWins, &job())
     };

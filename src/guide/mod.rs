@@ -16,7 +16,7 @@
 //! | [`same_integers`] | why CPU, GPU and oracle agree in every count |
 //! | [`rules`] | what is counted, exactly |
 //! | [`why_fast`] | which algorithm saves what, and why it is exact |
-//! | [`wide_gpus`] | what to expect of the kernels on hardware, and why; nothing measured |
+//! | [`wide_gpus`] | what to expect of the kernels on hardware, and why; measured on one GPU |
 //! | [`measured`] | speeds, as ratios to the oracle |
 //! | [`change_it`] | the files to touch for a new sensor, mesh format, representation or kernel |
 //! | [`contributing`] | building, testing, shipped pictures and schemas, releases |

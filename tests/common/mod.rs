@@ -5,7 +5,6 @@
 pub(crate) mod cases;
 
 use std::io::Write;
-use std::sync::LazyLock;
 
 use perirobot::backend::adapter::{AdapterChoice, adapters};
 
@@ -24,8 +23,7 @@ pub(crate) fn adapter() -> Option<AdapterChoice> {
 
 /// What has the program compute on the adapter to test on.
 pub(crate) fn on_adapter() -> Option<[&'static str; 4]> {
-    static NUMBER: LazyLock<Option<String>> = LazyLock::new(|| Some(adapter_number()?.to_string()));
-    NUMBER.as_deref().map(|number| ["--backend", "gpu", "--adapter", number])
+    Some(["--backend", "gpu", "--adapter", adapter_number()?.to_string().leak()])
 }
 
 fn adapter_number() -> Option<usize> {

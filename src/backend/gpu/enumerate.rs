@@ -7,8 +7,8 @@ use crate::backend::adapter::AdapterReport;
 /// Where the shaders run: Vulkan and, as far as they are compiled in, which Cargo.toml decides, Metal and DirectX 12.
 const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
 
-/// The system's drivers, opened once and never closed: NVIDIA's for Linux ends a program where they are opened
-/// by several threads at once, or where they are closed before a thread ends that used them.
+/// The system's drivers, opened once and never closed: where NVIDIA's for Linux is closed before a thread ends
+/// that used it, the program ends with a segmentation fault.
 static DRIVERS: LazyLock<wgpu::Instance> = LazyLock::new(|| {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = BACKENDS;

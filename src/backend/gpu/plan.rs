@@ -176,8 +176,9 @@ impl SceneSizes {
 /// The dispatches that decide the boxes which were left, a workgroup a box, and the voxels that were left of
 /// each of them.
 fn carving_voxels(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> {
-    let at_once =
-        (pace.work_at_once(Stage::CarveVoxels) / CARVE_VOXELS_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
+    // Both take the same boxes, and the second may be the slower one.
+    let work = pace.work_at_once(Stage::CarveVoxels).min(pace.work_at_once(Stage::CarveCrowded));
+    let at_once = (work / CARVE_VOXELS_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
     let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
     blocks.into_iter().zip(0..).flat_map(|(block, head)| {
         let part = Part { region: head, ..Part::default() };

@@ -13,6 +13,12 @@ use crate::voxel::{BitGrid, Window};
 /// Words that may be on their way at once.
 const WORDS_AT_ONCE: usize = 16 << 20;
 
+/// Pieces that may be on their way at once.
+const PIECES_AT_ONCE: usize = 1 << 14;
+
+/// So many planes are remembered, in case that one of them comes again.
+const REMEMBERED: usize = 64;
+
 /// Bytes that cost as much as a piece of their own.
 const WORTH_A_PIECE: u32 = 8 << 10;
 
@@ -47,6 +53,10 @@ impl Gpu {
         let Gpu { queue, loaded, room, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         let device = &queue.device;
+        for &(slot, _) in evidence {
+            loaded.offset(slot)?;
+            loaded.held[slot as usize] = false;
+        }
         let mut encoder = device.encoder();
         let mut placed = Vec::with_capacity(3 * evidence.len());
         for (slot, planes) in evidence {
@@ -66,6 +76,7 @@ impl Gpu {
             let mut rows = Rows::default();
             while let Some((&(plane, arena, begin), others)) = left.split_first()
                 && rows.words < WORDS_AT_ONCE
+                && rows.pieces.len() < PIECES_AT_ONCE
             {
                 rows.add(plane, loaded.window, arena, begin);
                 left = others;
@@ -102,7 +113,13 @@ impl<'a> Rows<'a> {
         let layer_words = row_words as usize * ys.len();
         let [y, z] = [ys.start - window.min[1], zs.start - window.min[2]].map(|rows| rows as u64);
         let (pieces, layers) = if whole { (1, zs.len()) } else { (zs.len(), 1) };
-        let from = self.planes.iter().find(|known| known.plane == plane).map(|known| known.from);
+        let from = self
+            .planes
+            .iter()
+            .rev()
+            .take(REMEMBERED)
+            .find(|known| known.plane == plane)
+            .map(|known| known.from);
         let from = from.unwrap_or_else(|| {
             self.planes.push(PlaneRows { plane, ys, zs: zs.clone(), from: self.words });
             self.words += layer_words * zs.len();

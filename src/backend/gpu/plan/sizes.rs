@@ -8,9 +8,7 @@ use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::gpu::loop_bounds::{most_tiles, near_voxels};
-use crate::backend::gpu::types::{
-    BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE, place_of_pixel,
-};
+use crate::backend::gpu::types::{BOX_EDGE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE, place_of_pixel};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::Bricks;
@@ -19,6 +17,8 @@ use crate::voxel::Bricks;
 const MOST_IMAGE_PIXELS: u64 = 1 << 24;
 /// Placements of a batch: more would not make the dispatches any larger.
 const PLACEMENTS_PER_BATCH: u64 = 64;
+/// Boxes that a dispatch of `carve_voxels` can be given on any adapter.
+const LEAST_BOXES: u32 = 1024;
 /// Jobs of a batch.
 const JOBS_PER_BATCH: u64 = 256;
 /// Most pieces of evidence kept at once, however small they are.
@@ -128,7 +128,8 @@ impl TableSizes {
     ) -> usize {
         let pyramid = if self.has_tiles() { self.pyramid_bytes() } else { 0 };
         let bytes = self.ends_bytes().max(pyramid).max(scene.undecided_bytes(1));
-        let boxes = (HEADS * BOXES_AT_ONCE) as u64 / u64::from(scene.boxes[1].max(1));
+        // On a slow adapter a dispatch takes few boxes, and there are so many dispatches at most.
+        let boxes = (HEADS * LEAST_BOXES) as u64 / u64::from(scene.boxes[1].max(1));
         BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
     }
 
