@@ -139,6 +139,19 @@ fn carve_boxes_and_carve_voxels_decide_each_box_once() {
 }
 
 #[test]
+fn a_slow_carve_crowded_gets_fewer_boxes() {
+    let most = |pace: &Pace| {
+        let dispatches = voxel(300, &[]).sensing(&camera(), &batch(18, Carving::ByVoxel), pace);
+        let crowded = dispatches.iter().filter(|d| d.stage == Stage::CarveCrowded);
+        crowded.map(|d| d.part.end - d.part.first).max().unwrap()
+    };
+    let mut pace = Pace::new();
+    assert!(most(&pace) > 1000, "{}", most(&pace));
+    (0..40).for_each(|_| pace.took(Stage::CarveCrowded, 0, std::time::Duration::from_secs(1)));
+    assert!(most(&pace) < 300, "{}", most(&pace));
+}
+
+#[test]
 fn what_costs_less_is_chosen() {
     let voxel = voxel(300, &[]);
     assert_eq!(voxel.carving(&camera()), Carving::ByVoxel);
