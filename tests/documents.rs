@@ -130,7 +130,7 @@ fn follow(document: &str, least: usize) {
 fn check_toml(document: &str, text: &str, at: &str) {
     let json: serde_json::Value = toml::from_str(text).unwrap_or_else(|e| panic!("{at}: {e}"));
     let schema = if json.get("object").is_some() { schema::scene() } else { schema::study() };
-    let validator = jsonschema::validator_for(&serde_json::from_str(&schema).unwrap()).unwrap();
+    let validator = jsonschema::validator_for(&serde_json::from_str(schema).unwrap()).unwrap();
     // A piece of a file lacks what the rest of the file says.
     let wrong =
         validator.iter_errors(&json).filter(|e| !matches!(e.kind(), ValidationErrorKind::Required { .. }));

@@ -25,12 +25,12 @@ pub(super) struct Args {
 }
 
 /// Their names, and what is in them.
-fn files() -> [(&'static str, String); 6] {
+fn files() -> [(&'static str, &'static str); 6] {
     [
-        ("study.toml", include_str!("init/study.toml").into()),
-        ("cell.toml", include_str!("init/cell.toml").into()),
-        ("operator.csv", include_str!("../../scenes/paper/scene1_operator.csv").into()),
-        ("robot.urdf", include_str!("../../scenes/paper/ur10.urdf").into()),
+        ("study.toml", include_str!("init/study.toml")),
+        ("cell.toml", include_str!("init/cell.toml")),
+        ("operator.csv", include_str!("../../scenes/paper/scene1_operator.csv")),
+        ("robot.urdf", include_str!("../../scenes/paper/ur10.urdf")),
         ("schemas/study.schema.json", schema::study()),
         ("schemas/scene.schema.json", schema::scene()),
     ]

@@ -27,7 +27,7 @@ enum SchemaKind {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
-    super::print(&match args.file {
+    super::print(match args.file {
         SchemaKind::Study => schema::study(),
         SchemaKind::Scene => schema::scene(),
     })?;

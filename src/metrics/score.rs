@@ -1,12 +1,12 @@
 //! The scores by name, and which way each is better.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Confusion;
 
 /// A score of a choice of sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Score {
     /// Agreement with the truth over the region: 2TP / (2TP + FP + FN + UF + UO).

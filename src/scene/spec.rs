@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bvh::MotionFile;
@@ -159,7 +158,8 @@ impl PersonFile {
 }
 
 /// What parts of a glTF file or of an SDF world are, by the names of their nodes, or of models and links.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct NodeRule {
     /// A pattern with `*` and `?`; it covers a node and all below it.

@@ -17,7 +17,8 @@ use crate::pose::{Frame, Pose};
 use crate::voxel::BitGrid;
 
 /// How a LIDAR is fixed where a pose says which way it faces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum LidarMount {
     /// The spin axis is the pose's up: world z for a facing pose; azimuth 0 looks where the pose faces.

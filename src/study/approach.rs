@@ -1,7 +1,6 @@
 //! `[approach]` of a study, checked: which bodies come in where, and what they must not come near to unnoticed.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::region_file::BoxFile;
@@ -14,7 +13,8 @@ use crate::sensor::Sensor;
 const LARGEST_M: f64 = 100.0;
 
 /// What `perirobot approach` looks for: how near a body can come to the robot unnoticed.
-#[derive(Default, Deserialize, JsonSchema)]
+#[derive(Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct ApproachFile {
     /// What a body must not come near to: the robot at each moment, or all that it fills at some moment. Default
@@ -36,7 +36,8 @@ pub(super) struct ApproachFile {
 }
 
 /// A robot where it is at each moment, or wherever it is at some moment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Machine {
     #[default]
@@ -45,7 +46,8 @@ pub(super) enum Machine {
 }
 
 /// A body that moves without turning.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct BodyFile {
     /// Its name in results. Alone it is one of those that are known: "standing", "crawling", "arm", "leg", "finger".
@@ -63,7 +65,8 @@ struct BodyFile {
 }
 
 /// An upright cylinder.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CylinderFile {
     /// In metres, above 0.
@@ -73,7 +76,8 @@ struct CylinderFile {
 }
 
 /// A ball.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct BallFile {
     /// In metres, above 0.
@@ -81,7 +85,8 @@ struct BallFile {
 }
 
 /// A box along the axes of the world.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CuboidFile {
     /// Along x, y and z, in metres, above 0.
@@ -90,7 +95,8 @@ struct CuboidFile {
 }
 
 /// Where bodies come in: a name and one place.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct EntryFile {
     /// Its name in results.

@@ -2,7 +2,6 @@
 //! a place for each of them makes a variant of a scene, which is a scene of its own in all that follows.
 
 use glam::{DQuat, DVec3};
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::poses::numbers;
@@ -16,7 +15,8 @@ use crate::voxel::RegionShape;
 const MOST_SCENES: usize = 10_000;
 
 /// Places of an object: every x with every y, every z and every turn.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct CandidateFile {
     /// The object, in every scene that has one of this name.

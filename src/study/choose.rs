@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Place, Problems, RegionSpec, region};
@@ -15,7 +14,8 @@ use crate::{Error, Result};
 const MOST_SENSORS: u32 = 16;
 
 /// What `perirobot choose` looks for: the best set of sensors.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct ChooseFile {
     /// The score that is to be as high as it can be.
@@ -48,7 +48,8 @@ pub(super) struct ChooseFile {
 }
 
 /// A score that every set must reach.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct RequireFile {
     /// The score.
@@ -61,7 +62,8 @@ struct RequireFile {
 }
 
 /// A score that a set can be chosen by.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 enum Objective {
     F1,
@@ -84,7 +86,8 @@ impl Objective {
 }
 
 /// Of which counts a score is, where there are several scenes, snapshots and repeats.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Across {
     /// Of all of them added up.

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::approach::ApproachFile;
@@ -13,18 +12,18 @@ use super::choose::ChooseFile;
 use super::postures::PosturesFile;
 use super::region_file::RegionFile;
 use super::require::{MountingErrorFile, RequirementFile};
-use super::sensor::AnySensor;
 use super::stopping::StoppingFile;
 use super::value::exactly;
 use crate::backend::Fusion;
 
 /// A study: what is placed where, in which cells.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct StudyFile {
     /// Seed of all noise and of random poses. Default 0.
     #[serde(default)]
-    #[schemars(range(max = i64::MAX))]
+    #[cfg_attr(test, schemars(range(max = i64::MAX)))]
     pub(super) seed: u64,
     /// How the evidence of a combination's sensors becomes one label a voxel, unless the combination has its
     /// own rule. Default "occupied_wins".
@@ -53,7 +52,7 @@ pub(super) struct StudyFile {
     pub(super) region: Vec<RegionFile>,
     /// The sensors to be placed, at least one.
     #[serde(default)]
-    #[schemars(with = "Vec<AnySensor>")]
+    #[cfg_attr(test, schemars(with = "Vec<super::sensor::AnySensor>"))]
     pub(super) sensor: Vec<toml::Table>,
     /// Sensors that are scored together; each alone if there is none.
     #[serde(default)]
@@ -82,7 +81,8 @@ fn three() -> u32 {
 }
 
 /// The voxels.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct GridFile {
     /// Edge of a voxel in metres, from 0.0001 to 10. Default 0.05.
@@ -100,7 +100,8 @@ impl Default for GridFile {
 }
 
 /// What a ray that leaves the grid hits.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Outside {
     Nothing,
@@ -108,7 +109,8 @@ pub(super) enum Outside {
 }
 
 /// A box along the axes of the world.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoundsFile {
     /// Lowest corner, [x, y, z] in metres.
@@ -120,7 +122,8 @@ pub(super) struct BoundsFile {
 }
 
 /// A cell.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneEntry {
     /// Its file, from the folder of this one.
@@ -130,7 +133,8 @@ pub(super) struct SceneEntry {
 }
 
 /// Sensors that are scored together: every pose of each with every pose of the others.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct CombinationFile {
     /// Its name in results. Default: the names of its sensors, joined.

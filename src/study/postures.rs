@@ -1,12 +1,10 @@
 //! `[postures]` of a study, checked: who stands where, for requirements under "postures". Files of people are read
 //! only when they are judged, since they change no count of a sweep.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
@@ -28,7 +26,8 @@ const MOST: usize = 1000;
 
 /// Who stands where, for requirements under "postures": each of these people at each of these spots, in the place of
 /// the people of the scenes, while the robot does what it does.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct PosturesFile {
     /// People that ship ("standing", "reaching", "bent", "crouching", "kneeling", "lying", "small", "tall"), CSV files
@@ -48,7 +47,8 @@ enum PersonEntry {
 
 /// A file of a person's joints, or moments of a recorded motion, of which the person is moved to where its hips are above
 /// the spot, and turned as the spot says.
-#[derive(Clone, Deserialize, JsonSchema)]
+#[derive(Clone, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct PersonTable {
     /// A CSV file of joints, or motion capture (.bvh).
@@ -84,22 +84,24 @@ impl<'de> Deserialize<'de> for PersonEntry {
     }
 }
 
-impl JsonSchema for PersonEntry {
+#[cfg(test)]
+impl schemars::JsonSchema for PersonEntry {
     fn inline_schema() -> bool {
         true
     }
 
-    fn schema_name() -> Cow<'static, str> {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
         "PersonEntry".into()
     }
 
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "anyOf": [{ "type": "string" }, generator.subschema_for::<PersonTable>()] })
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "anyOf": [{ "type": "string" }, generator.subschema_for::<PersonTable>()] })
     }
 }
 
 /// A place on the floor and a direction.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Spot(#[serde(deserialize_with = "exactly")] [f64; 3]);
 
 /// A person at a spot.

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::approach::Machine;
 use super::value::{Unit, UpFile, exactly, exactly_if_given};
 
 /// A region in which voxels are counted: a name and one shape.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RegionFile {
     /// Its name in results.
@@ -47,7 +47,8 @@ pub(super) struct RegionFile {
 }
 
 /// A ball.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SphereFile {
     /// [x, y, z] in metres.
@@ -58,7 +59,8 @@ pub(super) struct SphereFile {
 }
 
 /// A half of a ball.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct HalfSphereFile {
     /// [x, y, z] in metres.
@@ -76,7 +78,8 @@ fn upward() -> [f64; 3] {
 }
 
 /// What a robot reaches.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RobotReachFile {
     /// Its object in the scene; the only robot if left out.
@@ -87,7 +90,8 @@ pub(super) struct RobotReachFile {
 }
 
 /// How near to the robot nobody may be at a speed.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SeparationFile {
     /// From where the distance counts: the robot at each moment, or all that it fills at some moment. Default "robot".
@@ -98,7 +102,8 @@ pub(super) struct SeparationFile {
 }
 
 /// What moves.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub(super) enum SweptFile {
     Robot,
@@ -106,7 +111,8 @@ pub(super) enum SweptFile {
 }
 
 /// A box along the axes of the world or of a sensor.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoxFile {
     /// Lowest corner, [x, y, z] in metres.
@@ -118,7 +124,8 @@ pub(super) struct BoxFile {
 }
 
 /// The box around a person.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct HumanBoxFile {
     /// Its object in the scene; the only person if left out.

@@ -5,7 +5,6 @@ mod entry;
 mod mounting_error;
 mod scores;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::choose::Across;
@@ -16,7 +15,8 @@ pub(super) use mounting_error::MountingErrorFile;
 pub use scores::{ApproachScore, ControllerScore};
 
 /// What may not be as planned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Condition {
     /// Nothing: every sensor works and is mounted where it should be.

@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::poses::Quaternion;
@@ -30,7 +29,8 @@ use person::PersonKeys;
 use snapshots::SnapshotsFile;
 
 /// A cell: the objects in it.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneFile {
     /// What the inside of its objects is, unless an object has its own `interior`. Default "ignored".
@@ -41,7 +41,8 @@ pub(super) struct SceneFile {
 }
 
 /// An object: a name, where it is, and one surface (box, room, plane, sphere, cylinder, capsule, mesh, octomap, mannequin, urdf or sdf).
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ObjectFile {
     /// Unique in the scene.
@@ -117,7 +118,8 @@ struct ObjectFile {
 }
 
 /// Edges.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct SizeFile {
     /// [x, y, z] in metres.
@@ -126,7 +128,8 @@ struct SizeFile {
 }
 
 /// A rectangle.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct PlaneFile {
     /// [x, y] in metres.
@@ -135,7 +138,8 @@ struct PlaneFile {
 }
 
 /// A ball.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct BallFile {
     /// In metres.
@@ -143,7 +147,8 @@ struct BallFile {
 }
 
 /// A cylinder.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CylinderFile {
     /// In metres.
@@ -153,7 +158,8 @@ struct CylinderFile {
 }
 
 /// A cylinder with round ends.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CapsuleFile {
     /// In metres.

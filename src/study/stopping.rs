@@ -11,7 +11,6 @@
 //! What depends on devices and on the robot has no default. The defaults are what public pages tell of the
 //! standards, not the standards: whoever uses them has to check them, and every report says so.
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Place;
@@ -32,7 +31,8 @@ pub(super) const EXAMPLE: &str = "[stopping] formula = \"speed_and_separation\",
      robot_uncertainty_m = 0.01";
 
 /// How far people must be from the robot at each of its speeds.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct StoppingFile {
     /// Which formula says how far.
@@ -68,7 +68,8 @@ pub(super) struct StoppingFile {
 }
 
 /// A formula as in a study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 enum FormulaName {
     Iso13855,

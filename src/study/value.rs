@@ -1,8 +1,8 @@
 //! Values that a user may write in more than one way: a number or a pair, a number, a list or a lattice.
 
-use std::borrow::Cow;
+#[cfg(test)]
+mod schema;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 
@@ -114,58 +114,6 @@ impl<'de> Deserialize<'de> for NameOrNumber {
     }
 }
 
-impl JsonSchema for NameOrNumber {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "NameOrNumber".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "anyOf": [{ "type": "string" }, { "type": "integer", "minimum": 0 }] })
-    }
-}
-
-impl JsonSchema for Axis {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "Axis".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let number = json_schema!({ "type": "number" });
-        json_schema!({ "anyOf": [
-            number,
-            { "type": "array", "items": number, "minItems": 1 },
-            {
-                "type": "object",
-                "properties": { "start": number, "stop": number, "step": number },
-                "required": ["start", "stop", "step"],
-                "additionalProperties": false,
-            },
-        ]})
-    }
-}
-
-impl JsonSchema for OneOrTwo {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "OneOrTwo".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "anyOf": [{ "type": "number" }, <[f64; 2]>::json_schema(generator)] })
-    }
-}
-
 /// A list of exactly N values. TOML's reader fills an array from the front and would pass over what is left.
 pub(super) fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
@@ -221,23 +169,9 @@ impl<'de> Deserialize<'de> for Unit {
     }
 }
 
-impl JsonSchema for Unit {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "Unit".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let names = UNITS.map(|(name, _)| name);
-        json_schema!({ "anyOf": [{ "enum": names }, { "type": "number", "minimum": 1e-6, "maximum": 1e6 }] })
-    }
-}
-
 /// Which axis of a file points up.
-#[derive(Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub(super) enum UpFile {
     Y,

@@ -5,9 +5,8 @@ use glam::DVec3;
 use super::{JOINTS, Keypoints, SHOULDERS};
 
 /// Which joints a table has, in which order.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Layout {
     /// COCO's.
     #[default]

@@ -24,7 +24,8 @@ pub use kinematics::JointValues;
 pub use packages::Packages;
 
 /// Which of a link's two descriptions of its shape is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Geometry {
     /// What planners keep clear of; often simplified and a little larger than the robot.

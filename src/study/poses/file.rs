@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::pose::Frame;
 use crate::study::value::{Axis, exactly, exactly_if_given};
 
 /// Candidate poses: a lattice (x_m, y_m, z_m), a list, a table (csv), or random ones.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::study) struct PosesFile {
     /// First part of the names of its poses.
@@ -36,7 +36,8 @@ pub(in crate::study) struct PosesFile {
 }
 
 /// A turn from where a sensor faces.
-#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(in crate::study) struct PanTilt {
     /// About the vertical, to the left, in degrees.
@@ -46,7 +47,8 @@ pub(in crate::study) struct PanTilt {
 }
 
 /// One pose: facing (with pan and tilt), rpy_deg, or quaternion.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::study) struct PoseFile {
     /// Last part of its name. Default: its number.
@@ -71,7 +73,8 @@ pub(in crate::study) struct PoseFile {
 }
 
 /// A rotation; normalised when it is read.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::study) struct Quaternion {
     pub(in crate::study) w: f64,
@@ -81,7 +84,8 @@ pub(in crate::study) struct Quaternion {
 }
 
 /// Poses drawn from a box.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::study) struct RandomFile {
     /// How many.

@@ -1,6 +1,5 @@
 //! An entry of `[[require]]`, checked.
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Nearness, Requirement};
@@ -16,13 +15,14 @@ use crate::{Error, Result};
 const FARTHEST: f64 = 1e4;
 
 /// What `perirobot judge` decides: a score that a choice of sensors must reach.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::study) struct RequirementFile {
     /// Its name in verdicts.
     name: String,
     /// The score: one of results.csv, of how near bodies come unnoticed, or of what a controller would measure.
-    #[schemars(with = "AnyScore")]
+    #[cfg_attr(test, schemars(with = "AnyScore"))]
     score: String,
     /// The name of the region in which it is counted; none for scores that results.csv does not have.
     region: Option<String>,
@@ -43,7 +43,8 @@ pub(in crate::study) struct RequirementFile {
 }
 
 /// A score that may be required, to the schema.
-#[derive(JsonSchema)]
+#[cfg(test)]
+#[derive(schemars::JsonSchema)]
 #[serde(untagged)]
 #[schemars(inline)]
 #[allow(dead_code)]

@@ -2,7 +2,6 @@
 
 use std::ops::RangeInclusive;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::Result;
@@ -13,14 +12,15 @@ use crate::study::Place;
 const DRAWS: RangeInclusive<u32> = 1..=10_000;
 
 /// How far mounts may be from where they are planned, for requirements under "mounting_error".
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::study) struct MountingErrorFile {
     /// How many times the mounts of all sensors are drawn, at most 10000.
     draws: u32,
     /// Seed of the draws. Default 0.
     #[serde(default)]
-    #[schemars(range(max = i64::MAX))]
+    #[cfg_attr(test, schemars(range(max = i64::MAX)))]
     seed: u64,
     /// Standard deviation of the position along each of a sensor's own axes, in metres. Default 0.
     #[serde(default)]

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::person::PersonKeys;
@@ -22,7 +21,8 @@ use crate::study::value::{Axis, NameOrNumber, exactly};
 const MAX_SNAPSHOTS: usize = 10_000;
 
 /// Lists with an entry for each moment of the scene.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SnapshotsFile {
     /// Where it is, instead of its own position.
@@ -53,12 +53,14 @@ pub(super) struct SnapshotsFile {
     cross: bool,
 }
 
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Triple(#[serde(deserialize_with = "exactly")] [f64; 3]);
 
 /// Moments of what moves: of an animation of a .glb or .gltf file, of motion capture (.bvh), or of a table of a robot's
 /// joints.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct AnimationFile {
     /// Its name, or its number in the file, counted from 0; the only one if left out.

@@ -1,6 +1,5 @@
 //! The keys of a robot's proximity cover.
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::{NoiseFile, constant};
@@ -9,7 +8,8 @@ use crate::sensor::cover::Cover;
 use crate::study::Place;
 
 /// A robot's skin that feels what is near.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct CoverFile {
     /// How far it senses; each is a candidate.

@@ -1,6 +1,5 @@
 //! The keys of a light curtain.
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Silence;
@@ -10,7 +9,8 @@ use crate::study::Place;
 use crate::study::region_file::BoxFile;
 
 /// A light curtain.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct GateFile {
     /// Where it senses.

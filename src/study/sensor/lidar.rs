@@ -1,7 +1,6 @@
 //! The keys of a LIDAR or safety scanner.
 
 use glam::DVec2;
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
@@ -19,7 +18,8 @@ use crate::{Error, Result};
 const MAX_CORNERS: usize = 1000;
 
 /// A LIDAR, or a safety scanner.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct LidarFile {
     /// Angle about its axis, or [about its axis, vertical]. Default 360.
@@ -53,7 +53,8 @@ pub(super) struct LidarFile {
     field: Option<FieldFile>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 enum Representation {
     Points,
@@ -61,7 +62,8 @@ enum Representation {
 }
 
 /// A protective field.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct FieldFile {
     /// Corners [x, y] in metres, x ahead and y left; its sides must not cross.

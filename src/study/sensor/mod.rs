@@ -10,11 +10,11 @@ mod rays;
 mod recorded;
 mod rgb;
 mod rgbd;
+#[cfg(test)]
 mod schema;
 
 use std::sync::Arc;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
@@ -31,13 +31,15 @@ use crate::sensor::prism::Prism;
 use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Spread, Terms};
 use crate::source::Sources;
 use crate::{Error, Result};
+#[cfg(test)]
 pub(super) use schema::AnySensor;
 
 /// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
 pub(crate) const MAX_RAYS: usize = (128 << 20) / 12;
 
 /// The keys of every sensor.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct CommonFile {
     /// Its name in results.
     name: String,
@@ -58,7 +60,8 @@ struct CommonFile {
 
 const COMMON_KEYS: [&str; 7] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "poses"];
 
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 enum KindName {
     Rgbd,
@@ -73,7 +76,8 @@ enum KindName {
 }
 
 /// A link of a robot.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct LinkFile {
     /// The robot's object in the scene.
@@ -83,7 +87,8 @@ struct LinkFile {
 }
 
 /// What a sensor without a return or a detection says about the voxels that it watches.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 enum Silence {
     Unknown,
@@ -103,7 +108,8 @@ impl BoxFile {
 }
 
 /// A kind without keys of its own.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct NoKeys {}
 

@@ -1,7 +1,6 @@
 //! The keys of a pressure pad.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Silence, length};
@@ -15,7 +14,8 @@ use crate::study::value::exactly;
 const HEIGHT_M: f64 = 2.2;
 
 /// A pressure pad.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct PadFile {
     /// Along and across where it faces, in metres.

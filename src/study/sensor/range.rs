@@ -1,8 +1,5 @@
 //! The keys that all sensors which measure distances share.
 
-use std::borrow::Cow;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
@@ -55,7 +52,8 @@ pub(super) enum NoiseFile {
 }
 
 /// Standard deviation of a distance of t metres: std_m + per_m t + per_m2 t^2, in metres.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct ModelFile {
     /// At any distance, in metres. Default 0.
@@ -88,18 +86,19 @@ impl<'de> Deserialize<'de> for NoiseFile {
     }
 }
 
-impl JsonSchema for NoiseFile {
+#[cfg(test)]
+impl schemars::JsonSchema for NoiseFile {
     fn inline_schema() -> bool {
         true
     }
 
-    fn schema_name() -> Cow<'static, str> {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
         "Noise".into()
     }
 
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let model = ModelFile::json_schema(generator);
-        json_schema!({ "anyOf": [model, { "const": UNKNOWN }] })
+        schemars::json_schema!({ "anyOf": [model, { "const": UNKNOWN }] })
     }
 }
 
@@ -107,7 +106,8 @@ impl JsonSchema for NoiseFile {
 const UNKNOWN: &str = "unknown";
 
 /// How far a mount may be from where the study says it is: standard deviations along and about each of the sensor's own axes.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct CalibrationFile {
     /// Of its position, in metres. Default 0.

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
@@ -17,7 +16,8 @@ use crate::study::value::exactly;
 use crate::{Error, Result};
 
 /// Rays in given directions.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RaysFile {
     /// A table with the columns x,y,z.

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Context;
@@ -16,7 +15,8 @@ use crate::study::poses::Quaternion;
 use crate::study::value::exactly;
 
 /// A map or a point cloud that a real sensor recorded.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RecordedFile {
     /// What was recorded, an entry for each moment.
@@ -24,7 +24,8 @@ pub(super) struct RecordedFile {
 }
 
 /// What was recorded at one moment.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct RecordingFile {
     /// An OctoMap (.bt, .ot), labels (.npz), a point cloud (.pcd, .ply) or a ROS 2 bag with such (.mcap).

@@ -1,6 +1,5 @@
 //! The keys of an RGB camera that watches a zone.
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Silence;
@@ -14,7 +13,8 @@ use crate::study::region_file::BoxFile;
 use crate::study::value::exactly;
 
 /// An RGB camera that watches a zone.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RgbFile {
     /// Horizontal and vertical angle of view, below 180.

@@ -1,6 +1,5 @@
 //! The keys of an RGB-D camera, and of cameras at large.
 
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
@@ -17,7 +16,8 @@ const SPHERES_RADIUS_M: f64 = 0.20;
 const CYLINDERS_RADIUS_M: f64 = 0.25;
 
 /// An RGB-D camera.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RgbdFile {
     /// Horizontal and vertical angle of view, below 180.
@@ -49,7 +49,8 @@ pub(super) struct RgbdFile {
     keypoint_tolerance_m: Option<f64>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 enum ShapeName {
     Points,
