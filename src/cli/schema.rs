@@ -1,5 +1,5 @@
-//! `perirobot schema`: what editors need to complete and check study and scene files. Made in
-//! `study::schema`.
+//! `perirobot schema`: what editors need to complete and check study and scene files. The text
+//! is in `study::schema`.
 
 use std::process::ExitCode;
 

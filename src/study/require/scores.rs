@@ -2,8 +2,7 @@
 
 /// How near bodies come unnoticed, and on how much floor they stand so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, serde(rename_all = "snake_case"))]
+#[cfg_attr(test, derive(schemars::JsonSchema), serde(rename_all = "snake_case"))]
 pub enum ApproachScore {
     /// How near any body comes unnoticed to what it must not come near to, in metres; more is better.
     NearestUnnoticedM,
@@ -44,8 +43,7 @@ impl ApproachScore {
 
 /// What a controller would measure of people, and do: from `[stopping]`, in all of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(test, serde(rename_all = "snake_case"))]
+#[cfg_attr(test, derive(schemars::JsonSchema), serde(rename_all = "snake_case"))]
 pub enum ControllerScore {
     /// How much too far away the nearest person is measured, unknown voxels taken as free, in metres; less is better.
     MissedM,

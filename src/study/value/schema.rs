@@ -1,4 +1,4 @@
-//! What values are to the schema that are read by code of their own.
+//! Schemas of the values that are read by code of their own.
 
 use std::borrow::Cow;
 
