@@ -1,4 +1,6 @@
 //! Makes the schemas from the structs that read the files, and compares them with those that ship.
+//!
+//! `PERIROBOT_REGENERATE=1 cargo test --lib schema` writes the files instead.
 
 use std::path::Path;
 
@@ -66,8 +68,8 @@ fn the_schemas_that_ship_are_those_of_the_structs() {
             std::fs::write(&path, made).unwrap();
             continue;
         }
-        let cure = "PERIROBOT_REGENERATE=1 cargo test --lib schema";
-        assert!(ships == made, "{} is not what the structs say: {cure}", path.display());
+        let cure = "see the top of src/study/schema/made.rs for how to write it anew";
+        assert!(ships == made, "{} is not what the structs say; {cure}", path.display());
     }
 }
 
