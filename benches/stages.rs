@@ -14,7 +14,7 @@ use perirobot::backend::gpu::Gpu;
 use perirobot::backend::oracle::Oracle;
 use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};
 use perirobot::study::{Overrides, Study};
-use perirobot::voxel::region::window_of;
+use perirobot::truth::region::window_of;
 use perirobot::world::{World, ray_tables};
 
 /// One sensor of a study at two of its poses, in the first scene.

@@ -10,7 +10,7 @@
 // # Practice
 // Software adapters count the turns of the invocations of a vector together, and end all loops when there
 // were too many. So an invocation counts those that it makes over pixels, and makes MOST_TURNS at most
-// (src/backend/gpu/loop_bounds.rs).
+// (src/march/backend/gpu/loop_bounds.rs).
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;

@@ -73,7 +73,7 @@ fn finish(sent: March, begin: March, is_off: bool, found: u32, drawn: u32) -> Fi
 
 // Whether a ray may come near the window. In floats: the window is grown by 1.5 voxels on each side, of which
 // the ray's place in its first voxel takes one, and its deviation (a quarter of a voxel at the longest range,
-// src/march/deviation.rs) and the floats' rounding less than the other half.
+// src/march/march/deviation.rs) and the floats' rounding less than the other half.
 fn comes_near(begin: March) -> bool {
     let low = vec3<f32>(vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z) - begin.voxel) - 1.5;
     let high = low + vec3<f32>(vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) + 3.0;

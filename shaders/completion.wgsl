@@ -1,7 +1,7 @@
 // The proof that a kernel ran to its end: what every kernel shares but its arithmetic. It binds `done`.
 //
 // # Theory
-// A driver may end a loop early and say nothing (src/backend/gpu/loop_bounds.rs). So after each loop its
+// A driver may end a loop early and say nothing (src/march/backend/gpu/loop_bounds.rs). So after each loop its
 // kernel asks of what the loop left behind whether it ended by its own condition. A compiler knows that it
 // did, and would drop the question; it cannot where `opaque` numbers decide.
 

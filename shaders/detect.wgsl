@@ -1,5 +1,5 @@
 // Counts the people's voxels that any reading of a job hits, part by part, and those that presence sensors
-// feel, person by person: the twin of src/backend/count.rs. One invocation a word of voxels of one part in
+// feel, person by person: the twin of src/march/backend/count.rs. One invocation a word of voxels of one part in
 // one region.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;

@@ -2,7 +2,7 @@
 // `static_hits` share.
 //
 // # Theory
-// All bricks nearer than the reach of a brick are empty (src/voxel/bricks.rs), so all crossings inside that
+// All bricks nearer than the reach of a brick are empty (src/march/voxel/bricks.rs), so all crossings inside that
 // cube and the one that leaves it may be made at once, in closed form; the first blocker is the one that
 // single steps would find. In a brick that holds blockers the cube is the voxel itself, and the leap a step:
 // there is one way of moving, since software adapters pay for every branch, taken or not.

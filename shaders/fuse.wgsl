@@ -1,4 +1,4 @@
-// What the readings of each job say together: the twin of src/backend/fuse.rs. One invocation four words of 32
+// What the readings of each job say together: the twin of src/march/backend/fuse.rs. One invocation four words of 32
 // voxels, so that readings are looked up for all of them at once; the fused `free` holds no voxel of the fused `occupied`.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;

@@ -48,7 +48,7 @@ fn projection_of(place: GridFrame) -> Projection {
     );
 }
 
-// How far a ray of integers may be from its ideal line at a distance, in voxels (src/march/deviation.rs).
+// How far a ray of integers may be from its ideal line at a distance, in voxels (src/march/march/deviation.rs).
 fn deviation(distance: f32) -> f32 {
     return DEVIATION_PER_VOXEL * distance + DEVIATION_FIXED;
 }

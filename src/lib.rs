@@ -63,7 +63,7 @@
 //! The way of the data (an arrow is "becomes" or "goes into"):
 //!
 //! ```text
-//! scene.toml, meshes ─► scene ─► voxel ─► world ──┐
+//! scene.toml, meshes ─► scene ─► truth ─► world ──┐
 //! study.toml ─► study (sensors, poses, regions) ──┴─► sweep, choose ─► results ─► report, view
 //!                                                      │       ▲                  view ─► render, export
 //!                                    poses, ray tables ▼       │ counts
@@ -72,18 +72,22 @@
 //!
 //! A room is a folder of `src/` or, where it is small, one file. Rooms further down
 //! in this table may use those further up, never the other way round; `tests/rooms.rs` holds the code to that.
+//! The first five are a crate of their own, `perirobot-march` in `src/march/`: the marcher, which knows no file
+//! and no scene. It is where the time goes, and is compiled as one unit, for speed.
 //!
 //! | room | what it has | where to begin |
 //! |---|---|---|
-//! | `error`, `spelling`, `shell` | typed errors; "did you mean"; quoting for a shell | one file each |
-//! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder | `source.rs` |
+//! | `error` | typed errors | `march/error.rs` |
 //! | `march` | the integer arithmetic of a ray that marches through voxels | `src/march/SEMANTICS.md`: the rules of every count |
-//! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `metrics.rs`, `metrics/score.rs` |
+//! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `march/metrics.rs`, `march/metrics/score.rs` |
+//! | `voxel` | grid, bit planes, solids, distances | `march/voxel/bits.rs` |
+//! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `march/backend/mod.rs` |
+//! | `spelling`, `shell` | "did you mean"; quoting for a shell | one file each |
+//! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder | `source.rs` |
 //! | `pose` | position and rotation | `pose.rs` |
 //! | `ros` | messages of ROS 2 in MCAP files, read and written | `messages.rs`, `bag.rs` |
 //! | `scene` | objects with roles: a file a mesh format (`stl.rs`, `gltf.rs`), robots (`urdf/`), people, motion | `mesh_file.rs`, `build.rs` |
-//! | `voxel` | grid, bit planes, voxelizer, regions: the truth | `bits.rs`, `voxelize.rs` |
-//! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `mod.rs` |
+//! | `truth` | what is where in a scene, in voxels: the voxelizer, people, regions | `voxelize.rs`, `region.rs` |
 //! | `recording` | maps and point clouds that real sensors recorded, laid into the grid: a file a format (`pcd.rs`) | `mod.rs`, `voxels.rs` |
 //! | `sensor` | what each kind casts and claims: a file a kind | `mod.rs` |
 //! | `study` | the keys of study and scene files, checked, with defaults | `file.rs`, `scene_file.rs` |
@@ -141,24 +145,17 @@
 #[doc(hidden)]
 pub mod approach;
 #[doc(hidden)]
-pub mod backend;
-#[doc(hidden)]
 pub mod choose;
 #[doc(hidden)]
 pub mod cli;
 #[doc(hidden)]
 pub mod cluster;
-pub mod error;
 #[doc(hidden)]
 pub mod export;
 mod front;
 pub mod guide;
 #[doc(hidden)]
 pub mod judge;
-#[doc(hidden)]
-pub mod march;
-#[doc(hidden)]
-pub mod metrics;
 #[doc(hidden)]
 pub mod pose;
 #[doc(hidden)]
@@ -182,9 +179,9 @@ pub mod study;
 #[doc(hidden)]
 pub mod sweep;
 #[doc(hidden)]
-pub mod view;
+pub mod truth;
 #[doc(hidden)]
-pub mod voxel;
+pub mod view;
 #[doc(hidden)]
 pub mod world;
 
@@ -193,6 +190,11 @@ mod spelling;
 
 // The command line names the library as other programs do.
 extern crate self as perirobot;
+
+#[doc(inline)]
+pub use perirobot_march::error;
+#[doc(hidden)]
+pub use perirobot_march::{backend, march, metrics, voxel};
 
 pub use error::{Error, Result};
 pub use front::{Cell, DepthCamera, Device, Scored};

@@ -13,7 +13,8 @@ use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{build::build, octomap};
 use perirobot::source::Sources;
 use perirobot::study::{Overrides, Study};
-use perirobot::voxel::{Grid, voxelize, voxelize_all};
+use perirobot::truth::{voxelize, voxelize_all};
+use perirobot::voxel::Grid;
 use program::{Folder, Outcome, names, perirobot, text};
 use serde_json::Value;
 

@@ -31,7 +31,7 @@ use perirobot::sensor::{self, Setting};
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::session::{Ending, RunReport, Session};
 use perirobot::sweep::{run, run_on};
-use perirobot::voxel::region::window_of;
+use perirobot::truth::region::window_of;
 use perirobot::world::{World, ray_tables};
 use perirobot::{Error, Result};
 use program::Folder;

@@ -87,7 +87,7 @@ fn a_driver_that_ends_loops_early_is_found() {
             );
             assert!(
                 right || !within,
-                "{name}, {turns} turns: fewer than src/backend/gpu/loop_bounds.rs allows"
+                "{name}, {turns} turns: fewer than src/march/backend/gpu/loop_bounds.rs allows"
             );
         }
     }

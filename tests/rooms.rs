@@ -65,6 +65,8 @@ fn no_room_uses_one_above_it() {
     let mut used = 0;
     for path in &all {
         let below = path.strip_prefix(src()).unwrap();
+        // The crate in src/march has rooms, too.
+        let below = below.strip_prefix("march").unwrap_or(below);
         let first = below.iter().next().unwrap().to_string_lossy();
         let room = first.trim_end_matches(".rs");
         // The guide is pages, no code; the Python package is a crate that uses this one.
@@ -84,7 +86,7 @@ fn no_room_uses_one_above_it() {
 fn a_use_of_a_room_above_is_found() {
     let rooms = order();
     for (room, text, expected) in [
-        ("voxel", "use crate::scene::Mesh;\nuse crate::backend::Cell;", &["backend"][..]),
+        ("truth", "use crate::scene::Mesh;\nuse crate::sensor::Kind;", &["sensor"][..]),
         ("scene", "use crate::{Error, study::Study};", &["study"]),
         ("scene", "fn f() { let _ = crate::sweep::run; }", &["sweep"]),
         ("render", "use crate::{view, export};", &["export"]),

@@ -15,7 +15,8 @@ use perirobot::scene::{Role, build::build, octomap};
 use perirobot::sensor::{Camera, Station, placement};
 use perirobot::source::Sources;
 use perirobot::study::{Overrides, Study};
-use perirobot::voxel::{BitGrid, Truth, voxelize};
+use perirobot::truth::{Truth, voxelize};
+use perirobot::voxel::BitGrid;
 use perirobot::world::{World, ray_tables};
 
 /// All `.toml` files below `scenes`, as (studies, scenes): a study has sensors.
@@ -334,7 +335,7 @@ fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot
 fn truth_of(toml: &str) -> Truth {
     let scene = scene_with(toml).1.unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    perirobot::voxel::voxelize_all(&scene, grid).unwrap().remove(0)
+    perirobot::truth::voxelize_all(&scene, grid).unwrap().remove(0)
 }
 
 #[test]

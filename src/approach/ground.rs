@@ -10,8 +10,9 @@ use crate::error::Issue;
 use crate::scene::Role;
 use crate::sensor::prism::Prism;
 use crate::study::{BodySpec, EntryPlace, EntrySpec, Hazard, Study};
+use crate::truth::Truth;
 use crate::view::watched::Watcher;
-use crate::voxel::{BitGrid, Grid, Truth, Window};
+use crate::voxel::{BitGrid, Grid, Window};
 use crate::world::World;
 use crate::{Error, Result};
 

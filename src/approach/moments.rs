@@ -10,8 +10,9 @@ use super::answer::{Found, Room, deepest, nearest_of_all};
 use super::body::{Body, Sums};
 use super::ground::Ground;
 use crate::Result;
+use crate::truth::Truth;
 use crate::view::watched::{Watch, Watchers};
-use crate::voxel::{BitGrid, Distances, Truth};
+use crate::voxel::{BitGrid, Distances};
 use crate::world::World;
 
 /// Who else is there.

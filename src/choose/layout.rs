@@ -9,7 +9,7 @@ use crate::metrics::{BodyPart, Confusion, Detection, PartTally, RoleCounts, Scor
 use crate::sensor::Kind;
 use crate::study::Study;
 use crate::sweep::SensorSays;
-use crate::voxel::region::window_of;
+use crate::truth::region::window_of;
 use crate::voxel::{BitGrid, Window};
 use crate::world::World;
 

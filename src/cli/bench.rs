@@ -9,7 +9,7 @@ use perirobot::Result;
 use perirobot::error::Issue;
 use perirobot::study::{Overrides, Study};
 use perirobot::sweep::bench::{Race, casts, race};
-use perirobot::voxel::region::window_of;
+use perirobot::truth::region::window_of;
 use perirobot::world::World;
 
 use super::backend::BackendArgs;

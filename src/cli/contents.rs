@@ -5,7 +5,7 @@ use perirobot::results::layout_of;
 use perirobot::scene::spec::SceneSpec;
 use perirobot::sensor::Sensor;
 use perirobot::study::{Combination, RegionSpec, Study};
-use perirobot::voxel::{ObjectVoxels, Truth};
+use perirobot::truth::{ObjectVoxels, Truth};
 use perirobot::world::{World, ray_table};
 
 /// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.

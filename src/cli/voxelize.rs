@@ -7,7 +7,7 @@ use perirobot::error::Issue;
 use perirobot::results::files::write_whole;
 use perirobot::scene::spec::SceneSpec;
 use perirobot::scene::{build::build, octomap};
-use perirobot::voxel::{Truth, voxelize as voxels};
+use perirobot::truth::{Truth, voxelize as voxels};
 use perirobot::{Error, Result};
 
 use super::packages::PackageArgs;
@@ -70,7 +70,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(in_scene(Issue::says(what).into()));
     }
     let wanted = &snapshots[args.snapshot..=args.snapshot];
-    let truth = perirobot::voxel::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
+    let truth = perirobot::truth::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
         for warning in &object.warnings {
             say!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);

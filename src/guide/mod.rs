@@ -61,10 +61,12 @@ page!(every_key, "../../scenes/README.md");
 page!(long_sweeps, "long_sweeps.md");
 page!(python, "python.md");
 page!(same_integers, "same_integers.md");
-page!(rules, "../march/SEMANTICS.md");
 page!(why_fast, "why_fast.md");
 page!(wide_gpus, "wide_gpus.md");
 page!(measured, "../../benches/RESULTS.md");
 page!(change_it, "change_it.md");
 page!(contributing, "contributing.md");
 page!(tests, "../../tests/README.md");
+
+#[doc(inline)]
+pub use perirobot_march::rules;

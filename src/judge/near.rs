@@ -15,8 +15,9 @@ use crate::approach::{Body, Company, Ground, Moment, Nearest};
 use crate::error::Issue;
 use crate::study::{Condition, EntrySpec, Study};
 use crate::sweep::Watch;
+use crate::truth::Truth;
 use crate::view::watched::{Watcher, Watchers};
-use crate::voxel::{BitGrid, Truth, Window};
+use crate::voxel::{BitGrid, Window};
 use crate::world::World;
 use crate::{Error, Result};
 

@@ -8,7 +8,8 @@ use crate::scene::loaded::read_person;
 use crate::scene::spec::{MotionSpec, ObjectSpec, SceneSpec, SurfaceSpec};
 use crate::scene::{Optical, Role};
 use crate::study::{Posture, RegionSpec, Study};
-use crate::voxel::{Grid, RegionShape, voxelize, voxelize_all};
+use crate::truth::{RegionShape, voxelize, voxelize_all};
+use crate::voxel::Grid;
 use crate::world::{World, cut_warning};
 use crate::{Error, Result};
 

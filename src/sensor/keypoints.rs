@@ -9,8 +9,8 @@ use crate::backend::{GridPose, Rays};
 use crate::error::Issue;
 use crate::scene::Role;
 use crate::scene::keypoints::JOINTS;
+use crate::truth::{ObjectVoxels, Truth};
 use crate::voxel::grid::length_q16;
-use crate::voxel::{ObjectVoxels, Truth};
 
 /// The return from each joint of one person that is detected; `None` where it is not.
 pub type Detected = [Option<Return>; JOINTS.len()];

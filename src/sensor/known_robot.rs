@@ -3,7 +3,8 @@
 use super::{Claim, Extent, Kind, Setting, Station};
 use crate::backend::Planes;
 use crate::error::Issue;
-use crate::voxel::{BitGrid, Truth};
+use crate::truth::Truth;
+use crate::voxel::BitGrid;
 
 /// The robot's voxels, surface and inside, except those that the truth calls free: they stay without a label,
 /// since in a scene with `interior = "free"` they would count as false alarms.

@@ -7,7 +7,8 @@ use super::{Camera, Claim, Extent, FieldOfView, Kind, SWITCHES, Scale, Station, 
 use crate::backend::Rays;
 use crate::error::Issue;
 use crate::pose::Pose;
-use crate::voxel::{BitGrid, Grid, Truth, Window};
+use crate::truth::Truth;
+use crate::voxel::{BitGrid, Grid, Window};
 
 /// Optics, reach and zone.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,8 +8,9 @@ use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
 use crate::backend::{Planes, Rays};
 use crate::error::{Issue, Site};
 use crate::scene::keypoints::JOINTS;
+use crate::truth::Truth;
 use crate::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
-use crate::voxel::{BitGrid, Truth, Window, solid};
+use crate::voxel::{BitGrid, Window, solid};
 
 /// Optics, distances and what is scored.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use super::value::Axis;
 use super::{Place, RegionSpec};
 use crate::Result;
 use crate::scene::spec::{ObjectSpec, SceneSpec, SurfaceSpec, Variant};
-use crate::voxel::RegionShape;
+use crate::truth::RegionShape;
 
 /// Most scenes that places may make.
 const MOST_SCENES: usize = 10_000;

@@ -14,7 +14,7 @@ use crate::Result;
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::scene::Role;
 use crate::scene::mesh_file::MeshFile;
-use crate::voxel::RegionShape;
+use crate::truth::RegionShape;
 
 /// What a region of a study is, before meshes are read.
 #[derive(Clone, Debug, PartialEq)]

@@ -14,8 +14,8 @@ use crate::results::PoseChoice;
 use crate::results::columns::{BETWEEN_MEMBERS, pose_names, representation_names};
 use crate::sensor::Sensor;
 use crate::study::{Combination, Study};
+use crate::truth::region::window_of;
 use crate::voxel::BitGrid;
-use crate::voxel::region::window_of;
 use crate::world::{World, ray_table};
 use crate::{Error, Result};
 

@@ -12,8 +12,9 @@ use crate::error::{Argument, Issue, Words};
 use crate::results::PoseChoice;
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
-use crate::voxel::region::window_of;
-use crate::voxel::{Truth, Window};
+use crate::truth::Truth;
+use crate::truth::region::window_of;
+use crate::voxel::Window;
 use crate::world::World;
 
 /// The most that is asked of a backend at once; a single choice may be more.

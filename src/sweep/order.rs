@@ -20,7 +20,7 @@ use crate::backend::{Backend, Rays, VoxelScene};
 use crate::error::Issue;
 use crate::results::{PoseChoice, layout_of};
 use crate::study::Study;
-use crate::voxel::region::window_of;
+use crate::truth::region::window_of;
 use crate::world::{World, ray_tables_of};
 use crate::{Error, Result};
 

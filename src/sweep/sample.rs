@@ -13,7 +13,7 @@ use crate::backend::{Backend, GridPose, Rays};
 use crate::march::{BLIND, End, LEFT, NEVER, RETURN, crossings};
 use crate::results::{PoseChoice, layout_of};
 use crate::study::Study;
-use crate::voxel::region::window_of;
+use crate::truth::region::window_of;
 use crate::world::{World, ray_tables_of};
 
 /// Moments of a study that are looked at, spread evenly.

@@ -13,8 +13,9 @@ use crate::backend::{Backend, GridPose, Planes, Rays, Shot, Slot, fused};
 use crate::sensor::{Claim, Station};
 use crate::study::Study;
 use crate::sweep::BatchSize;
-use crate::voxel::region::window_of;
-use crate::voxel::{BitGrid, Truth, Window};
+use crate::truth::Truth;
+use crate::truth::region::window_of;
+use crate::voxel::{BitGrid, Window};
 use crate::world::{World, ray_tables};
 
 /// Makes views of many choices on a backend; what choices and worlds share is made ready once.

@@ -12,7 +12,8 @@ use crate::march::leap;
 use crate::sensor::look::Way;
 use crate::sensor::{Station, watch};
 use crate::study::Study;
-use crate::voxel::{BitGrid, Truth};
+use crate::truth::Truth;
+use crate::voxel::BitGrid;
 use crate::world::{World, ray_tables_of};
 
 /// A sensor of a choice: its number, its candidate, and which of its representations.

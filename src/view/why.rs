@@ -61,7 +61,8 @@ use crate::backend::cpu::{BlockerSearch, RaysFrom};
 use crate::march::{self, leap};
 use crate::sensor::Extent;
 use crate::sensor::look::Way;
-use crate::voxel::{BitGrid, ObjectVoxels, Truth};
+use crate::truth::{ObjectVoxels, Truth};
+use crate::voxel::BitGrid;
 use sight::{Look, Sight};
 
 /// Why a voxel is unknown; reasons of sensors that came nearer to knowing it come later.

@@ -13,9 +13,10 @@ use crate::march::{self, Gates};
 use crate::sensor::range::Range;
 use crate::sensor::{FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
 use crate::study::Study;
+use crate::truth::Truth;
+use crate::truth::voxelize::with_neighbours;
 use crate::voxel::flood::flood;
-use crate::voxel::voxelize::with_neighbours;
-use crate::voxel::{BitGrid, Grid, Truth, Window};
+use crate::voxel::{BitGrid, Grid, Window};
 use crate::world::place;
 
 /// Dead poses that are told one by one; the others are counted.
@@ -298,7 +299,7 @@ impl Hollows {
             && !with_walls.intersects(&self.truth.human)
             && !with_walls.intersects(&self.truth.robot);
         let walls = is_closed.then(|| {
-            let share = |object: &&std::sync::Arc<crate::voxel::ObjectVoxels>| {
+            let share = |object: &&std::sync::Arc<crate::truth::ObjectVoxels>| {
                 let mut shared = object.voxels.clone();
                 shared.keep(&with_walls.over(shared.window()));
                 shared.count()

@@ -9,7 +9,8 @@ use crate::scene::spec::Variant;
 use crate::sensor::{self, Setting};
 use crate::source::sha256;
 use crate::study::Study;
-use crate::voxel::{BitGrid, Truth};
+use crate::truth::Truth;
+use crate::voxel::BitGrid;
 
 /// The entry of a world in the manifest. Values that are not needed to read a sweep back may be missing
 /// there, and are empty then.

@@ -10,7 +10,8 @@ use crate::error::Issue;
 use crate::scene::Scene;
 use crate::sensor::{Setting, Stance};
 use crate::study::Study;
-use crate::voxel::{Grid, Window, voxelize};
+use crate::truth::voxelize;
+use crate::voxel::{Grid, Window};
 
 /// The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.
 pub(super) fn grid(

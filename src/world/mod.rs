@@ -22,10 +22,10 @@ use crate::pose::Pose;
 use crate::scene::{Role, Scene, build::build_or_all};
 use crate::sensor::{self, Sensor, Setting, Station};
 use crate::study::Study;
-use crate::voxel::region::SweptBy;
-use crate::voxel::{
-    BitGrid, GoOn, Grid, People, Region, RegionShape, Snapshots, Truth, Window, region, voxelize,
-};
+use crate::truth::region::SweptBy;
+use crate::truth::{GoOn, Region, RegionShape, Snapshots, Truth, people, region, voxelize};
+use crate::voxel::People;
+use crate::voxel::{BitGrid, Grid, Window};
 use crate::{Error, Result};
 pub use baselines::Baselines;
 use baselines::{baselines, reachable};
@@ -198,7 +198,7 @@ impl World {
                 let pose = Site::Subject(candidate.name.clone());
                 vec![e.at(pose).at(format!("sensor {:?}", sensor.name)).into()]
             })?;
-        let people = People::of(&truth, study.min_hits);
+        let people = people(&truth, study.min_hits);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
         let name = study.scenes[scene].name.clone();
         let mut world = World {

@@ -10,9 +10,10 @@ use super::World;
 use super::dead::SMALL;
 use crate::scene::keypoints::Keypoints;
 use crate::scene::{Interior, Object, Role, Scene, Surface};
+use crate::truth::voxelize::with_neighbours;
+use crate::truth::{ObjectVoxels, Truth};
+use crate::voxel::BitGrid;
 use crate::voxel::flood::{enclosed, flood};
-use crate::voxel::voxelize::with_neighbours;
-use crate::voxel::{BitGrid, ObjectVoxels, Truth};
 
 /// A layer of a body that has at least so large a share of a person's columns cuts the person.
 const CUTS: f64 = 0.9;

@@ -13,7 +13,8 @@ use crate::scene::Role;
 use crate::sensor::turned::Turned;
 use crate::sensor::{Candidate, MountLink, Sensor, Setting, Stance};
 use crate::study::{Combination, Study};
-use crate::voxel::{Grid, ObjectVoxels, Truth};
+use crate::truth::{ObjectVoxels, Truth};
+use crate::voxel::Grid;
 
 /// A sensor is mounted on a surface that is at most this far away.
 const MOUNTED_M: f64 = 0.3;

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::error::{Issue, Site};
 use crate::source::Sources;
 use crate::study::{RegionSpec, Study};
-use crate::voxel::RegionShape;
+use crate::truth::RegionShape;
 
 /// Most shapes that a region may be made of, counting those of the regions it names, and theirs: a chain of
 /// regions can double at each step.

@@ -6,7 +6,8 @@ use crate::metrics::{BODY_PARTS, BodyPart, Confusion, Detection, RoleCounts};
 use crate::pose::Pose;
 use crate::scene::build::build;
 use crate::study::Overrides;
-use crate::voxel::{BodyVoxel, RegionShape};
+use crate::truth::RegionShape;
+use crate::voxel::BodyVoxel;
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each
 /// side and one robot voxel on the far one.

@@ -118,7 +118,7 @@ fn met(triangles: &[[DVec3; 3]], voxel: [i32; 3], axis: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::scene::primitive;
-    use crate::voxel::voxelize_all;
+    use crate::truth::voxelize_all;
     use glam::DQuat;
     use std::sync::Arc;
 

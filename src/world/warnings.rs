@@ -8,8 +8,9 @@ use super::{World, dead, people, thin};
 use crate::scene::{Object, Role, Scene};
 use crate::sensor::{Sensor, Setting, Stance, Station};
 use crate::study::{RegionSpec, Study};
-use crate::voxel::voxelize::{HUGE_M, LARGE_M};
-use crate::voxel::{Grid, ObjectVoxels, RegionShape, Truth};
+use crate::truth::voxelize::{HUGE_M, LARGE_M};
+use crate::truth::{ObjectVoxels, RegionShape, Truth};
+use crate::voxel::Grid;
 use crate::world::place::Places;
 
 /// The warnings of a scene from all its snapshots, which have the same objects in the same order.

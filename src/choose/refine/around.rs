@@ -6,7 +6,8 @@ use crate::pose::Pose;
 use crate::sensor::spread::{TURNS, WAYS};
 use crate::sensor::{Candidate, Setting, Stance, Station};
 use crate::study::Study;
-use crate::voxel::{Grid, Truth};
+use crate::truth::Truth;
+use crate::voxel::Grid;
 use crate::world::World;
 
 /// How often a step is halved.

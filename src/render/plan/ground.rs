@@ -7,8 +7,9 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::paper::Paper;
+use crate::truth::Truth;
 use crate::view::watched::Watch;
-use crate::voxel::{BitGrid, Grid, Truth, Window};
+use crate::voxel::{BitGrid, Grid, Window};
 
 /// The height above the floor at which walls are cut.
 const CUT_M: f64 = 1.2;

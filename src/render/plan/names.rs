@@ -11,8 +11,8 @@ use super::{Drawing, members};
 use crate::render::svg::tenth;
 use crate::scene::Role;
 use crate::study::EntryPlace;
+use crate::truth::Truth;
 use crate::view::Choice;
-use crate::voxel::Truth;
 use crate::world::World;
 use crate::world::place::{floor_m, is_room, names_of_walls, room_m};
 

@@ -17,7 +17,7 @@ use crate::report::table::number;
 use crate::scene::Role;
 use crate::sensor::Setting;
 use crate::study::Study;
-use crate::voxel::ObjectVoxels;
+use crate::truth::ObjectVoxels;
 use crate::world::World;
 use crate::world::place::{is_room, room_m};
 

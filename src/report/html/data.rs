@@ -27,7 +27,7 @@ use crate::render::plan::short_name;
 use crate::report::maxima::most_sensors;
 use crate::results::{Results, columns};
 use crate::scene::Role;
-use crate::voxel::ObjectVoxels;
+use crate::truth::ObjectVoxels;
 use crate::world::World;
 use crate::world::place::{is_room, room_m};
 use sensor::{SensorData, sensor_data};

@@ -5,8 +5,8 @@ use crate::scene::build::build;
 use crate::scene::spec::SceneSpec;
 use crate::scene::{Role, Scene};
 use crate::source::Sources;
-use crate::voxel::voxelize::{grid_over, scene_extent};
-use crate::voxel::voxelize_all;
+use crate::truth::voxelize::{grid_over, scene_extent};
+use crate::truth::voxelize_all;
 
 /// The snapshots of a scene file in a folder with these other files.
 fn scene_of(toml: &str, files: &[(&str, String)]) -> Result<Vec<Scene>> {

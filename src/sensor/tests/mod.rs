@@ -24,8 +24,9 @@ use crate::backend::Planes;
 use crate::pose::Pose;
 use crate::scene::Role;
 use crate::scene::keypoints::Keypoints;
+use crate::truth::{ObjectVoxels, Truth};
 use crate::voxel::flood::enclosed;
-use crate::voxel::{BitGrid, Grid, ObjectVoxels, Truth, Window};
+use crate::voxel::{BitGrid, Grid, Window};
 
 /// A grid at the world's origin with nothing in it.
 fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {

@@ -58,7 +58,7 @@ impl Oversight {
 pub struct Overlooked {
     /// Why.
     pub reason: Oversight,
-    /// What hides hidden ones, by its index in [`crate::voxel::Truth::objects`].
+    /// What hides hidden ones, by its index in [`crate::truth::Truth::objects`].
     pub object: Option<usize>,
     /// Which.
     pub voxels: BitGrid,

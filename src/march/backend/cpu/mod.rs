@@ -1,0 +1,303 @@
+//! The backend on all cores of the processor: each thread works on one placement or one job. The algorithms
+//! are in files of their own, each with a reason why it is exact: `first_hit` (leaps), `cone`, `intersect`, `across`,
+//! `beyond`, `carve_voxels`, `carve_rays`, `alike`; `plan` says which is used when. The arithmetic is `march`.
+//!
+//! A pose is sensed in this order: `plan` (what matters), `beyond` (tiles that need not be cast), `packet` (rays by the 64),
+//! `cast` with `cone`, `across`, `intersect` and `first_hit` (what they hit), `end` (gates and noise), `pyramid` and
+//! `carve_voxels` with `asked`, or `carve_rays` with `through` (what they free).
+
+mod across;
+mod alike;
+mod asked;
+mod beyond;
+mod blocker_search;
+mod carve_rays;
+mod carve_voxels;
+mod cast;
+mod cone;
+mod end;
+mod first_hit;
+mod intersect;
+mod narrow;
+mod packet;
+mod plan;
+mod projection;
+mod pyramid;
+mod sense;
+mod simd;
+#[cfg(test)]
+mod test_camera;
+mod through;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{
+    Backend, Carving, Evidence, Fusion, GridPose, MEMORY_BYTES, OverTime, Planes, Rays, Reading, Shot, Slot,
+    VoxelScene, count::RegionTally,
+};
+use crate::march::{End, NOTHING};
+use crate::metrics::Confusion;
+use crate::voxel::BitGrid;
+use crate::{Error, Result};
+pub use blocker_search::{BlockerSearch, RaysFrom};
+use first_hit::Layer;
+use plan::RelevantVoxels;
+use sense::{Blockers, Kept, RayTable, Scratch, TableCaster};
+pub use simd::SimdLevel;
+
+/// Most pieces of evidence kept at once, however small they are.
+const MOST_SLOTS: usize = 4096;
+
+/// The thread pool and what it works on.
+pub struct Cpu {
+    pool: rayon::ThreadPool,
+    memory_bytes: u64,
+    simd: SimdLevel,
+    carving: Option<Carving>,
+    tables: Vec<RayTable>,
+    loaded: Option<LoadedScene>,
+    slots: Vec<Option<Planes>>,
+    /// What is kept of poses from snapshot to snapshot, by slot.
+    kept: Vec<Kept>,
+    /// Most words of a plane that is kept so.
+    plane_words: usize,
+    answers: VecDeque<Vec<Vec<Confusion>>>,
+}
+
+/// A scene made ready.
+struct LoadedScene {
+    scene: VoxelScene,
+    /// Those over all snapshots; the very allocation of the scene, so that the next scene's can be known for the same.
+    over_time: Option<(Arc<OverTime>, Layers)>,
+    /// The other blockers, or all.
+    moving: Layer,
+    wanted: RelevantVoxels,
+    tally: RegionTally,
+}
+
+/// Blockers over all snapshots, made ready.
+struct Layers {
+    /// Of every snapshot.
+    always: Layer,
+    /// Of some.
+    sometimes: Layer,
+}
+
+impl LoadedScene {
+    /// Makes a scene ready. `before` is what the last one had over time, which may be this one's.
+    fn new(scene: &VoxelScene, before: Option<(Arc<OverTime>, Layers)>) -> Self {
+        let same = |all: &Arc<OverTime>| before.filter(|(known, _)| Arc::ptr_eq(known, all));
+        let ready = |all: &OverTime| {
+            let mut sometimes = all.ever.clone();
+            sometimes.remove(&all.always);
+            Layers { always: Layer::new(all.always.clone()), sometimes: Layer::new(sometimes) }
+        };
+        let over_time = scene.over_time.as_ref();
+        let over_time = over_time.map(|all| same(all).unwrap_or_else(|| (all.clone(), ready(all))));
+        let mut moving = BitGrid::clone(&scene.blockers);
+        over_time.iter().for_each(|(all, _)| moving.remove(&all.always));
+        let wanted = RelevantVoxels::of(scene.window, &scene.regions);
+        LoadedScene {
+            over_time,
+            moving: Layer::new(moving),
+            wanted,
+            tally: RegionTally::new(scene),
+            scene: scene.clone(),
+        }
+    }
+
+    fn blockers(&self) -> Blockers<'_> {
+        let layers = self.over_time.as_ref().map(|(_, layers)| layers);
+        Blockers {
+            still: layers.map(|layers| &layers.always),
+            moving: &self.moving,
+            sometimes: layers.map(|layers| &layers.sometimes),
+        }
+    }
+}
+
+impl Cpu {
+    /// A backend of `threads` threads, or of as many as the process may use (cgroup limits honoured).
+    pub fn new(threads: Option<usize>) -> Result<Self> {
+        let available = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(available)).build().map_err(
+                |e| Error::device(format!("cannot start {} threads: {e}", threads.unwrap_or(available))),
+            )?;
+        Ok(Cpu {
+            pool,
+            memory_bytes: MEMORY_BYTES,
+            simd: SimdLevel::most(),
+            carving: None,
+            tables: Vec::new(),
+            loaded: None,
+            kept: Vec::new(),
+            plane_words: 0,
+            slots: Vec::new(),
+            answers: VecDeque::new(),
+        })
+    }
+
+    /// The same with half of so much memory for evidence and a quarter for first hits, instead of
+    /// [`MEMORY_BYTES`].
+    pub(crate) fn memory(self, bytes: u64) -> Self {
+        Cpu { memory_bytes: bytes, ..self }
+    }
+
+    /// The same with some of the vector instructions that the processor has, instead of all.
+    pub fn simd(self, simd: SimdLevel) -> Self {
+        Cpu { simd, ..self }
+    }
+
+    /// The same, with all tables carved in one way, whatever that costs. Only tables of cameras can be carved
+    /// voxel by voxel.
+    pub fn carving(mut self, carving: Carving) -> Self {
+        self.carving = Some(carving);
+        self
+    }
+
+    fn loaded(&self) -> Result<&LoadedScene> {
+        self.loaded.as_ref().ok_or_else(|| Error::device("no scene is loaded"))
+    }
+
+    /// What is kept for a shot; nothing yet if it is new.
+    fn take_kept(&mut self, shot: &Shot) -> Option<Kept> {
+        let slot = shot.first_hits? as usize;
+        if self.kept.len() <= slot {
+            self.kept.resize(slot + 1, Kept::default());
+        }
+        Some(std::mem::take(&mut self.kept[slot]))
+    }
+
+    /// A table's rays in the loaded scene.
+    fn sensor<'a>(&'a self, table: usize, wanted: &'a RelevantVoxels) -> Result<TableCaster<'a>> {
+        let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
+        let blockers = self.loaded()?.blockers();
+        let (level, wide) = (self.simd.level, self.simd.wide);
+        let (carving, plane_words) = (self.carving, self.plane_words);
+        Ok(TableCaster { level, wide, table, blockers, wanted, carving, plane_words })
+    }
+}
+
+impl Backend for Cpu {
+    fn name(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn device(&self) -> String {
+        let threads = self.pool.current_num_threads();
+        format!("{threads} thread{}", if threads == 1 { "" } else { "s" })
+    }
+
+    fn tables(&mut self, tables: &[Rays]) -> Result<()> {
+        self.kept.clear();
+        self.tables = tables.iter().map(RayTable::new).collect();
+        Ok(())
+    }
+
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
+        let evidence = usize::try_from(self.memory_bytes / 2).unwrap_or(usize::MAX);
+        let piece = 3 * 4 * scene.truth.words().len().max(1);
+        // Even where a piece of evidence is large, each thread has one to work on, and a job of several
+        // sensors fits.
+        let least = 4 * self.pool.current_num_threads().max(4);
+        self.slots = vec![None; (evidence / piece).min(MOST_SLOTS).max(least)];
+        let before = self.loaded.take().and_then(|loaded| loaded.over_time);
+        let was = before.as_ref().map(|(all, _)| all.clone());
+        let loaded = LoadedScene::new(scene, before);
+        let is = loaded.over_time.as_ref().map(|(all, _)| all);
+        if !was.iter().zip(is).any(|(was, is)| Arc::ptr_eq(was, is)) {
+            self.kept.clear();
+            self.plane_words = scene.truth.words().len();
+        }
+        self.loaded = Some(loaded);
+        tracing::debug!(
+            "cpu: scene loaded, room for {} pieces of evidence of {piece} bytes",
+            self.slots.len()
+        );
+        Ok(())
+    }
+
+    fn slots(&self) -> usize {
+        self.slots.len()
+    }
+
+    fn first_hit_slots(&self) -> usize {
+        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.over_time.is_some()) else { return 0 };
+        let of_table = |table: &RayTable| {
+            let rays = table.packets.count() * packet::RAYS;
+            // A first hit of each ray; of rays that are carved one by one also up to where each is marked, which of them
+            // meet what moves, and a plane.
+            match self.carving.unwrap_or_else(|| plan::carving(&table.packets, loaded.scene.window)) {
+                Carving::ByVoxel if table.packets.image().is_some() => 4 * rays,
+                _ => 9 * rays + 4 * self.plane_words,
+            }
+        };
+        let most = self.tables.iter().map(of_table).max().unwrap_or(0);
+        usize::try_from(self.memory_bytes / 4).unwrap_or(usize::MAX) / most.max(1)
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        tracing::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
+        let mut kept: Vec<Option<Kept>> = shots.iter().map(|shot| self.take_kept(shot)).collect();
+        let loaded = self.loaded()?;
+        let sensor = self.sensor(table, &loaded.wanted)?;
+        let sensed: Vec<Planes> = self.pool.install(|| {
+            let each = shots.par_iter().zip(&mut kept).map_init(
+                || Scratch::new(&sensor),
+                |scratch, (shot, kept)| sensor.sense(&shot.placement, scratch, kept.as_mut(), None),
+            );
+            each.collect()
+        });
+        for ((shot, planes), kept) in shots.iter().zip(sensed).zip(kept) {
+            self.slots[shot.slot as usize] = Some(planes);
+            if let (Some(slot), Some(kept)) = (shot.first_hits, kept) {
+                self.kept[slot as usize] = kept;
+            }
+        }
+        Ok(())
+    }
+
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
+        let window = self.loaded()?.scene.window;
+        for (slot, mut planes) in evidence {
+            // Hits are looked up by their words.
+            if planes.hits.window() != window {
+                let blank = planes.hits.is_empty();
+                planes.hits = if blank { BitGrid::nowhere() } else { planes.hits.over(window) };
+            }
+            self.slots[slot as usize] = Some(planes);
+        }
+        Ok(())
+    }
+
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        tracing::debug!("cpu: scores {} choices", jobs.len());
+        let tally = &self.loaded()?.tally;
+        let planes = |slot: Slot| self.slots[slot as usize].as_ref();
+        let score = |job: &Vec<Reading>| tally.score(self.simd.level, fusion, job, planes);
+        let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
+        self.answers.push_back(answer);
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.answers.pop_front().ok_or_else(super::nothing_submitted)
+    }
+
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        let held = |&slot: &Slot| self.slots.get(slot as usize).and_then(Option::clone);
+        slots.iter().map(|slot| held(slot).ok_or_else(|| super::nothing_in(*slot))).collect()
+    }
+
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
+        let wanted = RelevantVoxels::all(self.loaded()?.scene.window);
+        let sensor = self.sensor(table, &wanted)?;
+        let mut ends = vec![End { kind: NOTHING, crossings: 0 }; sensor.table.packets.rays()];
+        let planes = sensor.sense(placement, &mut Scratch::new(&sensor), None, Some(&mut ends));
+        Ok(Evidence { planes, ends })
+    }
+}

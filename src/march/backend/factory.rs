@@ -1,0 +1,199 @@
+//! Makes the backend that a user chose (which one, on which adapter, with how many threads and how much
+//! memory), and the fallbacks for when it fails.
+
+use super::adapter::{AdapterChoice, adapters};
+use super::cpu::Cpu;
+#[cfg(feature = "gpu")]
+use super::gpu::Gpu;
+use super::oracle::Oracle;
+use super::{Backend, MEMORY_BYTES};
+#[cfg(not(feature = "gpu"))]
+use crate::error::{Argument, Issue, Words};
+use crate::{Error, Result};
+
+/// Which backend computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BackendKind {
+    /// A hardware GPU if there is one, or the adapter that is named, else the CPU.
+    #[default]
+    Auto,
+    /// All cores.
+    Cpu,
+    /// Vulkan compute shaders.
+    Gpu,
+    /// The plain reference, one thread.
+    Oracle,
+}
+
+/// Which backend computes, and what it may use.
+#[derive(Clone, Debug, Default)]
+pub struct BackendChoice {
+    /// Which one.
+    pub kind: BackendKind,
+    /// The GPU's adapter; the first hardware one, unless it is named.
+    pub adapter: Option<AdapterChoice>,
+    /// Threads of the CPU; `None` for all that the process may use.
+    pub threads: Option<usize>,
+    /// Memory for evidence and first hits; `None` for the backend's default.
+    pub memory_bytes: Option<u64>,
+}
+
+impl BackendChoice {
+    /// Opens the backend. Also says why a hardware GPU that is there is not used, if so.
+    pub fn open(&self) -> Result<(Box<dyn Backend + Send>, Option<Error>)> {
+        match self.kind {
+            BackendKind::Oracle => Ok((Box::new(Oracle::default()), None)),
+            BackendKind::Cpu => Ok((Box::new(self.cpu()?), None)),
+            BackendKind::Auto if self.adapter.is_none() => match has_hardware().then(|| self.gpu()) {
+                Some(Ok(gpu)) => Ok((gpu, None)),
+                Some(Err(reason)) => Ok((Box::new(self.cpu()?), Some(reason))),
+                None => Ok((Box::new(self.cpu()?), None)),
+            },
+            BackendKind::Auto | BackendKind::Gpu => Ok((self.gpu()?, None)),
+        }
+    }
+
+    /// Opens the backend that is chosen, or the CPU and a GPU if any will do.
+    pub fn open_all(&self) -> Result<Vec<Box<dyn Backend>>> {
+        if self.kind != BackendKind::Auto {
+            return Ok(vec![self.open()?.0]);
+        }
+        let mut all: Vec<Box<dyn Backend>> = vec![Box::new(self.cpu()?)];
+        if let Some(gpu) = self.any_gpu()? {
+            all.push(gpu);
+        }
+        Ok(all)
+    }
+
+    /// Opens the CPU.
+    pub fn cpu(&self) -> Result<Cpu> {
+        let cpu = Cpu::new(self.threads)?;
+        let mib = self.memory_bytes.unwrap_or(MEMORY_BYTES) >> 20;
+        tracing::info!("opened cpu: {}, {mib} MiB of memory for evidence and first hits", cpu.device());
+        Ok(self.memory_bytes.into_iter().fold(cpu, Cpu::memory))
+    }
+
+    /// Opens the adapter that was named, or a hardware GPU, or a software one; none where there is no adapter
+    /// at all.
+    pub fn any_gpu(&self) -> Result<Option<Box<dyn Backend + Send>>> {
+        if self.adapter.is_none() && self.kind != BackendKind::Gpu {
+            if adapters().is_empty() {
+                return Ok(None);
+            }
+            if !has_hardware() {
+                let adapter = Some(AdapterChoice::Software);
+                return BackendChoice { adapter, ..self.clone() }.gpu().map(Some);
+            }
+        }
+        self.gpu().map(Some)
+    }
+
+    #[cfg(feature = "gpu")]
+    fn gpu(&self) -> Result<Box<dyn Backend + Send>> {
+        let gpu = Gpu::new(self.adapter.as_ref().unwrap_or(&AdapterChoice::Hardware))?;
+        let mib =
+            self.memory_bytes.map_or("as the adapter has it".into(), |bytes| format!("{} MiB", bytes >> 20));
+        tracing::info!("opened gpu: {}, memory for evidence: {mib}", gpu.device());
+        Ok(Box::new(self.memory_bytes.into_iter().fold(gpu, Gpu::memory)))
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn gpu(&self) -> Result<Box<dyn Backend + Send>> {
+        let what = Issue::left_out("the GPU backend", "gpu");
+        Err(what.cure(Words::from("or use ") + Argument::Backend.quoted("cpu")).into())
+    }
+}
+
+fn has_hardware() -> bool {
+    adapters().iter().any(|adapter| !adapter.software)
+}
+
+/// Which backend works, and with how much at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fallback {
+    /// The backend of the user's choice.
+    None,
+    /// The same, opened anew, with less memory and small batches.
+    Small,
+    /// The CPU.
+    Cpu,
+}
+
+/// Opens the backends that a run may use.
+pub trait BackendFactory {
+    /// Opens a backend.
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>>;
+
+    /// Whether the backend of the user's choice is one that may fail or count wrongly: a GPU. Then the CPU
+    /// takes over, and checks.
+    fn needs_check(&self) -> bool;
+
+    /// Takes the backend of the user's choice back after work that it did well; by default it is closed.
+    fn take_back(&mut self, _: Box<dyn Backend + Send>) {}
+}
+
+/// The backend of a user's choice and its fallbacks.
+pub struct ChosenBackends {
+    choice: BackendChoice,
+    /// The backend that was opened first, until it is asked for.
+    ready: Option<Box<dyn Backend + Send>>,
+}
+
+impl ChosenBackends {
+    /// Opens the backend of a choice, so that what is wrong with it is known at once. With it comes why a
+    /// hardware GPU that is there is not used.
+    pub fn open(choice: &BackendChoice) -> Result<(ChosenBackends, Option<Error>)> {
+        let (backend, unused) = choice.open()?;
+        // A backend that was opened as a GPU is opened as a GPU again; using the CPU instead is a fallback of
+        // its own.
+        let kind = if backend.name() == "gpu" { BackendKind::Gpu } else { choice.kind };
+        let choice = BackendChoice { kind, ..choice.clone() };
+        Ok((ChosenBackends { choice, ready: Some(backend) }, unused))
+    }
+}
+
+impl BackendFactory for ChosenBackends {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        match fallback {
+            Fallback::None => self.ready.take().map_or_else(|| Ok(self.choice.open()?.0), Ok),
+            Fallback::Small => {
+                let memory_bytes = self.choice.memory_bytes.unwrap_or(MEMORY_BYTES).min(MEMORY_BYTES) / 4;
+                BackendChoice { memory_bytes: Some(memory_bytes), ..self.choice.clone() }.gpu()
+            }
+            Fallback::Cpu => Ok(Box::new(self.choice.cpu()?)),
+        }
+    }
+
+    fn needs_check(&self) -> bool {
+        self.choice.kind == BackendKind::Gpu
+    }
+}
+
+/// Backends for one job after the other: that of the user's choice is kept open while it works well.
+pub struct KeptBackends<B> {
+    backends: B,
+    /// The backend that worked last, until it is asked for.
+    ready: Option<Box<dyn Backend + Send>>,
+}
+
+impl<B: BackendFactory> KeptBackends<B> {
+    /// None is open yet.
+    pub fn new(backends: B) -> KeptBackends<B> {
+        KeptBackends { backends, ready: None }
+    }
+}
+
+impl<B: BackendFactory> BackendFactory for KeptBackends<B> {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        let ready = self.ready.take().filter(|_| fallback == Fallback::None);
+        ready.map_or_else(|| self.backends.open(fallback), Ok)
+    }
+
+    fn needs_check(&self) -> bool {
+        self.backends.needs_check()
+    }
+
+    fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
+        self.ready = Some(backend);
+    }
+}

@@ -1,0 +1,148 @@
+//! What can be reached through faces: a 6-connected flood over bit planes, a word at a time. Serves the
+//! interiors of bodies and the ceiling of what any sensor could see.
+
+use super::bits::BitGrid;
+
+/// The voxels of `open` that a path through faces of open voxels joins to a seed; seeds count if they are
+/// open. Both planes cover the same window.
+pub fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
+    let [_, ny, nz] = open.window().size.map(|n| n as usize);
+    let row = open.words_per_row() as usize;
+    let mut reached = seeds.clone();
+    reached.keep(open);
+    let words = reached.words_mut();
+    for r in 0..ny * nz {
+        spread(&mut words[r * row..(r + 1) * row], &open.words()[r * row..(r + 1) * row]);
+    }
+    let mut forward = true;
+    loop {
+        let mut changed = false;
+        for step in 0..ny * nz {
+            let r = if forward { step } else { ny * nz - 1 - step };
+            let (y, z) = (r % ny, r / ny);
+            let neighbours = [
+                (y > 0).then(|| r.wrapping_sub(1)),
+                (y + 1 < ny).then_some(r + 1),
+                (z > 0).then(|| r.wrapping_sub(ny)),
+                (z + 1 < nz).then_some(r + ny),
+            ];
+            let open_row = &open.words()[r * row..(r + 1) * row];
+            let mut grew = false;
+            for w in 0..row {
+                let from = neighbours.iter().flatten().fold(0, |all, n| all | words[n * row + w]);
+                let grown = words[r * row + w] | (from & open_row[w]);
+                grew |= grown != words[r * row + w];
+                words[r * row + w] = grown;
+            }
+            if grew {
+                changed = true;
+                spread(&mut words[r * row..(r + 1) * row], open_row);
+            }
+        }
+        if !changed {
+            return reached;
+        }
+        forward = !forward;
+    }
+}
+
+/// Spreads set bits along a row through open ones.
+fn spread(row: &mut [u32], open: &[u32]) {
+    let mut carry = 0;
+    for (word, &open) in row.iter_mut().zip(open) {
+        *word = along(*word | (carry & open), open, |w, n| w << n);
+        carry = *word >> 31;
+    }
+    let mut carry = 0;
+    for (word, &open) in row.iter_mut().zip(open).rev() {
+        *word = along(*word | (carry & open), open, |w, n| w >> n);
+        carry = *word << 31;
+    }
+}
+
+/// Doubling steps: after five, a bit has gone as far as its word is open.
+fn along(mut word: u32, mut open: u32, shift: impl Fn(u32, u32) -> u32) -> u32 {
+    for n in [1, 2, 4, 8, 16] {
+        word |= open & shift(word, n);
+        open &= shift(open, n);
+    }
+    word
+}
+
+/// The voxels without surface that no path through faces reaches from outside the window.
+pub fn enclosed(surface: &BitGrid) -> BitGrid {
+    let window = surface.window();
+    let mut around = window;
+    around.min = around.min.map(|m| m - 1);
+    around.size = around.size.map(|n| n + 2);
+    let mut open = BitGrid::full(around);
+    open.remove(surface);
+    let mut seed = BitGrid::new(around);
+    seed.set(around.min);
+    let outside = flood(&open, &seed);
+    open.remove(&outside);
+    open.over(window)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::voxel::Window;
+
+    /// The surface of a box of voxels.
+    fn shell(min: [i32; 3], max: [i32; 3]) -> BitGrid {
+        let window = Window::between(min, max);
+        let mut grid = BitGrid::new(window);
+        for z in min[2]..=max[2] {
+            for y in min[1]..=max[1] {
+                for x in min[0]..=max[0] {
+                    let voxel = [x, y, z];
+                    if (0..3).any(|r| voxel[r] == min[r] || voxel[r] == max[r]) {
+                        grid.set(voxel);
+                    }
+                }
+            }
+        }
+        grid
+    }
+
+    #[test]
+    fn a_closed_shell_keeps_its_inside() {
+        let inside = enclosed(&shell([-2, 3, 0], [70, 12, 5]));
+        assert_eq!(inside.count(), 71 * 8 * 4);
+        assert!(inside.get([0, 5, 2]) && !inside.get([-2, 5, 2]));
+    }
+
+    #[test]
+    fn one_missing_face_voxel_lets_everything_out_but_a_corner_does_not() {
+        let whole = shell([0, 0, 0], [40, 9, 9]);
+        let mut hole = BitGrid::new(whole.window());
+        hole.set([0, 5, 5]);
+        let mut leaky = whole.clone();
+        leaky.remove(&hole);
+        assert!(enclosed(&leaky).is_empty());
+        let mut edge = BitGrid::new(whole.window());
+        edge.set([0, 0, 5]);
+        let mut nicked = whole.clone();
+        nicked.remove(&edge);
+        assert_eq!(enclosed(&nicked).count(), 39 * 8 * 8, "an edge voxel joins no faces");
+    }
+
+    #[test]
+    fn a_flood_follows_a_winding_corridor() {
+        let window = Window::between([0; 3], [99, 20, 0]);
+        let mut open = BitGrid::new(window);
+        for y in (0..20).step_by(2) {
+            open.set_run(0, 100, y, 0);
+            open.set(if y % 4 == 0 { [99, y + 1, 0] } else { [0, y + 1, 0] });
+        }
+        let mut seed = BitGrid::new(window);
+        seed.set([5, 0, 0]);
+        assert_eq!(flood(&open, &seed), open);
+        let mut gap = BitGrid::new(window);
+        gap.set([50, 10, 0]);
+        open.remove(&gap);
+        // Row 10 is entered at x = 99 and cut at x = 50.
+        assert_eq!(flood(&open, &seed).count(), 5 * 101 + 49);
+    }
+}

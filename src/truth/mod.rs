@@ -1,0 +1,13 @@
+//! What is where in a scene, in voxels: the voxelizer, interiors, people, regions.
+
+mod objects;
+mod people;
+pub mod region;
+mod snapshots;
+pub mod voxelize;
+
+pub use objects::{ObjectVoxels, RobotReach, Truth};
+pub(crate) use people::people;
+pub use region::{Region, RegionShape};
+pub(crate) use snapshots::GoOn;
+pub use snapshots::{Snapshots, voxelize_all};
