@@ -15,8 +15,7 @@ use crate::study::Study;
 use crate::study::sensor::MAX_RAYS;
 use crate::sweep;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
-use crate::voxel::{BitGrid, Grid};
-use crate::voxel::{BodyVoxel, People};
+use crate::voxel::{BitGrid, BodyVoxel, Grid, People};
 use crate::world::World;
 use crate::{Error, Result};
 

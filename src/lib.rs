@@ -70,17 +70,17 @@
 //!                                                      backend ┘  oracle, cpu or gpu: cast, carve, fuse, count
 //! ```
 //!
-//! A room is a folder of `src/` or, where it is small, one file. Rooms further down
+//! A room is a folder of `src/` or `src/march/` or, where it is small, one file. Rooms further down
 //! in this table may use those further up, never the other way round; `tests/rooms.rs` holds the code to that.
-//! The first five are a crate of their own, `perirobot-march` in `src/march/`: the marcher, which knows no file
-//! and no scene. It is where the time goes, and is compiled as one unit, for speed.
+//! The first five are a crate of their own, `perirobot-march` in `src/march/`: the marcher, which opens no file
+//! and gets scenes as voxels. It is where the time goes, and is compiled as one unit, for speed.
 //!
 //! | room | what it has | where to begin |
 //! |---|---|---|
 //! | `error` | typed errors | `march/error.rs` |
 //! | `march` | the integer arithmetic of a ray that marches through voxels | `src/march/SEMANTICS.md`: the rules of every count |
 //! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `march/metrics.rs`, `march/metrics/score.rs` |
-//! | `voxel` | grid, bit planes, solids, distances | `march/voxel/bits.rs` |
+//! | `voxel` | grid, bit planes, solids, distances, floods, the voxels of people | `march/voxel/bits.rs` |
 //! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `march/backend/mod.rs` |
 //! | `spelling`, `shell` | "did you mean"; quoting for a shell | one file each |
 //! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder | `source.rs` |

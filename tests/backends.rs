@@ -15,8 +15,7 @@ use perirobot::backend::{
 };
 use perirobot::march::{NOTHING, RETURN};
 use perirobot::metrics::{BodyPart, Confusion};
-use perirobot::voxel::{BitGrid, Window};
-use perirobot::voxel::{BodyVoxel, People};
+use perirobot::voxel::{BitGrid, BodyVoxel, People, Window};
 
 /// Runs a case on both and compares all that comes back.
 #[track_caller]

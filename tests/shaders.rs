@@ -149,3 +149,16 @@ fn no_kernel_sees_more_than_eight_storage_buffers() {
         assert!((2..=8).contains(&seen), "shaders/{}.wgsl sees {seen} storage buffers", stage.name());
     }
 }
+
+#[test]
+fn each_file_is_in_a_kernel() {
+    let sources = Stage::ALL.map(shader_source);
+    let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders")).unwrap();
+    let files = files.map(|file| file.unwrap().path());
+    let files: Vec<_> = files.filter(|path| path.extension().is_some_and(|end| end == "wgsl")).collect();
+    assert!(files.len() > Stage::ALL.len(), "{files:?}");
+    for path in files {
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(sources.iter().any(|source| source.contains(&text)), "no kernel has {}", path.display());
+    }
+}

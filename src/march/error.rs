@@ -1,4 +1,4 @@
-//! The error type of the crate: the variant decides the exit code, its [`Issue`] says where and what is
+//! The error type of perirobot: the variant decides the exit code of its program, its [`Issue`] says where and what is
 //! wrong, and what would be right.
 
 mod issue;

@@ -10,9 +10,8 @@ use crate::backend::{Backend, GridPose, Noise, Rays, VoxelScene};
 use crate::error::{Argument, Issue, Words};
 use crate::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
 use crate::sensor::quantise_q15;
-use crate::voxel::People;
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
-use crate::voxel::{BitGrid, Grid, Window};
+use crate::voxel::{BitGrid, Grid, People, Window};
 
 /// Rays that are cast in one go, so that a large picture fits any device.
 const MOST_RAYS: usize = 1 << 20;

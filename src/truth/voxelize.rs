@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::objects::{ObjectVoxels, RobotReach, Truth};
 use crate::error::{Argument, Issue, Words};
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
-use crate::voxel::flood::enclosed;
+use crate::voxel::flood::{enclosed, flood};
 use crate::voxel::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use crate::voxel::overlap::{self, Corner};
 use crate::voxel::{BitGrid, grid};
@@ -278,7 +278,7 @@ pub(crate) fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) 
         seeds.add(&around);
     }
     open.add(&seeds);
-    with_neighbours(&crate::voxel::flood::flood(&open, &seeds))
+    with_neighbours(&flood(&open, &seeds))
 }
 
 /// A plane with the voxels that share a face with one of its own.

@@ -10,8 +10,7 @@ use crate::metrics::Confusion;
 use crate::sensor::{Extent, Setting, Station};
 use crate::study::Study;
 use crate::truth::{Region, Truth, voxelize};
-use crate::voxel::BitGrid;
-use crate::voxel::People;
+use crate::voxel::{BitGrid, People};
 
 /// Counts to compare a pose with: by some scores a sensor that is stuck at one answer beats many poses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

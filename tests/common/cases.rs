@@ -11,8 +11,7 @@ use perirobot::backend::{
 use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
 use perirobot::metrics::BodyPart;
 use perirobot::sensor::Camera;
-use perirobot::voxel::{BitGrid, Window};
-use perirobot::voxel::{BodyVoxel, People};
+use perirobot::voxel::{BitGrid, BodyVoxel, People, Window};
 
 use super::Random;
 

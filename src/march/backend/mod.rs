@@ -1,5 +1,5 @@
 //! The backends behind one trait: quantised placements in, integers out. All give the same counts: `oracle`
-//! defines them, `cpu` and `gpu` are fast. The command line chooses one, once.
+//! defines them, `cpu` and `gpu` are fast. The command line of perirobot chooses one, once.
 
 pub mod adapter;
 pub mod body_words;
@@ -99,7 +99,7 @@ impl Noise {
 
     /// The farthest behind its distance that a return may be read.
     #[cfg(feature = "gpu")]
-    pub fn farthest_q16(&self) -> u32 {
+    pub(crate) fn farthest_q16(&self) -> u32 {
         let unit_q12 = self.unit_q12.iter().copied().max().unwrap_or(0).max(0);
         march::step_q16(unit_q12, self.std_q16.iter().copied().max().unwrap_or(0)) as u32
     }

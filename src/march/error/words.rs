@@ -1,4 +1,4 @@
-//! Sentences that name arguments. An argument is a value in them, so that each front end of the crate writes
+//! Sentences that name arguments. An argument is a value in them, so that each front end of perirobot writes
 //! it in its own way: the library by its plain name, the command line as a flag.
 
 use std::fmt;
@@ -71,7 +71,7 @@ impl Argument {
     }
 }
 
-/// How a front end of the crate writes an argument.
+/// How a front end of perirobot writes an argument.
 pub type NameOf<'n> = &'n dyn Fn(Argument) -> String;
 
 /// A sentence, or a part of one.

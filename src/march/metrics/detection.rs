@@ -1,5 +1,5 @@
 //! Whether people and their body parts are detected: thresholds on how many of their voxels are hit.
-//! `voxel::people` says which voxel belongs to which part.
+//! Who loads a scene says which voxel belongs to which part.
 
 /// A part of a body, left and right of the person's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -17,20 +17,20 @@ use super::grid::Window;
 
 /// A layer of blockers in bricks.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bricks {
+pub(crate) struct Bricks {
     size: [u32; 3],
     reach: Vec<u8>,
 }
 
 impl Bricks {
     /// Voxels along the edge of a brick.
-    pub const EDGE: u32 = 1 << Self::EDGE_LOG2;
+    pub(crate) const EDGE: u32 = 1 << Self::EDGE_LOG2;
 
     /// Its logarithm: brick = voxel >> this.
-    pub const EDGE_LOG2: u32 = 1;
+    pub(crate) const EDGE_LOG2: u32 = 1;
 
     /// The reach of a brick whose nearest blocker is this far away or farther.
-    pub const FAR: u8 = u8::MAX;
+    pub(crate) const FAR: u8 = u8::MAX;
 
     /// The bricks of a plane over a grid; voxels outside the plane count as empty.
     pub(crate) fn new(blockers: &BitGrid) -> Self {

@@ -1,7 +1,7 @@
 //! Voxels: the grid, bit planes over it, and what can be asked of them.
 
-pub mod bits;
-pub mod bricks;
+mod bits;
+mod bricks;
 pub mod distance;
 pub mod flood;
 pub mod grid;
@@ -10,7 +10,7 @@ mod people;
 pub mod solid;
 
 pub use bits::BitGrid;
-pub use bricks::Bricks;
+pub(crate) use bricks::Bricks;
 pub use distance::{Distances, rounded_down, rounded_up, squared_voxels};
 pub use grid::{Grid, Window};
 pub use people::{BodyVoxel, People};

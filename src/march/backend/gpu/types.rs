@@ -48,7 +48,7 @@ pub const NO_SLOT: Slot = u32::MAX;
 /// The twin of `Setup` in `shaders/types.wgsl`: one scene, as long as it is loaded.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-#[allow(missing_docs)] // the fields' meanings are those of Cell
+#[allow(missing_docs)] // the fields' meanings are those of VoxelScene
 pub struct Setup {
     pub grid_x: u32,
     pub grid_y: u32,
