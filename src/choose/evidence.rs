@@ -7,15 +7,14 @@ mod rows;
 
 use std::borrow::Cow;
 
-use fearless_simd::{Level, Simd, dispatch};
-
 #[cfg(test)]
 use self::rows::HeldRow;
 use self::rows::Rows;
-use super::layout::{BitLayout, CLEAR, FALSE, Joined, PLANES, SPACE_OF, Wanted};
+use super::layout::{BitLayout, CLEAR, FALSE, PLANES, SPACE_OF, Wanted};
 use crate::backend::Backend;
 use crate::metrics::Confusion;
 use crate::study::Study;
+use crate::voxel::{Joined, Ones};
 use crate::world::World;
 use crate::{Error, Result};
 pub use casting::{Casting, CastingWatch};
@@ -31,7 +30,8 @@ pub struct CandidateEvidence {
     rows: Rows,
     /// How many bytes it may take, with all that is kept beside it.
     memory_bytes: u64,
-    level: Level,
+    /// Counts its bits.
+    pub(super) ones: Ones,
 }
 
 /// The union of what some candidates say. A voxel that any of them wrongly calls occupied is no longer free, so
@@ -117,13 +117,7 @@ impl CandidateEvidence {
             false => plane.into(),
         };
         let rows = planes.into_iter().map(|planes| HeldRow { planes: planes.map(blank_if_zero) }).collect();
-        CandidateEvidence {
-            layout,
-            items,
-            rows: Rows::Held(rows),
-            memory_bytes: u64::MAX,
-            level: Level::new(),
-        }
+        CandidateEvidence { layout, items, rows: Rows::Held(rows), memory_bytes: u64::MAX, ones: Ones::new() }
     }
 
     /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
@@ -179,7 +173,8 @@ impl CandidateEvidence {
         wanted: Wanted,
     ) -> Vec<Confusion> {
         let planes: [Joined; PLANES] = std::array::from_fn(|plane| Joined::of(&planes[plane], more(plane)));
-        dispatch!(self.level, simd => all_counts(simd, &self.layout, &planes, wanted))
+        let counts = |moment| self.layout.counts(self.ones, moment, &planes, wanted);
+        self.layout.moments.iter().map(counts).collect()
     }
 }
 
@@ -197,14 +192,4 @@ impl Union {
         }
         self.planes[CLEAR].iter_mut().zip(&*row[FALSE]).for_each(|(to, from)| *to |= from);
     }
-}
-
-#[inline(always)]
-fn all_counts<S: Simd>(
-    _: S,
-    layout: &BitLayout,
-    planes: &[Joined; PLANES],
-    wanted: Wanted,
-) -> Vec<Confusion> {
-    layout.moments.iter().map(|moment| layout.counts(moment, planes, wanted)).collect()
 }

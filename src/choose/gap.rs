@@ -14,12 +14,10 @@
 
 use std::time::{Duration, Instant};
 
-use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::evidence::CandidateEvidence;
 use super::game::Game;
-use super::layout::ones;
 use super::problem::{Problem, SetLimits};
 use super::question::{Inequality, Segment, question};
 use super::worth::{Ratio, Worth};
@@ -192,7 +190,6 @@ pub(super) struct GapSearch<'a> {
     best: Vec<f64>,
     /// What proves the lowest bound so far.
     shown: Option<WeighedCuts>,
-    level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -217,7 +214,6 @@ impl<'a> GapSearch<'a> {
             cuts: Vec::new(),
             best: Vec::new(),
             shown: None,
-            level: Level::new(),
             stop,
         }
     }
@@ -364,8 +360,7 @@ impl<'a> GapSearch<'a> {
             let (mut inside, mut outside) = (Vec::new(), vec![Vec::new(); one.segments().count()]);
             for (segment, outside) in one.segments().zip(&mut outside) {
                 let hidden = full(evidence, segment, &shares);
-                inside.push(ones(hidden.iter().copied()));
-                let level = self.level;
+                inside.push(evidence.ones.of(&hidden));
                 *outside = self
                     .items
                     .par_iter()
@@ -374,7 +369,7 @@ impl<'a> GapSearch<'a> {
                         if row.is_empty() {
                             0
                         } else {
-                            dispatch!(level, simd => beyond(simd, &row[segment.words.clone()], &hidden))
+                            evidence.ones.beyond(&row[segment.words.clone()], &hidden) as u32
                         }
                     })
                     .collect::<Vec<u32>>();
@@ -470,10 +465,4 @@ fn full(evidence: &CandidateEvidence, segment: &Segment, shares: &[(usize, u64)]
         }
     }
     full
-}
-
-/// The bits of a row that are not hidden.
-#[inline(always)]
-fn beyond<S: Simd>(_: S, row: &[u64], hidden: &[u64]) -> u32 {
-    ones(row.iter().zip(hidden).map(|(row, hidden)| row & !hidden)) as u32
 }

@@ -10,7 +10,7 @@ use crate::sensor::Kind;
 use crate::study::Study;
 use crate::sweep::SensorSays;
 use crate::truth::region::window_of;
-use crate::voxel::{BitGrid, Window};
+use crate::voxel::{BitGrid, Joined, Ones, Window};
 use crate::world::World;
 
 /// What is kept of a sensor at a candidate: six rows of bits.
@@ -232,28 +232,37 @@ impl BitLayout {
     }
 
     /// What a union of rows is worth at one moment.
-    #[inline(always)]
-    pub(super) fn counts(&self, moment: &MomentBits, planes: &[Joined; PLANES], wanted: Wanted) -> Confusion {
+    pub(super) fn counts(
+        &self,
+        ones: Ones,
+        moment: &MomentBits,
+        planes: &[Joined; PLANES],
+        wanted: Wanted,
+    ) -> Confusion {
         let [truly, falsely, _] = &moment.words;
         let mut counts = Confusion::default();
         if wanted.labels {
             let (hit, missed) = (planes[HIT].part(truly), planes[MISSED].part(truly));
             let (wrong, clear) = (planes[FALSE].part(falsely), planes[CLEAR].part(falsely));
-            counts.tp = hit.ones();
-            counts.fn_ = missed.ones_without(&hit);
+            counts.tp = ones.of_joined(hit);
+            counts.fn_ = ones.joined_beyond(missed, hit);
             counts.uo = moment.voxels[0] - counts.tp - counts.fn_;
-            counts.fp = wrong.ones();
-            counts.tn = clear.ones_without(&wrong);
+            counts.fp = ones.of_joined(wrong);
+            counts.tn = ones.joined_beyond(clear, wrong);
             counts.uf = moment.voxels[1] - counts.fp - counts.tn;
             if wanted.roles {
-                [counts.human, counts.robot] = [0, 1].map(|role| of_role(&moment.roles[role], &hit, &missed));
+                let of_role = |role: &Vec<u64>| {
+                    let [tp, fn_, uo] = ones.shared_out(role, hit, missed);
+                    RoleCounts { tp, fn_, uo }
+                };
+                [counts.human, counts.robot] = moment.roles.each_ref().map(of_role);
             }
         }
         if wanted.people {
             let mut sensed = vec![0; moment.people];
             let tally = |part: &PartBits| {
-                sensed[part.person] += planes[FELT].part(&part.words).ones();
-                let hit = planes[SEEN].part(&part.words).ones();
+                sensed[part.person] += ones.of_joined(planes[FELT].part(&part.words));
+                let hit = ones.of_joined(planes[SEEN].part(&part.words));
                 PartTally { person: part.person, part: part.part, voxels: part.voxels, hit }
             };
             let parts: Vec<PartTally> = moment.parts.iter().map(tally).collect();
@@ -313,60 +322,6 @@ fn describe(world: &World, region: usize) -> (MomentBits, RegionPlaces) {
     let people = parts.iter().map(|part| part.person + 1).max().unwrap_or(0);
     let moment = MomentBits { words: words.map(|words| 0..words), voxels, roles, parts, people };
     (moment, RegionPlaces { window, masks, parts: bits })
-}
-
-/// A row of bits of a union joined with another one, without putting them together.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Joined<'a> {
-    union: &'a [u64],
-    /// Nothing, if no bit is set.
-    more: Option<&'a [u64]>,
-}
-
-impl<'a> Joined<'a> {
-    /// Two rows; the second is empty if no bit is set.
-    pub(super) fn of(union: &'a [u64], more: &'a [u64]) -> Joined<'a> {
-        Joined { union, more: (!more.is_empty()).then_some(more) }
-    }
-
-    fn part(&self, words: &Range<usize>) -> Joined<'a> {
-        let more = self.more.map(|more| &more[words.clone()]);
-        Joined { union: &self.union[words.clone()], more }
-    }
-
-    #[inline(always)]
-    fn words(&self) -> impl Iterator<Item = u64> + 'a {
-        // Where there is no other row, the same once more changes nothing.
-        self.union.iter().zip(self.more.unwrap_or(self.union)).map(|(a, b)| a | b)
-    }
-
-    #[inline(always)]
-    fn ones(&self) -> u64 {
-        ones(self.words())
-    }
-
-    #[inline(always)]
-    fn ones_without(&self, other: &Joined) -> u64 {
-        ones(self.words().zip(other.words()).map(|(word, other)| word & !other))
-    }
-}
-
-/// The voxels of a role among those that are truly occupied.
-fn of_role(role: &[u64], hit: &Joined, missed: &Joined) -> RoleCounts {
-    let mut counts = RoleCounts::default();
-    for ((&role, hit), missed) in role.iter().zip(hit.words()).zip(missed.words()) {
-        counts.tp += u64::from((role & hit).count_ones());
-        counts.fn_ += u64::from((role & missed & !hit).count_ones());
-        counts.uo += u64::from((role & !missed & !hit).count_ones());
-    }
-    counts
-}
-
-/// How many bits are set.
-#[inline(always)]
-pub(super) fn ones(words: impl Iterator<Item = u64>) -> u64 {
-    // No sum is as large as to wrap, and without a check of that loops become vectors.
-    words.fold(0, |sum, word| sum.wrapping_add(word.count_ones().into()))
 }
 
 /// Bits of a word at the places of a mask, moved together.

@@ -13,11 +13,10 @@
 //! First what candidates add is taken from the smaller set, which is too much and at hand; only for what is left is it
 //! counted.
 
-use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::evidence::Union;
-use super::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN, SPACE_OF, ones};
+use super::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN, SPACE_OF};
 use super::problem::{Found, Joint, Problem, SetLimits};
 use crate::metrics::{Confusion, Score};
 
@@ -31,7 +30,6 @@ pub(super) struct MeanSearch<'a> {
     best: &'a Found,
     /// The planes whose bits count.
     planes: &'static [usize],
-    level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -67,7 +65,7 @@ impl<'a> MeanSearch<'a> {
         stop: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let planes = planes(problem.goal.0).expect("the score is one of voxels");
-        MeanSearch { problem, limits, best, planes, level: Level::new(), stop }
+        MeanSearch { problem, limits, best, planes, stop }
     }
 
     /// The first better set, if there is one.
@@ -124,15 +122,11 @@ impl<'a> MeanSearch<'a> {
 
     /// What candidates add to a union.
     fn counted(&self, union: &Union, items: Vec<usize>) -> Open {
-        let adds = |item: usize| {
-            let bits = dispatch!(self.level, simd => self.added(simd, union, item));
-            (item, bits)
-        };
+        let adds = |item: usize| (item, self.added(union, item));
         items.into_par_iter().map(adds).collect()
     }
 
-    #[inline(always)]
-    fn added<S: Simd>(&self, _: S, union: &Union, item: usize) -> Bits {
+    fn added(&self, union: &Union, item: usize) -> Bits {
         let evidence = self.problem.evidence;
         let of = |moment: &MomentBits| {
             let mut bits = [0; 2];
@@ -140,7 +134,7 @@ impl<'a> MeanSearch<'a> {
                 let words = moment.words[SPACE_OF[plane]].clone();
                 let row = evidence.plane(item, plane);
                 let Some(row) = row.get(words.clone()) else { continue };
-                *bits = ones(row.iter().zip(&union.plane(plane)[words]).map(|(row, has)| row & !has)) as u32;
+                *bits = evidence.ones.beyond(row, &union.plane(plane)[words]) as u32;
             }
             bits
         };
@@ -149,15 +143,15 @@ impl<'a> MeanSearch<'a> {
 
     /// The candidates that may lead to a better mean with others of the list, the most promising first.
     fn kept(&self, union: &Union, open: Open, left: usize) -> Open {
-        let moments = &self.problem.evidence.layout.moments;
+        let (moments, ones) = (&self.problem.evidence.layout.moments, self.problem.evidence.ones);
         let has = |moment: &MomentBits| {
             let of = |&plane: &usize| {
                 let words = moment.words[SPACE_OF[plane]].clone();
-                let row = union.plane(plane)[words.clone()].iter();
+                let row = &union.plane(plane)[words.clone()];
                 match plane {
                     // Where somebody calls a voxel occupied it is not free.
-                    CLEAR => ones(row.zip(&union.plane(FALSE)[words]).map(|(row, wrong)| row & !wrong)),
-                    _ => ones(row.copied()),
+                    CLEAR => ones.beyond(row, &union.plane(FALSE)[words]),
+                    _ => ones.of(row),
                 }
             };
             let mut all = [0; 2];

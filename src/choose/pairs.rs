@@ -3,12 +3,11 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::evidence::CandidateEvidence;
-use super::layout::ones;
 use super::question::{Inequality, Segment};
+use crate::voxel::Ones;
 
 /// The most bytes that the counts may take.
 const MOST_BYTES: usize = 512 << 20;
@@ -49,12 +48,11 @@ impl PairCounts {
             return None;
         }
         let rows = Rows::of(evidence, &classes);
-        let level = Level::new();
         let mut counts = vec![vec![0; size * size]; classes.len()];
         for (number, square) in counts.iter_mut().enumerate() {
             square.par_chunks_mut(BLOCK * size).enumerate().for_each(|(block, part)| {
                 let of = block * BLOCK..(block * BLOCK + BLOCK).min(size);
-                dispatch!(level, simd => rows.count(simd, number, of, part));
+                rows.count(evidence.ones, number, of, part);
             });
         }
         Some(PairCounts { classes, counts })
@@ -157,15 +155,13 @@ impl Rows {
     }
 
     /// The bits that some rows share with each row, in one class.
-    #[inline(always)]
-    fn count<S: Simd>(&self, _: S, class: usize, of: Range<usize>, counts: &mut [u32]) {
+    fn count(&self, ones: Ones, class: usize, of: Range<usize>, counts: &mut [u32]) {
         let (width, rows) = &self.classes[class];
         let row = |i: usize| &rows[i * width..(i + 1) * width];
         let size = counts.len() / of.len();
         for b in 0..size {
             for a in of.clone() {
-                let both = row(a).iter().zip(row(b)).map(|(a, b)| a & b);
-                counts[(a - of.start) * size + b] = ones(both) as u32;
+                counts[(a - of.start) * size + b] = ones.of_both(row(a), row(b)) as u32;
             }
         }
     }

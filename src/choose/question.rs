@@ -18,11 +18,12 @@
 use std::ops::Range;
 
 use super::evidence::{CandidateEvidence, Union};
-use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MomentBits, SEEN, ones};
+use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
 use super::problem::Problem;
 use super::worth::{Ratio, Worth};
 use crate::metrics::Score;
 use crate::study::Across;
+use crate::voxel::Ones;
 
 /// Bits of the largest value that an inequality can reach.
 const BITS: u32 = 45;
@@ -248,16 +249,15 @@ impl Inequality {
     }
 
     /// What a union has.
-    pub(super) fn state(&self, union: &Union) -> UnionState {
-        let filled = |group: &Group| group.segments.iter().map(|segment| segment.of_union(union)).sum();
+    pub(super) fn state(&self, ones: Ones, union: &Union) -> UnionState {
+        let filled = |group: &Group| group.segments.iter().map(|segment| segment.of_union(ones, union)).sum();
         let filled: Vec<u64> = self.groups.iter().map(filled).collect();
         let value: u64 = self.groups.iter().zip(&filled).map(|(group, &filled)| filled.min(group.cap)).sum();
-        let charged: u64 = self.charges.iter().map(|charge| charge.of_union(union)).sum();
+        let charged: u64 = self.charges.iter().map(|charge| charge.of_union(ones, union)).sum();
         UnionState { value: value as i64 - charged as i64, filled }
     }
 
     /// What a candidate adds to a union at most, were nothing it says false.
-    #[inline(always)]
     pub(super) fn gain(
         &self,
         evidence: &CandidateEvidence,
@@ -277,7 +277,6 @@ impl Inequality {
     }
 
     /// What a candidate takes from a union by what it says falsely.
-    #[inline(always)]
     pub(super) fn loss(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> i64 {
         let wrong = evidence.plane(item, FALSE);
         if wrong.is_empty() {
@@ -287,20 +286,17 @@ impl Inequality {
         let known = union.plane(FALSE);
         for charge in &self.charges {
             let words = charge.words.clone();
-            let fresh = wrong[words.clone()].iter().zip(&known[words]).map(|(word, known)| word & !known);
-            loss += charge.weight * ones(fresh);
+            loss += charge.weight * evidence.ones.beyond(&wrong[words.clone()], &known[words]);
         }
         for segment in self.groups.iter().flat_map(|group| &group.segments).filter(|s| s.plane == CLEAR) {
             let words = segment.words.clone();
-            let clear = union.plane(CLEAR)[words.clone()].iter().zip(&known[words.clone()]);
-            let lost = wrong[words].iter().zip(clear).map(|(word, (clear, known))| word & clear & !known);
-            loss += segment.weight * ones(lost);
+            let both = [&wrong[words.clone()], &union.plane(CLEAR)[words.clone()]];
+            loss += segment.weight * evidence.ones.of_both_beyond(both, &known[words]);
         }
         loss as i64
     }
 
-    /// Whether what two candidates both add to a union is more than so much. Only of a plain inequality.
-    #[inline(always)]
+    /// Whether what two candidates both add to a union is more than so much, which is not below zero. Only of a plain inequality.
     pub(super) fn overlap_exceeds(
         &self,
         fresh: &[Vec<u64>],
@@ -308,19 +304,17 @@ impl Inequality {
         item: usize,
         slack: i64,
     ) -> bool {
-        /// Words that are counted before the sum is compared.
-        const STRETCH: usize = 64;
-        let mut overlap = 0;
+        let mut left = slack;
         for (segment, fresh) in self.groups[0].segments.iter().zip(fresh) {
             let row = evidence.plane(item, segment.plane);
             if row.is_empty() {
                 continue;
             }
-            for (a, b) in fresh.chunks(STRETCH).zip(row[segment.words.clone()].chunks(STRETCH)) {
-                overlap += segment.weight * ones(a.iter().zip(b).map(|(a, b)| a & b));
-                if overlap as i64 > slack {
-                    return true;
-                }
+            let most = left as u64 / segment.weight.max(1);
+            let both = evidence.ones.of_both_to(fresh, &row[segment.words.clone()], most);
+            left -= (segment.weight * both) as i64;
+            if left < 0 {
+                return true;
             }
         }
         false
@@ -330,7 +324,7 @@ impl Inequality {
     pub(super) fn added(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> Vec<Vec<u64>> {
         let of = |segment: &Segment| {
             let row = evidence.plane(item, segment.plane);
-            if row.is_empty() { Vec::new() } else { segment.fresh_words(&row, union).collect() }
+            if row.is_empty() { Vec::new() } else { segment.fresh_words(&row, union) }
         };
         self.groups[0].segments.iter().map(of).collect()
     }
@@ -338,32 +332,27 @@ impl Inequality {
 
 impl Segment {
     /// What a union has here.
-    fn of_union(&self, union: &Union) -> u64 {
-        let words = union.plane(self.plane)[self.words.clone()].iter();
+    fn of_union(&self, ones: Ones, union: &Union) -> u64 {
+        let words = &union.plane(self.plane)[self.words.clone()];
         match self.plane {
-            CLEAR => {
-                let known = &union.plane(FALSE)[self.words.clone()];
-                self.weight * ones(words.zip(known).map(|(word, known)| word & !known))
-            }
-            _ => self.weight * ones(words.copied()),
+            CLEAR => self.weight * ones.beyond(words, &union.plane(FALSE)[self.words.clone()]),
+            _ => self.weight * ones.of(words),
         }
     }
 
     /// What a candidate adds here.
-    #[inline(always)]
     fn fresh(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> u64 {
         let row = evidence.plane(item, self.plane);
-        if row.is_empty() { 0 } else { self.weight * ones(self.fresh_words(&row, union)) }
+        if row.is_empty() {
+            return 0;
+        }
+        let has = &union.plane(self.plane)[self.words.clone()];
+        self.weight * evidence.ones.beyond(&row[self.words.clone()], has)
     }
 
     /// The bits of a row that a union lacks, without voxels that the union wrongly calls occupied.
-    #[inline(always)]
-    pub(super) fn fresh_words<'a>(
-        &self,
-        row: &'a [u64],
-        union: &'a Union,
-    ) -> impl Iterator<Item = u64> + use<'a> {
+    fn fresh_words(&self, row: &[u64], union: &Union) -> Vec<u64> {
         let has = &union.plane(self.plane)[self.words.clone()];
-        row[self.words.clone()].iter().zip(has).map(|(row, has)| row & !has)
+        row[self.words.clone()].iter().zip(has).map(|(row, has)| row & !has).collect()
     }
 }

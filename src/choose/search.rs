@@ -16,7 +16,6 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 use super::evidence::Union;
@@ -46,7 +45,6 @@ pub(super) struct SetSearch<'a> {
     tabled: usize,
     /// What sets must have besides, if anything is known.
     sum: Option<CutSum>,
-    level: Level,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -136,7 +134,7 @@ impl<'a> SetSearch<'a> {
         stop: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let tabled = question.all.len().min(TABLED);
-        SetSearch { problem, limits, question, tabled, sum: None, level: Level::new(), stop }
+        SetSearch { problem, limits, question, tabled, sum: None, stop }
     }
 
     /// A set that is worth more, if there is one and it is not stopped.
@@ -192,7 +190,12 @@ impl<'a> SetSearch<'a> {
     }
 
     fn node(&self, chosen: Vec<usize>, union: Union) -> Node {
-        let states = self.question.all.iter().map(|inequality| inequality.state(&union)).collect();
+        let states = self
+            .question
+            .all
+            .iter()
+            .map(|inequality| inequality.state(self.problem.evidence.ones, &union))
+            .collect();
         let lacks = self.sum.as_ref().map_or(0, |sum| sum.lacks(&chosen));
         Node { cost: self.problem.cost_of(&chosen), chosen, union, states, lacks }
     }
@@ -223,14 +226,13 @@ impl<'a> SetSearch<'a> {
     fn weighed(&self, node: &Node, left: usize, items: &[usize]) -> Vec<Adds> {
         let mut found = vec![(Vec::new(), Vec::new()); self.question.all.len()];
         for &item in items {
-            dispatch!(self.level, simd => self.weigh(simd, node, item, &mut found));
+            self.weigh(node, item, &mut found);
         }
         found.into_iter().map(|(gains, losses)| Adds::new(gains, losses, left)).collect()
     }
 
     /// Adds to gains and losses what a candidate does to each inequality of a node.
-    #[inline(always)]
-    fn weigh<S: Simd>(&self, _: S, node: &Node, item: usize, found: &mut [(Vec<i64>, Vec<i64>)]) {
+    fn weigh(&self, node: &Node, item: usize, found: &mut [(Vec<i64>, Vec<i64>)]) {
         let evidence = self.problem.evidence;
         let all = self.question.all.iter().zip(&node.states).zip(found);
         for ((one, state), (gains, losses)) in all {
@@ -252,7 +254,6 @@ impl<'a> SetSearch<'a> {
     }
 
     /// What a candidate adds to the sum of cuts.
-    #[inline(always)]
     fn in_sum(&self, item: usize) -> i64 {
         self.sum.as_ref().map_or(0, |sum| sum.added[item])
     }
@@ -323,7 +324,7 @@ impl<'a> SetSearch<'a> {
         let open = self.pruned(node, left, open.sorted());
         match left {
             1 => open.items.iter().find_map(|&item| self.judge(&[&node.chosen[..], &[item]].concat())),
-            2 => dispatch!(self.level, simd => self.pairs(simd, node, &open)),
+            2 => self.pairs(node, &open),
             _ => {
                 let mut table = self.table(&open);
                 // The last first: overlaps that are counted there serve those before.
@@ -417,7 +418,7 @@ impl<'a> SetSearch<'a> {
                 break;
             }
             after.push(l);
-            dispatch!(self.level, simd => self.weigh(simd, child, open.items[l], &mut found));
+            self.weigh(child, open.items[l], &mut found);
             let gain = found[0].0.last().copied().unwrap_or(0);
             insert(&mut top, gain);
         }
@@ -447,8 +448,7 @@ impl<'a> SetSearch<'a> {
     }
 
     /// A set that is worth more, among those with one or two more candidates.
-    #[inline(always)]
-    fn pairs<S: Simd>(&self, _: S, node: &Node, open: &Open) -> Option<Found> {
+    fn pairs(&self, node: &Node, open: &Open) -> Option<Found> {
         let (evidence, count) = (self.problem.evidence, self.question.all.len());
         let value = |j: usize| node.states[j].value;
         for (i, &item) in open.items.iter().enumerate() {

@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 
-use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::super::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
@@ -19,6 +18,7 @@ use crate::results::manifest::Fault;
 use crate::sensor::Sensor;
 use crate::study::{Choose, Combination, Member, Study};
 use crate::sweep::{EvidenceReader, ReadPlan, SensorSays};
+use crate::voxel::Ones;
 use crate::world::World;
 use crate::{Error, Result};
 
@@ -296,7 +296,7 @@ impl<'a> Casting<'a> {
             None => Rows::Held(self.rows),
         };
         let (layout, items, memory_bytes) = (self.layout, self.items, self.memory_bytes);
-        CandidateEvidence { layout, items, rows, memory_bytes, level: Level::new() }
+        CandidateEvidence { layout, items, rows, memory_bytes, ones: Ones::new() }
     }
 
     fn block(&self, key: RecordKey) -> usize {

@@ -6,7 +6,7 @@
 //! truth scores zero, or not at all.
 
 use super::plain::{Plain, SetPlanes};
-use crate::choose::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN, ones};
+use crate::choose::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN};
 use crate::metrics::Score;
 
 /// Numbers below this are exact in floating point.
@@ -65,11 +65,11 @@ impl Plain<'_> {
     ) -> Vec<f64> {
         let words = moment.words[plane / 2].clone();
         let has = &union[plane][words.clone()];
-        let wrong = |number: usize| if plane == CLEAR { union[FALSE][words.start + number] } else { 0 };
-        let own = ones(has.iter().enumerate().map(|(number, has)| has & !wrong(number)));
+        let ones = self.given.evidence.ones;
+        let own = if plane == CLEAR { ones.beyond(has, &union[FALSE][words.clone()]) } else { ones.of(has) };
         let adds = |&item: &usize| {
             let row = self.given.evidence.plane(item, plane);
-            row.get(words.clone()).map_or(0, |row| ones(row.iter().zip(has).map(|(row, has)| row & !has)))
+            row.get(words.clone()).map_or(0, |row| ones.beyond(row, has))
         };
         let adds: Vec<u64> = items.iter().map(adds).collect();
         let mut best = adds.clone();

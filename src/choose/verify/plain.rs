@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::Given;
 use super::allowed::{clash, thousandths};
 use super::counted::{exact, value, value_reaches};
-use crate::choose::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN, ones};
+use crate::choose::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
 use crate::choose::worth::Ratio;
 use crate::metrics::Score;
 use crate::study::{Across, Choose};
@@ -210,26 +210,22 @@ impl Plain<'_> {
         weights: [i128; 2],
         claimed: i128,
     ) -> (i128, Vec<i128>) {
+        let ones = self.given.evidence.ones;
         let count = |item: Option<usize>| {
             let mut sum = 0;
             for moment in moments {
                 for (plane, weight) in [HIT, CLEAR].into_iter().zip(weights) {
                     let words = moment.words[plane / 2].clone();
                     let has = &union[plane][words.clone()];
-                    let wrong = if plane == CLEAR {
-                        union[FALSE][words.clone()].to_vec()
-                    } else {
-                        vec![0; has.len()]
-                    };
-                    let right = has.iter().zip(&wrong);
-                    let count = match item {
-                        None => ones(right.map(|(has, wrong)| has & !wrong)),
-                        Some(item) => match &self.given.evidence.plane(item, plane)[..] {
-                            [] => 0,
-                            row => ones(
-                                row[words].iter().zip(right).map(|(row, (has, wrong))| row & !has & !wrong),
-                            ),
-                        },
+                    // Where somebody calls a truly free voxel occupied nobody is right about it.
+                    let wrong = (plane == CLEAR).then(|| &union[FALSE][words.clone()]);
+                    let row = item.map(|item| self.given.evidence.plane(item, plane));
+                    let count = match (row.as_deref(), wrong) {
+                        (None, None) => ones.of(has),
+                        (None, Some(wrong)) => ones.beyond(has, wrong),
+                        (Some([]), _) => 0,
+                        (Some(row), None) => ones.beyond(&row[words], has),
+                        (Some(row), Some(wrong)) => ones.beyond_two(&row[words], [has, wrong]),
                     };
                     sum += weight * i128::from(count);
                 }
@@ -241,13 +237,14 @@ impl Plain<'_> {
 
     /// For each part of somebody's body what is hit and felt of it by a union, or what a candidate adds.
     fn of_parts(&self, moments: &[MomentBits], union: &SetPlanes, item: Option<usize>) -> Vec<(i128, i128)> {
+        let ones = self.given.evidence.ones;
         let count = |plane: usize, words: &std::ops::Range<usize>| {
             let has = &union[plane][words.clone()];
             let row = item.map(|item| self.given.evidence.plane(item, plane));
             i128::from(match row.as_deref() {
-                None => ones(has.iter().copied()),
+                None => ones.of(has),
                 Some([]) => 0,
-                Some(row) => ones(row[words.clone()].iter().zip(has).map(|(row, has)| row & !has)),
+                Some(row) => ones.beyond(&row[words.clone()], has),
             })
         };
         let parts = moments.iter().flat_map(|moment| &moment.parts);
