@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::enumerate::enumerate;
 use super::kernels::most_storage_buffers;
+use super::lost::unless_lost;
 use crate::backend::adapter::{AdapterChoice, AdapterReport, select};
 use crate::error::{Argument, Issue, Words};
 use crate::{Error, Result};
@@ -171,11 +172,8 @@ impl GpuDevice {
 
     /// Waits for a submission, or for all of them, no longer than the limit.
     fn wait_until(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<()> {
-        // wgpu panics here when the device is lost on the way; that is an adapter's failure, not a bug of
-        // ours.
-        let timeout = Some(self.patience);
-        let poll = || self.device.poll(wgpu::PollType::Wait { submission_index, timeout });
-        let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));
+        let (device, timeout) = (self.device.clone(), Some(self.patience));
+        let polled = unless_lost(move || device.poll(wgpu::PollType::Wait { submission_index, timeout }));
         self.check()?;
         match polled {
             Ok(Ok(_)) => Ok(()),
@@ -183,7 +181,7 @@ impl GpuDevice {
                 Err(self.failed(format!("no answer in {:?}", self.patience)))
             }
             Ok(Err(error)) => Err(self.failed(error.to_string())),
-            Err(_) => Err(self.failed("lost while waiting for it")),
+            Err(why) => Err(self.failed(why)),
         }
     }
 }

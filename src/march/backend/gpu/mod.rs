@@ -6,6 +6,7 @@ mod enumerate;
 mod kernels;
 mod loaded;
 mod loop_bounds;
+mod lost;
 mod pace;
 mod pipeline;
 mod plan;

@@ -1,0 +1,120 @@
+/* A Vulkan layer that loses devices on cue: the LOSE_AT-th wait of a device, counted from 1, waits and then says
+   VK_ERROR_DEVICE_LOST. The first LOSE_DEVICES devices are lost so, later ones are left alone. The few declarations
+   that it needs of Vulkan's interface are written out, so that no headers have to be installed. */
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef int32_t Result;
+typedef void *Handle;
+typedef void (*Function)(void);
+typedef Function (*GetProcAddr)(Handle, const char *);
+
+#define DEVICE_LOST (-4)
+#define INITIALIZATION_FAILED (-3)
+
+/* How the loader hands over what comes after this layer. */
+typedef struct Link {
+    struct Link *next;
+    GetProcAddr instance_proc_addr;
+    GetProcAddr device_proc_addr;
+} Link;
+typedef struct LoaderInfo {
+    int32_t type;
+    struct LoaderInfo *next;
+    int32_t function;
+    Link *link;
+} LoaderInfo;
+enum { INSTANCE_INFO = 47, DEVICE_INFO = 48 };
+
+typedef struct {
+    int32_t type;
+    void *next;
+    uint32_t version;
+    GetProcAddr instance_proc_addr, device_proc_addr, physical_device_proc_addr;
+} Negotiation;
+
+typedef Result (*CreateInstance)(const LoaderInfo *, const void *, Handle *);
+typedef Result (*CreateDevice)(Handle, const LoaderInfo *, const void *, Handle *);
+typedef Result (*WaitSemaphores)(Handle, const void *, uint64_t);
+typedef Result (*WaitFences)(Handle, uint32_t, const void *, uint32_t, uint64_t);
+
+static GetProcAddr next_instance, next_device;
+static WaitSemaphores next_wait_semaphores;
+static WaitFences next_wait_fences;
+static int devices, waits;
+
+static int number(const char *name) {
+    const char *text = getenv(name);
+    return text ? atoi(text) : 0;
+}
+
+/* Whether a wait that has ended is the one at which the device is lost, or comes after it. */
+static int is_lost(void) {
+    return devices <= number("LOSE_DEVICES") && __sync_add_and_fetch(&waits, 1) >= number("LOSE_AT");
+}
+
+static Result wait_semaphores(Handle device, const void *info, uint64_t timeout) {
+    Result result = next_wait_semaphores(device, info, timeout);
+    return is_lost() ? DEVICE_LOST : result;
+}
+
+static Result wait_fences(Handle device, uint32_t count, const void *fences, uint32_t all, uint64_t timeout) {
+    Result result = next_wait_fences(device, count, fences, all, timeout);
+    return is_lost() ? DEVICE_LOST : result;
+}
+
+static LoaderInfo *link_of(const LoaderInfo *create, int32_t type) {
+    LoaderInfo *info = create->next;
+    while (info && (info->type != type || info->function != 0)) info = info->next;
+    return info;
+}
+
+static Result create_instance(const LoaderInfo *create, const void *allocator, Handle *instance) {
+    LoaderInfo *info = link_of(create, INSTANCE_INFO);
+    if (!info) return INITIALIZATION_FAILED;
+    next_instance = info->link->instance_proc_addr;
+    info->link = info->link->next;
+    return ((CreateInstance)next_instance(NULL, "vkCreateInstance"))(create, allocator, instance);
+}
+
+static Result create_device(Handle adapter, const LoaderInfo *create, const void *allocator, Handle *device) {
+    LoaderInfo *info = link_of(create, DEVICE_INFO);
+    if (!info) return INITIALIZATION_FAILED;
+    GetProcAddr instance = info->link->instance_proc_addr;
+    next_device = info->link->device_proc_addr;
+    info->link = info->link->next;
+    Result result = ((CreateDevice)instance(NULL, "vkCreateDevice"))(adapter, create, allocator, device);
+    devices += 1;
+    waits = 0;
+    return result;
+}
+
+static Function device_proc_addr(Handle device, const char *name) {
+    Function next = next_device(device, name);
+    if (next && (!strcmp(name, "vkWaitSemaphores") || !strcmp(name, "vkWaitSemaphoresKHR"))) {
+        next_wait_semaphores = (WaitSemaphores)next;
+        return (Function)wait_semaphores;
+    }
+    if (next && !strcmp(name, "vkWaitForFences")) {
+        next_wait_fences = (WaitFences)next;
+        return (Function)wait_fences;
+    }
+    return next;
+}
+
+static Function instance_proc_addr(Handle instance, const char *name) {
+    if (!strcmp(name, "vkCreateInstance")) return (Function)create_instance;
+    if (!strcmp(name, "vkCreateDevice")) return (Function)create_device;
+    if (!strcmp(name, "vkGetDeviceProcAddr")) return (Function)device_proc_addr;
+    return next_instance ? next_instance(instance, name) : NULL;
+}
+
+Result vkNegotiateLoaderLayerInterfaceVersion(Negotiation *with) {
+    with->version = 2;
+    with->instance_proc_addr = instance_proc_addr;
+    with->device_proc_addr = device_proc_addr;
+    with->physical_device_proc_addr = NULL;
+    return 0;
+}
