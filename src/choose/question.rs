@@ -249,7 +249,8 @@ impl Inequality {
     }
 
     /// What a union has.
-    pub(super) fn state(&self, ones: Ones, union: &Union) -> UnionState {
+    pub(super) fn state(&self, evidence: &CandidateEvidence, union: &Union) -> UnionState {
+        let ones = evidence.ones;
         let filled = |group: &Group| group.segments.iter().map(|segment| segment.of_union(ones, union)).sum();
         let filled: Vec<u64> = self.groups.iter().map(filled).collect();
         let value: u64 = self.groups.iter().zip(&filled).map(|(group, &filled)| filled.min(group.cap)).sum();
@@ -296,7 +297,8 @@ impl Inequality {
         loss as i64
     }
 
-    /// Whether what two candidates both add to a union is more than so much, which is not below zero. Only of a plain inequality.
+    /// Whether what two candidates both add to a union is more than so much (not below zero). Only of a plain
+    /// inequality.
     pub(super) fn overlap_exceeds(
         &self,
         fresh: &[Vec<u64>],

@@ -190,12 +190,8 @@ impl<'a> SetSearch<'a> {
     }
 
     fn node(&self, chosen: Vec<usize>, union: Union) -> Node {
-        let states = self
-            .question
-            .all
-            .iter()
-            .map(|inequality| inequality.state(self.problem.evidence.ones, &union))
-            .collect();
+        let evidence = self.problem.evidence;
+        let states = self.question.all.iter().map(|one| one.state(evidence, &union)).collect();
         let lacks = self.sum.as_ref().map_or(0, |sum| sum.lacks(&chosen));
         Node { cost: self.problem.cost_of(&chosen), chosen, union, states, lacks }
     }

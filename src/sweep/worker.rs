@@ -7,8 +7,6 @@
 //! kind of failure needs its own recovery.
 
 use std::path::Path;
-use std::sync::mpsc;
-use std::thread;
 use std::time::Duration;
 
 use super::BatchSize;
@@ -17,6 +15,7 @@ use super::checkpoint::Checkpoint;
 use super::run_choices;
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
+use crate::backend::lost::unless_lost;
 use crate::error::{Argument, Issue, Words};
 use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
@@ -197,13 +196,8 @@ impl Worker<'_> {
 }
 
 /// Closes a device that failed, and waits until it has given back its memory, with a limit, since a device
-/// that hangs may never do so.
+/// that hangs may never do so. One that was lost may keep a little.
 pub(super) fn close(backend: Box<dyn Backend + Send>) {
-    let (gone, wait) = mpsc::channel::<()>();
     // Where no thread can be started, the device is closed here, without a limit.
-    let _ = thread::Builder::new().spawn(move || {
-        drop(backend);
-        drop(gone);
-    });
-    let _ = wait.recv_timeout(CLOSE_WITHIN);
+    let _ = unless_lost(CLOSE_WITHIN, move || drop(backend));
 }

@@ -1,6 +1,8 @@
-/* A Vulkan layer that loses devices on cue: the LOSE_AT-th wait of a device, counted from 1, waits and then says
-   VK_ERROR_DEVICE_LOST. The first LOSE_DEVICES devices are lost so, later ones are left alone. The few declarations
-   that it needs of Vulkan's interface are written out, so that no headers have to be installed. */
+/* A Vulkan layer that loses devices on cue: from the LOSE_AT-th wait of a device on, counted from 1, each waits and
+   then says VK_ERROR_DEVICE_LOST, also where it ended for its time. With LOSE_ON_CLOSE, memory is short besides
+   where the device is waited for at last, which wgpu answers with a panic. The first LOSE_DEVICES devices are lost so,
+   later ones are left alone; one driver at a time. The few declarations that it needs of Vulkan's interface are
+   written out, so that no headers have to be installed. */
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -11,6 +13,7 @@ typedef void *Handle;
 typedef void (*Function)(void);
 typedef Function (*GetProcAddr)(Handle, const char *);
 
+#define OUT_OF_DEVICE_MEMORY (-2)
 #define DEVICE_LOST (-4)
 #define INITIALIZATION_FAILED (-3)
 
@@ -39,10 +42,13 @@ typedef Result (*CreateInstance)(const LoaderInfo *, const void *, Handle *);
 typedef Result (*CreateDevice)(Handle, const LoaderInfo *, const void *, Handle *);
 typedef Result (*WaitSemaphores)(Handle, const void *, uint64_t);
 typedef Result (*WaitFences)(Handle, uint32_t, const void *, uint32_t, uint64_t);
+typedef Result (*WaitIdle)(Handle);
 
 static GetProcAddr next_instance, next_device;
 static WaitSemaphores next_wait_semaphores;
 static WaitFences next_wait_fences;
+static WaitIdle next_wait_idle;
+static Handle instance_of_all;
 static int devices, waits;
 
 static int number(const char *name) {
@@ -65,6 +71,11 @@ static Result wait_fences(Handle device, uint32_t count, const void *fences, uin
     return is_lost() ? DEVICE_LOST : result;
 }
 
+static Result wait_idle(Handle queue) {
+    Result result = next_wait_idle(queue);
+    return number("LOSE_ON_CLOSE") && is_lost() ? OUT_OF_DEVICE_MEMORY : result;
+}
+
 static LoaderInfo *link_of(const LoaderInfo *create, int32_t type) {
     LoaderInfo *info = create->next;
     while (info && (info->type != type || info->function != 0)) info = info->next;
@@ -76,7 +87,9 @@ static Result create_instance(const LoaderInfo *create, const void *allocator, H
     if (!info) return INITIALIZATION_FAILED;
     next_instance = info->link->instance_proc_addr;
     info->link = info->link->next;
-    return ((CreateInstance)next_instance(NULL, "vkCreateInstance"))(create, allocator, instance);
+    Result result = ((CreateInstance)next_instance(NULL, "vkCreateInstance"))(create, allocator, instance);
+    if (result == 0) instance_of_all = *instance;
+    return result;
 }
 
 static Result create_device(Handle adapter, const LoaderInfo *create, const void *allocator, Handle *device) {
@@ -85,9 +98,11 @@ static Result create_device(Handle adapter, const LoaderInfo *create, const void
     GetProcAddr instance = info->link->instance_proc_addr;
     next_device = info->link->device_proc_addr;
     info->link = info->link->next;
-    Result result = ((CreateDevice)instance(NULL, "vkCreateDevice"))(adapter, create, allocator, device);
-    devices += 1;
-    waits = 0;
+    Result result = ((CreateDevice)instance(instance_of_all, "vkCreateDevice"))(adapter, create, allocator, device);
+    if (result == 0) {
+        __sync_add_and_fetch(&devices, 1);
+        __sync_and_and_fetch(&waits, 0);
+    }
     return result;
 }
 
@@ -100,6 +115,10 @@ static Function device_proc_addr(Handle device, const char *name) {
     if (next && !strcmp(name, "vkWaitForFences")) {
         next_wait_fences = (WaitFences)next;
         return (Function)wait_fences;
+    }
+    if (next && !strcmp(name, "vkQueueWaitIdle")) {
+        next_wait_idle = (WaitIdle)next;
+        return (Function)wait_idle;
     }
     return next;
 }

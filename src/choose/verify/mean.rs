@@ -65,7 +65,7 @@ impl Plain<'_> {
     ) -> Vec<f64> {
         let words = moment.words[plane / 2].clone();
         let has = &union[plane][words.clone()];
-        let ones = self.given.evidence.ones;
+        let ones = self.given.ones;
         let own = if plane == CLEAR { ones.beyond(has, &union[FALSE][words.clone()]) } else { ones.of(has) };
         let adds = |&item: &usize| {
             let row = self.given.evidence.plane(item, plane);

@@ -1,5 +1,5 @@
 //! A proof checked by other code than the one that found it: nothing is shared with the search but what each
-//! candidate says. The sets are counted again by a backend of the caller's choice (`counted`), whether they are
+//! candidate says, and the few loops that count bits, which run by other instructions here. The sets are counted again by a backend of the caller's choice (`counted`), whether they are
 //! allowed is judged from the study (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`),
 //! what no set is above is added up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands
 //! beside the scores must follow from them (`beside`).
@@ -30,6 +30,7 @@ use crate::metrics::{Confusion, Score};
 use crate::results::files::read_regular;
 use crate::sensor::Cost;
 use crate::study::{Across, Choose, Study};
+use crate::voxel::Ones;
 use crate::world::World;
 use crate::{Error, Result};
 
@@ -67,6 +68,8 @@ struct Given<'a> {
     choose: &'a Choose,
     worlds: &'a [World],
     evidence: &'a CandidateEvidence,
+    /// Counts bits by other instructions than the search has.
+    ones: Ones,
     watch: &'a dyn VerifyWatch,
 }
 
@@ -128,7 +131,7 @@ pub fn verify(
 ) -> Result<Verified> {
     let Claims { folder, chosen, sets } = claims;
     let (path, steps) = (folder.join(PROOF), &chosen.told.steps);
-    let given = Given { study, choose, worlds, evidence, watch };
+    let given = Given { study, choose, worlds, evidence, ones: Ones::plain(), watch };
     let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
     let counts = recounted(study, choose, worlds, sets, recounter, &|| watch.stop())?;
     let stopped = || watch.stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));

@@ -210,7 +210,7 @@ impl Plain<'_> {
         weights: [i128; 2],
         claimed: i128,
     ) -> (i128, Vec<i128>) {
-        let ones = self.given.evidence.ones;
+        let ones = self.given.ones;
         let count = |item: Option<usize>| {
             let mut sum = 0;
             for moment in moments {
@@ -237,7 +237,7 @@ impl Plain<'_> {
 
     /// For each part of somebody's body what is hit and felt of it by a union, or what a candidate adds.
     fn of_parts(&self, moments: &[MomentBits], union: &SetPlanes, item: Option<usize>) -> Vec<(i128, i128)> {
-        let ones = self.given.evidence.ones;
+        let ones = self.given.ones;
         let count = |plane: usize, words: &std::ops::Range<usize>| {
             let has = &union[plane][words.clone()];
             let row = item.map(|item| self.given.evidence.plane(item, plane));

@@ -9,6 +9,7 @@ pub mod factory;
 mod fuse;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod lost;
 pub mod oracle;
 mod self_test;
 

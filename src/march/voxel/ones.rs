@@ -1,4 +1,4 @@
-//! How many bits of rows are set, with the widest instructions that the machine has.
+//! How many bits of rows are set.
 //!
 //! What is compiled here is compiled for speed, as all of this crate; a loop that a closure goes into would be
 //! compiled where it is called. So each way to put rows together is a function. Rows are 64-bit words; of rows
@@ -24,10 +24,15 @@ pub struct Joined<'a> {
 const STRETCH: usize = 64;
 
 impl Ones {
-    /// For the machine that it runs on.
+    /// With all instructions of the machine that it runs on.
     #[allow(clippy::new_without_default)]
     pub fn new() -> Ones {
         Ones { level: Level::new() }
+    }
+
+    /// Without vector instructions that not every processor of its kind has.
+    pub fn plain() -> Ones {
+        Ones { level: Level::baseline() }
     }
 
     /// Bits of a row.
@@ -150,6 +155,19 @@ mod tests {
         [0; 4].map(|_| (0..3 * STRETCH + 11).map(|_| random() & random()).collect())
     }
 
+    /// For each set of vector instructions that this processor has.
+    fn levels() -> Vec<Ones> {
+        let mut levels = vec![Level::baseline(), Level::new()];
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            use fearless_simd::Simd;
+            let most = Level::new();
+            levels.extend(most.as_sse4_2().map(Simd::level));
+            levels.extend(most.as_avx2().map(Simd::level));
+        }
+        levels.into_iter().map(|level| Ones { level }).collect()
+    }
+
     /// Bits of words of which a rule is true, one by one.
     fn counted(rows: &[Vec<u64>; 4], rule: impl Fn([bool; 4]) -> bool) -> u64 {
         let is_set = |row: &[u64], bit: usize| row[bit / 64] >> (bit % 64) & 1 == 1;
@@ -161,8 +179,7 @@ mod tests {
     fn bits_are_counted_as_one_by_one_on_every_level() {
         let rows = rows();
         let [a, b, c, d] = [0, 1, 2, 3].map(|row| &rows[row][..]);
-        let levels = [Level::new(), Level::baseline()];
-        for ones in levels.map(|level| Ones { level }) {
+        for ones in levels() {
             assert_eq!(ones.of(a), counted(&rows, |[a, ..]| a));
             assert_eq!(ones.of_both(a, b), counted(&rows, |[a, b, ..]| a && b));
             assert_eq!(ones.beyond(a, b), counted(&rows, |[a, b, ..]| a && !b));
@@ -192,14 +209,27 @@ mod tests {
     fn counting_stops_above_the_most_that_is_of_interest() {
         let rows = rows();
         let [a, b] = [&rows[0][..], &rows[1][..]];
-        let ones = Ones::new();
-        let all = ones.of_both(a, b);
-        for most in 0..all + 2 {
-            let found = ones.of_both_to(a, b, most);
-            assert_eq!(found > most, all > most);
-            assert!(found == all || found > most);
+        for ones in levels() {
+            let all = ones.of_both(a, b);
+            for most in 0..all + 2 {
+                let found = ones.of_both_to(a, b, most);
+                assert_eq!(found > most, all > most);
+                assert!(found == all || found > most);
+            }
+            let first = ones.of_both(&a[..STRETCH], &b[..STRETCH]);
+            assert_eq!(ones.of_both_to(a, b, first - 1), first, "the rest is not looked at");
         }
-        let first = ones.of_both(&a[..STRETCH], &b[..STRETCH]);
-        assert_eq!(ones.of_both_to(a, b, first - 1), first, "the rest is not looked at");
+    }
+
+    #[test]
+    fn the_shortest_row_decides() {
+        let rows = rows();
+        let [a, b] = [&rows[0][..], &rows[1][..]];
+        for ones in levels() {
+            let short = STRETCH + 3;
+            assert_eq!(ones.of_both(a, &b[..short]), ones.of_both(&a[..short], &b[..short]));
+            assert_eq!(ones.beyond(&a[..short], b), ones.beyond(&a[..short], &b[..short]));
+            assert_eq!(ones.of_both_to(&a[..short], b, u64::MAX), ones.of_both(&a[..short], &b[..short]));
+        }
     }
 }

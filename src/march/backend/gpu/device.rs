@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use super::enumerate::enumerate;
 use super::kernels::most_storage_buffers;
-use super::lost::unless_lost;
 use crate::backend::adapter::{AdapterChoice, AdapterReport, select};
+use crate::backend::lost::unless_lost;
 use crate::error::{Argument, Issue, Words};
 use crate::{Error, Result};
 
@@ -173,7 +173,8 @@ impl GpuDevice {
     /// Waits for a submission, or for all of them, no longer than the limit.
     fn wait_until(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<()> {
         let (device, timeout) = (self.device.clone(), Some(self.patience));
-        let polled = unless_lost(move || device.poll(wgpu::PollType::Wait { submission_index, timeout }));
+        let poll = move || device.poll(wgpu::PollType::Wait { submission_index, timeout });
+        let polled = unless_lost(Duration::MAX, poll);
         self.check()?;
         match polled {
             Ok(Ok(_)) => Ok(()),

@@ -6,7 +6,6 @@ mod enumerate;
 mod kernels;
 mod loaded;
 mod loop_bounds;
-mod lost;
 mod pace;
 mod pipeline;
 mod plan;
