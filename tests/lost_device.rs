@@ -1,6 +1,6 @@
 //! A Vulkan device that is lost in the middle of a sweep: others go on, and the counts are the same. A layer between
-//! the program and the driver loses it (`lost_device/layer.c`), so that this is what a driver would do. The tests' program
-//! unwinds where wgpu panics; the one that users build ends at a panic, and is tried by naming it as `PERIROBOT`.
+//! the program and the driver reports the loss as a driver does (`lost_device/layer.c`). The program that the tests build
+//! unwinds at a panic, the released one aborts: `PERIROBOT` names another program to test.
 
 #![cfg(target_os = "linux")]
 
@@ -15,7 +15,7 @@ use std::process::{Command, Output};
 
 use program::{Folder, text};
 
-/// Compiles the layer into a folder, and says there what it is called.
+/// Compiles the layer into a folder, with the manifest by which Vulkan's loader finds it.
 fn layer(folder: &Path) {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/lost_device/layer.c");
     let library = folder.join("liblose.so");

@@ -313,7 +313,7 @@ impl Inequality {
                 continue;
             }
             let most = left as u64 / segment.weight.max(1);
-            let both = evidence.ones.of_both_to(fresh, &row[segment.words.clone()], most);
+            let both = evidence.ones.of_both_up_to(fresh, &row[segment.words.clone()], most);
             left -= (segment.weight * both) as i64;
             if left < 0 {
                 return true;

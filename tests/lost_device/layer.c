@@ -1,8 +1,8 @@
-/* A Vulkan layer that loses devices on cue: from the LOSE_AT-th wait of a device on, counted from 1, each waits and
-   then says VK_ERROR_DEVICE_LOST, also where it ended for its time. With LOSE_ON_CLOSE, memory is short besides
-   where the device is waited for at last, which wgpu answers with a panic. The first LOSE_DEVICES devices are lost so,
-   later ones are left alone; one driver at a time. The few declarations that it needs of Vulkan's interface are
-   written out, so that no headers have to be installed. */
+/* A Vulkan layer that loses devices on cue. From the LOSE_AT-th wait for a device on, counted from 1, each wait returns
+   VK_ERROR_DEVICE_LOST after the driver has finished it, also where it timed out. With LOSE_ON_CLOSE,
+   vkQueueWaitIdle, which wgpu calls to close a device, returns VK_ERROR_OUT_OF_DEVICE_MEMORY from then on. Only the
+   first LOSE_DEVICES devices are lost. It serves one driver at a time. The few declarations of Vulkan's interface that
+   it needs are written out, so that no headers have to be installed. */
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>

@@ -32,14 +32,14 @@ python3 -m venv "$work/full"
 # Files of an sdist are as old as its format says: Cargo would take what was compiled above for theirs.
 tar -xzf "$work"/sdist/perirobot-*.tar.gz -C "$work/sdist"
 find "$work/sdist" -type f -exec touch {} +
-# What pip builds by itself has a profile of its own: it must be there, and a panic must not end Python.
+# Pip builds with the profile that pyproject.toml names. It must be in the sdist, and a panic must not end Python.
 profile=$(sed -n 's/^profile = "\(.*\)"$/\1/p' src/python/pyproject.toml)
-said=$(cd "$work"/sdist/perirobot-*/ && cargo build --locked --verbose --profile "$profile" -p perirobot-shaders 2>&1)
-case "$said" in
-*panic=abort* | "") echo "pip's profile, $profile: $said" && exit 1 ;;
-*"--crate-name perirobot_shaders"*) ;;
-*) echo "nothing was compiled: $said" && exit 1 ;;
-esac
+(cd "$work"/sdist/perirobot-*/ && cargo build --locked --verbose --profile "$profile" -p perirobot-shaders) >"$work/profile.log" 2>&1 || {
+    cat "$work/profile.log"
+    exit 1
+}
+grep -q -- '--crate-name perirobot_shaders' "$work/profile.log"
+if grep -- 'panic=abort' "$work/profile.log"; then exit 1; fi
 # The build calls `maturin` by that name.
 PATH="$work/build/bin:$PATH" CARGO_PROFILE_DEV_OPT_LEVEL=0 "$work/build/bin/pip" wheel \
     --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*/

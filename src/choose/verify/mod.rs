@@ -1,8 +1,9 @@
 //! A proof checked by other code than the one that found it: nothing is shared with the search but what each
-//! candidate says, and the few loops that count bits, which run by other instructions here. The sets are counted again by a backend of the caller's choice (`counted`), whether they are
-//! allowed is judged from the study (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`),
-//! what no set is above is added up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands
-//! beside the scores must follow from them (`beside`).
+//! candidate says, and the loops that count bits, which run without vector instructions here. The sets are counted
+//! again by a backend of the caller's choice (`counted`), whether they are allowed is judged from the study
+//! (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`), what no set is above is added
+//! up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands beside the scores must follow
+//! from them (`beside`).
 
 mod allowed;
 mod beside;
@@ -68,7 +69,7 @@ struct Given<'a> {
     choose: &'a Choose,
     worlds: &'a [World],
     evidence: &'a CandidateEvidence,
-    /// Counts bits by other instructions than the search has.
+    /// Counts bits without the vector instructions of the search.
     ones: Ones,
     watch: &'a dyn VerifyWatch,
 }

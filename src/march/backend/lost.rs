@@ -1,7 +1,8 @@
-//! A device that is lost makes wgpu panic, where it is waited for and, if memory is short, where it is closed. That is
-//! an adapter's failure, and other backends can go on. So both happen in a thread of their own, which tells that it
-//! panicked. Where a panic ends the program (`panic = "abort"`) the thread must not get that far: it stops in the panic
-//! hook, for good, and so keeps what it holds of the device, and the hook from being replaced.
+//! wgpu panics when a device is lost while it is waited for, and when a device runs out of memory while it is closed.
+//! Those are failures of an adapter, and other backends can go on. So waiting and closing each run in a thread of
+//! their own, whose panic is reported as an error. In a program built with `panic = "abort"` the panic hook stops that
+//! thread for good, before the program would be aborted. A stopped thread keeps its reference to the device, and no
+//! other hook can be set from then on.
 
 use std::cell::Cell;
 use std::sync::Once;
@@ -16,7 +17,7 @@ thread_local! {
     static WAITING: Cell<Option<Sender<String>>> = const { Cell::new(None) };
 }
 
-/// The answer of something that may panic, or why there is none. After so long it is not waited for any more.
+/// The answer of something that may panic, or why there is none. It is waited for no longer than the limit.
 ///
 /// # Errors
 /// What the panic says; that there was no answer in time; that no thread can be started.

@@ -1,8 +1,8 @@
 //! How many bits of rows are set.
 //!
-//! What is compiled here is compiled for speed, as all of this crate; a loop that a closure goes into would be
-//! compiled where it is called. So each way to put rows together is a function. Rows are 64-bit words; of rows
-//! that are not equally long the shortest decides.
+//! Rows are 64-bit words; of rows that are not equally long the shortest decides. Each way to put rows together is
+//! a function of its own: one that takes a closure is generic, and would be compiled in the crate that calls it, for
+//! size instead of speed.
 
 use fearless_simd::{Level, Simd, dispatch};
 
@@ -46,8 +46,8 @@ impl Ones {
     }
 
     /// Bits that two rows have; where they are more than `most`, some number above it.
-    pub fn of_both_to(self, a: &[u64], b: &[u64], most: u64) -> u64 {
-        dispatch!(self.level, simd => ones_to(simd, a, b, most))
+    pub fn of_both_up_to(self, a: &[u64], b: &[u64], most: u64) -> u64 {
+        dispatch!(self.level, simd => ones_up_to(simd, a, b, most))
     }
 
     /// Bits that a row has and another one lacks.
@@ -117,7 +117,7 @@ fn ones<S: Simd>(_: S, words: impl Iterator<Item = u64>) -> u64 {
 }
 
 #[inline(always)]
-fn ones_to<S: Simd>(simd: S, a: &[u64], b: &[u64], most: u64) -> u64 {
+fn ones_up_to<S: Simd>(simd: S, a: &[u64], b: &[u64], most: u64) -> u64 {
     let mut sum = 0;
     for (a, b) in a.chunks(STRETCH).zip(b.chunks(STRETCH)) {
         sum += ones(simd, a.iter().zip(b).map(|(a, b)| a & b));
@@ -144,6 +144,7 @@ fn shared_out<S: Simd>(_: S, row: &[u64], first: Joined, second: Joined) -> [u64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::backend::cpu::SimdLevel;
 
     /// Rows of bits that look like chance, of a few words more than vectors have.
     fn rows() -> [Vec<u64>; 4] {
@@ -157,15 +158,7 @@ mod tests {
 
     /// For each set of vector instructions that this processor has.
     fn levels() -> Vec<Ones> {
-        let mut levels = vec![Level::baseline(), Level::new()];
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        {
-            use fearless_simd::Simd;
-            let most = Level::new();
-            levels.extend(most.as_sse4_2().map(Simd::level));
-            levels.extend(most.as_avx2().map(Simd::level));
-        }
-        levels.into_iter().map(|level| Ones { level }).collect()
+        SimdLevel::all().into_iter().map(|simd| Ones { level: simd.level }).collect()
     }
 
     /// Bits of words of which a rule is true, one by one.
@@ -212,12 +205,12 @@ mod tests {
         for ones in levels() {
             let all = ones.of_both(a, b);
             for most in 0..all + 2 {
-                let found = ones.of_both_to(a, b, most);
+                let found = ones.of_both_up_to(a, b, most);
                 assert_eq!(found > most, all > most);
                 assert!(found == all || found > most);
             }
             let first = ones.of_both(&a[..STRETCH], &b[..STRETCH]);
-            assert_eq!(ones.of_both_to(a, b, first - 1), first, "the rest is not looked at");
+            assert_eq!(ones.of_both_up_to(a, b, first - 1), first, "the rest is not looked at");
         }
     }
 
@@ -229,7 +222,7 @@ mod tests {
             let short = STRETCH + 3;
             assert_eq!(ones.of_both(a, &b[..short]), ones.of_both(&a[..short], &b[..short]));
             assert_eq!(ones.beyond(&a[..short], b), ones.beyond(&a[..short], &b[..short]));
-            assert_eq!(ones.of_both_to(&a[..short], b, u64::MAX), ones.of_both(&a[..short], &b[..short]));
+            assert_eq!(ones.of_both_up_to(&a[..short], b, u64::MAX), ones.of_both(&a[..short], &b[..short]));
         }
     }
 }

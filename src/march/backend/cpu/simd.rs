@@ -8,7 +8,7 @@ use fearless_simd::Simd;
 /// A set of vector instructions that this processor has.
 #[derive(Clone, Copy, Debug)]
 pub struct SimdLevel {
-    pub(super) level: Level,
+    pub(crate) level: Level,
     /// Whether vectors have 256 bits or more, so that work for many lanes at once pays.
     pub(super) wide: bool,
     name: &'static str,
