@@ -157,21 +157,37 @@ pub struct Crossing {
 }
 
 /// The crossings of a ray one by one, in order, up to the longest range; for the host, where one ray at a
-/// time is followed.
-pub fn crossings(mut ray: March) -> impl Iterator<Item = Crossing> {
-    std::iter::from_fn(move || {
+/// time is followed. A type of its own, so that the step is compiled with the marcher wherever it is taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossings(March);
+
+/// The crossings of a ray.
+pub fn crossings(ray: March) -> Crossings {
+    Crossings(ray)
+}
+
+impl Iterator for Crossings {
+    type Item = Crossing;
+
+    fn next(&mut self) -> Option<Crossing> {
+        let Crossings(ray) = self;
         let axis = next_axis(ray.next_q16);
         let t_q16 = ray.next_q16[axis];
         (t_q16 <= MAX_RANGE_VOXELS << 16).then(|| {
-            cross(&mut ray, axis);
+            cross(ray, axis);
             Crossing { t_q16, axis, voxel: ray.voxel }
         })
-    })
+    }
+}
+
+/// The last of so many crossings of a ray; none if it makes none.
+pub fn last_crossing(begin: March, made: u32) -> Option<Crossing> {
+    crossings(begin).take(made as usize).last()
 }
 
 /// The voxel that a ray is in after so many crossings.
 pub fn voxel_after(begin: March, made: u32) -> [i32; 3] {
-    crossings(begin).take(made as usize).last().map_or(begin.voxel, |crossing| crossing.voxel)
+    last_crossing(begin, made).map_or(begin.voxel, |crossing| crossing.voxel)
 }
 
 /// How many leading voxels of a ray its end proves free: those before the blocker of a return, all that it

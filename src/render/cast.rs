@@ -115,9 +115,9 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
 /// Follows a ray that returned to its end once more.
 fn hit(from: &GridPose, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
     let ray = from.launch(dir_q15);
-    let last = march::crossings(ray).take(crossings as usize).last();
+    let at_start = march::Crossing { t_q16: 0, axis: 0, voxel: ray.voxel };
     let march::Crossing { t_q16: distance_q16, axis, voxel } =
-        last.unwrap_or(march::Crossing { t_q16: 0, axis: 0, voxel: ray.voxel });
+        march::last_crossing(ray, crossings).unwrap_or(at_start);
     let voxel = std::array::from_fn(|r| voxel[r] - shift[r]);
     Hit { voxel, axis, step: ray.step[axis], distance_q16 }
 }

@@ -96,16 +96,16 @@ impl BitGrid {
     }
 
     /// Every set voxel, x fastest, then y, then z.
-    pub fn voxels(&self) -> impl Iterator<Item = [i32; 3]> + '_ {
-        let row_words = self.words_per_row.max(1) as usize;
-        self.words.iter().enumerate().flat_map(move |(w, &word)| {
-            let row = w / row_words;
-            let y = row % self.window.size[1].max(1) as usize;
-            let z = row / self.window.size[1].max(1) as usize;
-            let x = (w % row_words) * 32;
-            let min = self.window.min;
-            bits_of(word).map(move |b| [min[0] + x as i32 + b as i32, min[1] + y as i32, min[2] + z as i32])
-        })
+    pub fn voxels(&self) -> Voxels<'_> {
+        Voxels { plane: self, next: 0, left: 0, first: self.window.min }
+    }
+
+    /// The voxel of the lowest bit of a word.
+    fn first_of(&self, word: usize) -> [i32; 3] {
+        let (row, x) = (word / self.words_per_row as usize, 32 * (word % self.words_per_row as usize));
+        let (y, z) = (row % self.window.size[1] as usize, row / self.window.size[1] as usize);
+        let min = self.window.min;
+        [min[0] + x as i32, min[1] + y as i32, min[2] + z as i32]
     }
 
     /// The smallest window that holds every set voxel; empty if none is set.
@@ -327,6 +327,40 @@ impl BitGrid {
             }
             row[last] &= valid;
         }
+    }
+}
+
+/// What [`BitGrid::voxels`] gives. A type of its own, so that the step is compiled with the marcher wherever it
+/// is taken.
+#[derive(Clone, Debug)]
+pub struct Voxels<'a> {
+    plane: &'a BitGrid,
+    /// The word after the one that is being read.
+    next: usize,
+    /// Its bits that are still to come.
+    left: u32,
+    /// The voxel of its lowest bit.
+    first: [i32; 3],
+}
+
+impl Iterator for Voxels<'_> {
+    type Item = [i32; 3];
+
+    fn next(&mut self) -> Option<[i32; 3]> {
+        if self.left == 0 {
+            let words = &self.plane.words;
+            let word = self.next + words[self.next..].iter().position(|&word| word != 0)?;
+            *self = Voxels {
+                plane: self.plane,
+                next: word + 1,
+                left: words[word],
+                first: self.plane.first_of(word),
+            };
+        }
+        let [x, y, z] = self.first;
+        let bit = self.left.trailing_zeros();
+        self.left &= self.left - 1;
+        Some([x + bit as i32, y, z])
     }
 }
 
