@@ -176,7 +176,7 @@ impl Sources {
             return Err(changed(path));
         }
         self.note(path, place, &bytes)?;
-        tracing::info!("read {}: {} bytes", path.display(), bytes.len());
+        log::info!("read {}: {} bytes", path.display(), bytes.len());
         Ok(bytes)
     }
 

@@ -282,7 +282,7 @@ impl<'a> StepSearch<'a> {
         let worth = self.step.best.as_ref().map(|best| best.worth.value());
         self.watch.finds(&self.step.limits, worth);
         let worth = worth.unwrap_or(f64::NAN);
-        tracing::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
+        log::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
     }
 }
 

@@ -1,43 +1,39 @@
-//! What `-v` prints on standard error: a line for each event that the library reports. Warnings are printed
+//! What `-v` prints on standard error: a line for each event that the library logs. Warnings are printed
 //! at every level.
 
-use std::io::{self, Write};
 use std::time::Instant;
 
-use tracing::Level;
-use tracing_subscriber::fmt::{format, time::FormatTime};
+use log::{LevelFilter, Log, Metadata, Record};
 
 /// Starts to print what is being done: with `-v` files, scenes and devices, with `-vv` each batch, too.
 pub(super) fn start(verbosity: u8) {
     let level = match verbosity {
         0 => return,
-        1 => Level::INFO,
-        _ => Level::DEBUG,
+        1 => LevelFilter::Info,
+        _ => LevelFilter::Debug,
     };
-    let lines = tracing_subscriber::fmt().with_max_level(level).with_target(false);
-    lines.with_timer(SinceStart(Instant::now())).with_writer(|| AboveBar).init();
-}
-
-/// Seconds since the program began.
-struct SinceStart(Instant);
-
-impl FormatTime for SinceStart {
-    fn format_time(&self, line: &mut format::Writer<'_>) -> std::fmt::Result {
-        write!(line, "{:8.3} s", self.0.elapsed().as_secs_f64())
+    if log::set_boxed_logger(Box::new(Lines { begin: Instant::now() })).is_ok() {
+        log::set_max_level(level);
     }
 }
 
-/// Standard error, with the progress bar out of the way.
-struct AboveBar;
+/// A line for each event, with the seconds since the program began, above the progress bar.
+struct Lines {
+    begin: Instant,
+}
 
-impl Write for AboveBar {
-    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        let text = String::from_utf8_lossy(line);
-        super::progress::above_bar(|| say!("{}", text.trim_end_matches('\n')));
-        Ok(line.len())
+impl Log for Lines {
+    /// What the libraries below log is of no use to those who place sensors.
+    fn enabled(&self, event: &Metadata) -> bool {
+        event.target().starts_with("perirobot")
     }
 
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
+    fn log(&self, event: &Record) {
+        if self.enabled(event.metadata()) {
+            let seconds = self.begin.elapsed().as_secs_f64();
+            super::progress::above_bar(|| say!("{seconds:8.3} s {:>5} {}", event.level(), event.args()));
+        }
     }
+
+    fn flush(&self) {}
 }

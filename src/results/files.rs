@@ -56,7 +56,7 @@ impl WholeFile {
         let synced = self.part.file.sync_all();
         let renamed = synced.and_then(|()| fs::rename(&self.part.path, &self.path));
         renamed.and_then(|()| sync_folder_of(&self.path)).map_err(|e| cannot_write(&self.path, e))?;
-        tracing::info!("wrote {}", self.path.display());
+        log::info!("wrote {}", self.path.display());
         Ok(())
     }
 }

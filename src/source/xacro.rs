@@ -39,7 +39,7 @@ impl Sources {
             return Ok(known);
         }
         let text = utf8(path, run(path, &key.1)?)?;
-        tracing::info!("expanded {}: {} bytes", path.display(), text.len());
+        log::info!("expanded {}: {} bytes", path.display(), text.len());
         let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         // What it includes is not listed, but what comes out is.
         let name = [&[self.name(path)], &key.1[..], &["(expanded)".into()]].concat().join(" ");

@@ -114,7 +114,7 @@ impl World {
         let in_scene = |e: Error| vec![e.at(&spec.path)];
         let in_study = |e: Error| vec![e.at(&study.path)];
         let begin = Instant::now();
-        tracing::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
+        log::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
         let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
         let extent = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
         let mut carriers: Vec<Vec<Option<Pose>>> = Vec::new();
@@ -170,7 +170,7 @@ impl World {
         }
         let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
         let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
-        tracing::info!(
+        log::info!(
             "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of \
                     {count}), ready in {seconds:.3} s",
             spec.name

@@ -69,7 +69,7 @@ impl BackendChoice {
     pub fn cpu(&self) -> Result<Cpu> {
         let cpu = Cpu::new(self.threads)?;
         let mib = self.memory_bytes.unwrap_or(MEMORY_BYTES) >> 20;
-        tracing::info!("opened cpu: {}, {mib} MiB of memory for evidence and first hits", cpu.device());
+        log::info!("opened cpu: {}, {mib} MiB of memory for evidence and first hits", cpu.device());
         Ok(self.memory_bytes.into_iter().fold(cpu, Cpu::memory))
     }
 
@@ -93,7 +93,7 @@ impl BackendChoice {
         let gpu = Gpu::new(self.adapter.as_ref().unwrap_or(&AdapterChoice::Hardware))?;
         let mib =
             self.memory_bytes.map_or("as the adapter has it".into(), |bytes| format!("{} MiB", bytes >> 20));
-        tracing::info!("opened gpu: {}, memory for evidence: {mib}", gpu.device());
+        log::info!("opened gpu: {}, memory for evidence: {mib}", gpu.device());
         Ok(Box::new(self.memory_bytes.into_iter().fold(gpu, Gpu::memory)))
     }
 

@@ -214,10 +214,7 @@ impl Backend for Cpu {
             self.plane_words = scene.truth.words().len();
         }
         self.loaded = Some(loaded);
-        tracing::debug!(
-            "cpu: scene loaded, room for {} pieces of evidence of {piece} bytes",
-            self.slots.len()
-        );
+        log::debug!("cpu: scene loaded, room for {} pieces of evidence of {piece} bytes", self.slots.len());
         Ok(())
     }
 
@@ -241,7 +238,7 @@ impl Backend for Cpu {
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
-        tracing::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
+        log::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
         let mut kept: Vec<Option<Kept>> = shots.iter().map(|shot| self.take_kept(shot)).collect();
         let loaded = self.loaded()?;
         let sensor = self.sensor(table, &loaded.wanted)?;
@@ -275,7 +272,7 @@ impl Backend for Cpu {
     }
 
     fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        tracing::debug!("cpu: scores {} choices", jobs.len());
+        log::debug!("cpu: scores {} choices", jobs.len());
         let tally = &self.loaded()?.tally;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
         let score = |job: &Vec<Reading>| tally.score(self.simd.level, fusion, job, planes);

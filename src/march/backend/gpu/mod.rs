@@ -145,7 +145,7 @@ impl Backend for Gpu {
             &self.kept,
             &mut self.room,
         ));
-        tracing::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());
+        log::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());
         self.queue.device.check().inspect_err(|_| self.loaded = None)
     }
 
@@ -158,7 +158,7 @@ impl Backend for Gpu {
     }
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
-        tracing::debug!("gpu: casts table of rays {table} from {} poses", shots.len());
+        log::debug!("gpu: casts table of rays {table} from {} poses", shots.len());
         let report = self.queue.device.report.clone();
         let rays = &self.table(table)?.sizes;
         let voxel = &self.loaded.as_ref().ok_or_else(no_scene)?.sizes;
@@ -175,7 +175,7 @@ impl Backend for Gpu {
     }
 
     fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
-        tracing::debug!("gpu: scores {} choices", jobs.len());
+        log::debug!("gpu: scores {} choices", jobs.len());
         let question = self.question(fusion, jobs)?;
         self.questions.push_back(question);
         Ok(())
