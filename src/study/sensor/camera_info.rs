@@ -114,18 +114,13 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
     let keys = "a camera_info has image_width, image_height and camera_matrix (or width, height and k)";
     let wrong = |what: &str| Issue::damaged(what.trim_end()).cure(keys).at(path);
     // `ros2 topic echo` ends each message with the mark of a new document.
-    let first = yaml_serde::Deserializer::from_str(&text).next().ok_or_else(|| wrong("is empty"))?;
-    CameraInfo::deserialize(first).map_err(|e| wrong(&e.to_string()).into())
+    let plain = serde_saphyr::options! { with_snippet: false };
+    let all: Result<Vec<CameraInfo>, _> = serde_saphyr::from_multiple_with_options(&text, plain);
+    let all = all.map_err(|e| wrong(&e.to_string()))?;
+    all.into_iter().next().ok_or_else(|| wrong("is empty").into())
 }
 
 fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
-    let lists =
-        [("camera_matrix", &info.camera_matrix), ("distortion_coefficients", &info.distortion_coefficients)];
-    for (key, numbers) in lists {
-        if let Some(endless) = numbers.all().iter().find(|number| !number.is_finite()) {
-            return Err(Issue::value(key, endless, "all its numbers must be finite"));
-        }
-    }
     let &[fx, skew, cx, _, fy, cy, _, _, _] = info.camera_matrix.all() else {
         return Err(Issue::says(format!("camera_matrix has {} numbers", info.camera_matrix.all().len()))
             .wanted("must have 9"));
@@ -137,6 +132,7 @@ fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
             Issue::says(format!("image_width and image_height are {x} and {y}")).wanted("must be above 0")
         );
     }
+    // The reader lets no number in that is not finite.
     if !(fx > 0.0 && fy > 0.0) {
         return Err(Issue::says(format!("camera_matrix has fx = {fx}, fy = {fy}"))
             .wanted("focal lengths must be above 0; a camera that was never calibrated has zeros"));
