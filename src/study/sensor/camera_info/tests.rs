@@ -77,7 +77,11 @@ fn edited(from: &str, to: &str) -> Result<(Table, Vec<String>), String> {
 #[test]
 fn both_ways_of_writing_it_give_the_same_camera() {
     let old = ECHOED.replace("\nd:", "\nD:").replace("\nk:", "\nK:");
-    for text in [CALIBRATED, ECHOED, &old] {
+    // As Windows' editors and OpenCV begin a file, and keys from elsewhere in it.
+    let marked = format!("\u{feff}{CALIBRATED}");
+    let of_opencv = format!("%YAML:1.0\n---\n{CALIBRATED}");
+    let merged = CALIBRATED.replace("image_width: 640\n", "size: &size { image_width: 640 }\n<<: *size\n");
+    for text in [CALIBRATED, ECHOED, &old, &marked, &of_opencv, &merged] {
         let (keys, said) = resolved(text, "").unwrap();
         assert_eq!(said, Vec::<String>::new());
         let fov: Vec<f64> = keys["fov_deg"].clone().try_into().unwrap();
@@ -156,6 +160,11 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         assert!(!error.contains('\n'), "{error}");
     }
     assert!(resolved("", "").unwrap_err().contains("left.yaml: "));
+    // Nothing is as slow as the square of its length.
+    for deep in ["[", "- ", "? "] {
+        let hostile = format!("{CALIBRATED}more:\n  {}", deep.repeat(100_000));
+        assert!(resolved(&hostile, "").unwrap_err().contains("left.yaml: "));
+    }
     let twice = resolved(CALIBRATED, "fov_deg = [90, 60]").unwrap_err();
     assert!(twice.contains("sensor \"camera\": both camera_info and fov_deg: the file gives it"), "{twice}");
 }
