@@ -23,7 +23,7 @@ struct Lines {
 }
 
 impl Log for Lines {
-    /// What the libraries below log is of no use to those who place sensors.
+    /// Only what this crate and its marcher log, not what the libraries below do.
     fn enabled(&self, event: &Metadata) -> bool {
         event.target().starts_with("perirobot")
     }

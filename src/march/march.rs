@@ -158,7 +158,7 @@ pub struct Crossing {
 
 /// The crossings of a ray one by one, in order, up to the longest range; for the host, where one ray at a
 /// time is followed. A type of its own, so that the step is compiled with the marcher wherever it is taken.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Crossings(March);
 
 /// The crossings of a ray.

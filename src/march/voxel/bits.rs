@@ -413,6 +413,25 @@ mod tests {
     }
 
     #[test]
+    fn voxels_come_x_first_then_y_then_z() {
+        for (min, size) in [([-40, -2, 3], [100, 3, 4]), ([5, 0, -1], [32, 2, 2]), ([-1, -1, -1], [1, 1, 1])]
+        {
+            let plane = speckled(Window { min, size });
+            let end = plane.window().end();
+            let mut expected = Vec::new();
+            for z in min[2]..end[2] {
+                for y in min[1]..end[1] {
+                    expected.extend((min[0]..end[0]).map(|x| [x, y, z]).filter(|&voxel| plane.get(voxel)));
+                }
+            }
+            assert_eq!(plane.voxels().collect::<Vec<_>>(), expected, "{min:?} {size:?}");
+            assert_eq!(expected.len() as u64, plane.count());
+        }
+        assert_eq!(BitGrid::nowhere().voxels().next(), None);
+        assert_eq!(BitGrid::new(Window { min: [0; 3], size: [70, 2, 2] }).voxels().next(), None);
+    }
+
+    #[test]
     fn planes_over_other_windows_keep_their_voxels() {
         let source = speckled(Window::between([-3, -2, 1], [70, 4, 3]));
         for window in [
