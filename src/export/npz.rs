@@ -15,10 +15,11 @@
 //! Voxel `[i, j, k]` is the i-th along x, the j-th along y, the k-th along z. In memory x is the fastest
 //! (Fortran order), as everywhere here.
 
-use std::io::{self, Cursor, Write};
+use std::io::{self, Write};
 
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
+use rawzip::{CompressionMethod, ZipArchiveWriter};
 
 use super::title;
 use crate::view::{Verdict, View};
@@ -30,13 +31,12 @@ pub(crate) fn bytes(view: &View) -> Result<Vec<u8>> {
     write(view).map_err(|e| Error::device(format!("cannot pack the arrays: {e}")))
 }
 
-fn write(view: &View) -> io::Result<Vec<u8>> {
-    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+fn write(view: &View) -> Result<Vec<u8>, rawzip::Error> {
+    let mut archive = Archive(ZipArchiveWriter::new(Vec::new()));
     let (world, truth) = (view.world, &view.truth);
     let (grid, labels) = (&truth.grid, &view.labels);
     let shape = grid.size.map(|n| n as usize);
-    archive.begin("labels", "|i1", &shape)?;
-    archive.0.write_all(&view.label_bytes())?;
+    archive.array("labels", "|i1", &shape, |bytes| bytes.write_all(&view.label_bytes()))?;
     let planes: [(&str, &BitGrid); 4] = [
         ("hits", &labels.hits),
         ("truth", &truth.occupied),
@@ -44,16 +44,18 @@ fn write(view: &View) -> io::Result<Vec<u8>> {
         ("robot", &truth.robot),
     ];
     for (name, plane) in planes {
-        archive.voxels(name, "|b1", shape, |voxel| plane.get(voxel).into())?;
+        archive
+            .array(name, "|b1", &shape, |bytes| fill(bytes, grid.size, &|voxel| plane.get(voxel).into()))?;
     }
-    archive.voxels("verdict", "|u1", shape, |voxel| view.verdict(voxel) as u8)?;
+    let verdict = |voxel| view.verdict(voxel) as u8;
+    archive.array("verdict", "|u1", &shape, |bytes| fill(bytes, grid.size, &verdict))?;
     archive.texts("verdict_names", &Verdict::ALL.map(Verdict::name), false)?;
     let names: Vec<&str> = world.regions.iter().map(|region| region.name.as_str()).collect();
     archive.texts("region_names", &names, false)?;
-    archive.begin("regions", "|b1", &[&shape[..], &[names.len()]].concat())?;
-    for region in &world.regions {
-        archive.fill(shape, |voxel| region.voxels.get(voxel).into())?;
-    }
+    archive.array("regions", "|b1", &[&shape[..], &[names.len()]].concat(), |bytes| {
+        let mut all = world.regions.iter();
+        all.try_for_each(|region| fill(bytes, grid.size, &|voxel| region.voxels.get(voxel).into()))
+    })?;
     archive.numbers("origin_m", &grid.corner_m([0; 3]).to_array(), false)?;
     archive.numbers("voxel_size_m", &[grid.voxel_size_m], true)?;
     let [poses, _, representation, _] = title(view);
@@ -70,65 +72,67 @@ fn write(view: &View) -> io::Result<Vec<u8>> {
     for (name, number) in [("snapshot", world.snapshot), ("repeat", view.choice.repeat)] {
         archive.numbers(name, &[number as f64], true)?;
     }
-    Ok(archive.0.finish()?.into_inner())
+    archive.0.finish()
 }
 
 /// An archive of arrays.
-struct Archive(ZipWriter<Cursor<Vec<u8>>>);
+struct Archive(ZipArchiveWriter<Vec<u8>>);
 
 impl Archive {
-    /// Begins an array; its bytes follow, the first index the fastest.
-    fn begin(&mut self, name: &str, kind: &str, shape: &[usize]) -> io::Result<()> {
-        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
-        self.0.start_file(format!("{name}.npy"), options.large_file(true))?;
+    /// An array whose bytes are written by `fill`, the first index the fastest.
+    fn array(
+        &mut self,
+        name: &str,
+        kind: &str,
+        shape: &[usize],
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), rawzip::Error> {
+        let name = format!("{name}.npy");
+        let file = self.0.new_file(&name).compression_method(CompressionMethod::DEFLATE);
+        let (mut entry, summed) = file.start()?;
+        let mut bytes = summed.wrap(DeflateEncoder::new(&mut entry, Compression::default()));
         let comma = if shape.len() == 1 { "," } else { "" };
         let shape = shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
         let header = format!("{{'descr': '{kind}', 'fortran_order': True, 'shape': ({shape}{comma}), }}");
         // The array begins at a multiple of 64 bytes: 10 of them, the header, and a newline are before it.
         let length = (header.len() + 11).next_multiple_of(64) - 10;
-        self.0.write_all(b"\x93NUMPY\x01\x00")?;
-        self.0.write_all(&(length as u16).to_le_bytes())?;
-        writeln!(self.0, "{header:<width$}", width = length - 1)
-    }
-
-    /// An array with a byte for each voxel.
-    fn voxels(
-        &mut self,
-        name: &str,
-        kind: &str,
-        shape: [usize; 3],
-        f: impl Fn([i32; 3]) -> u8,
-    ) -> io::Result<()> {
-        self.begin(name, kind, &shape)?;
-        self.fill(shape, f)
-    }
-
-    fn fill(&mut self, [width, depth, height]: [usize; 3], f: impl Fn([i32; 3]) -> u8) -> io::Result<()> {
-        for z in 0..height as i32 {
-            for y in 0..depth as i32 {
-                let row: Vec<u8> = (0..width as i32).map(|x| f([x, y, z])).collect();
-                self.0.write_all(&row)?;
-            }
-        }
-        Ok(())
+        bytes.write_all(b"\x93NUMPY\x01\x00")?;
+        bytes.write_all(&(length as u16).to_le_bytes())?;
+        writeln!(bytes, "{header:<width$}", width = length - 1)?;
+        fill(&mut bytes)?;
+        let (packed, sums) = bytes.finish()?;
+        packed.finish()?;
+        entry.finish(sums).map(drop)
     }
 
     /// A row of numbers, or a single one.
-    fn numbers(&mut self, name: &str, numbers: &[f64], single: bool) -> io::Result<()> {
-        let shape = if single { vec![] } else { vec![numbers.len()] };
-        self.begin(name, "<f8", &shape)?;
-        numbers.iter().try_for_each(|x| self.0.write_all(&x.to_le_bytes()))
+    fn numbers(&mut self, name: &str, numbers: &[f64], single: bool) -> Result<(), rawzip::Error> {
+        let shape: &[usize] = if single { &[] } else { &[numbers.len()] };
+        let fill = |bytes: &mut dyn Write| numbers.iter().try_for_each(|x| bytes.write_all(&x.to_le_bytes()));
+        self.array(name, "<f8", shape, fill)
     }
 
     /// A row of texts, or a single one.
-    fn texts(&mut self, name: &str, texts: &[impl AsRef<str>], single: bool) -> io::Result<()> {
+    fn texts(&mut self, name: &str, texts: &[impl AsRef<str>], single: bool) -> Result<(), rawzip::Error> {
         let longest = texts.iter().map(|text| text.as_ref().chars().count()).max().unwrap_or(0).max(1);
-        let shape = if single { vec![] } else { vec![texts.len()] };
-        self.begin(name, &format!("<U{longest}"), &shape)?;
-        for text in texts {
-            let padded = text.as_ref().chars().chain(std::iter::repeat('\0')).take(longest);
-            padded.into_iter().try_for_each(|c| self.0.write_all(&u32::from(c).to_le_bytes()))?;
-        }
-        Ok(())
+        let shape: &[usize] = if single { &[] } else { &[texts.len()] };
+        let padded = |text| str::chars(text).chain(std::iter::repeat('\0')).take(longest);
+        let mut characters = texts.iter().map(AsRef::as_ref).flat_map(padded);
+        let fill = |bytes: &mut dyn Write| {
+            characters.try_for_each(|character| bytes.write_all(&u32::from(character).to_le_bytes()))
+        };
+        self.array(name, &format!("<U{longest}"), shape, fill)
     }
+}
+
+/// A byte for each voxel.
+fn fill(bytes: &mut dyn Write, size: [u32; 3], f: &dyn Fn([i32; 3]) -> u8) -> io::Result<()> {
+    let [width, depth, height] = size.map(|n| n as i32);
+    for z in 0..height {
+        for y in 0..depth {
+            let row: Vec<u8> = (0..width).map(|x| f([x, y, z])).collect();
+            bytes.write_all(&row)?;
+        }
+    }
+    Ok(())
 }

@@ -7,10 +7,11 @@
 //! | `voxel_size_m` | () | edge of a voxel in metres |
 //! | `hits` | (x, y, z), optional | voxels that returns came from |
 
-use std::io::{Cursor, Read};
+use std::io::Read;
 
+use flate2::bufread::DeflateDecoder;
 use glam::DVec3;
-use zip::ZipArchive;
+use rawzip::{CompressionMethod, ZipArchive, ZipSliceArchive};
 
 use super::labels::{Each, Labels};
 use super::npy::Array;
@@ -22,18 +23,11 @@ const MOST_BYTES: u64 = 1 << 30;
 
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes))
-        .map_err(|e| Issue::damaged(format!("is no archive of arrays: {e}")))?;
-    let mut array = |name: &str| -> Result<Option<Array>, Issue> {
-        let Some(number) = archive.index_for_name(&format!("{name}.npy")) else { return Ok(None) };
-        let packed = archive.by_index(number).map_err(|e| Issue::damaged(e.to_string()).at(name))?;
-        let mut bytes = Vec::new();
-        let read = packed.take(MOST_BYTES + 1).read_to_end(&mut bytes);
-        read.map_err(|e| Issue::damaged(e.to_string()).at(name))?;
-        if bytes.len() as u64 > MOST_BYTES {
-            return Err(Issue::too_large(format!("has more than {MOST_BYTES} bytes")).at(name));
-        }
-        Array::parse(bytes).map(Some).map_err(|e| e.at(name))
+    let archive =
+        ZipArchive::from_slice(bytes).map_err(|e| Issue::damaged(format!("is no archive of arrays: {e}")))?;
+    let array = |name: &str| {
+        let bytes = unpacked(&archive, &format!("{name}.npy")).map_err(|e| e.at(name))?;
+        bytes.map(|bytes| Array::parse(bytes).map_err(|e| e.at(name))).transpose()
     };
     let wanted = |found: Option<Array>, name: &str| {
         found.ok_or_else(|| {
@@ -64,4 +58,33 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let hits = each_hit.as_ref().map(|each| each as &Each);
     let each: &Each = &|see| labels.each(see);
     Labels { shape, each, are_bytes: labels.is_of_bytes(), hits, origin_m, voxel_size_m }.map()
+}
+
+/// A file of an archive, unpacked; the last that has the name, as numpy takes it.
+fn unpacked(archive: &ZipSliceArchive<&[u8]>, name: &str) -> Result<Option<Vec<u8>>, Issue> {
+    let damaged = |e: rawzip::Error| Issue::damaged(e.to_string());
+    let mut found = None;
+    let mut entries = archive.entries();
+    while let Some(entry) = entries.next_entry().map_err(damaged)? {
+        if entry.file_path().as_ref() == name.as_bytes() {
+            found = Some((entry.wayfinder(), entry.compression_method()));
+        }
+    }
+    let Some((place, method)) = found else { return Ok(None) };
+    let entry = archive.get_entry(place).map_err(damaged)?;
+    let plain: Box<dyn Read> = match method {
+        CompressionMethod::STORE => Box::new(entry.data()),
+        CompressionMethod::DEFLATE => Box::new(DeflateDecoder::new(entry.data())),
+        other => {
+            let how = Issue::says(format!("is packed by {other}"));
+            return Err(how.wanted("only what numpy.savez and numpy.savez_compressed write is read"));
+        }
+    };
+    let mut bytes = Vec::new();
+    let read = entry.verifying_reader(plain).take(MOST_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|e| Issue::damaged(e.to_string()))?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Issue::too_large(format!("has more than {MOST_BYTES} bytes")));
+    }
+    Ok(Some(bytes))
 }

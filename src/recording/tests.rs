@@ -1,10 +1,13 @@
 //! Files that can be read and files that cannot, maps laid into grids, and clouds that carve.
 
-use std::io::{Cursor, Write};
+use std::io::Write;
 
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
 use glam::{DMat3, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rawzip::{CompressionMethod, ZipArchive, ZipArchiveWriter};
 
 use super::cloud::Cloud;
 use super::voxels::{Known, VoxelMap};
@@ -363,19 +366,48 @@ fn the_viewpoint_of_a_pcd_moves_sensor_and_points() {
     assert_eq!(elsewhere.sensor_m, DVec3::X);
 }
 
-/// An archive of arrays, each with its header and its bytes.
+/// An archive of arrays, each with its header and its bytes, as `numpy.savez` writes it.
 fn npz(arrays: &[(&str, &str, &str, bool, &[u8])]) -> Vec<u8> {
-    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, descr, shape, is_fortran, bytes) in arrays {
-        archive.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).unwrap();
+    let files = arrays.iter().map(|(name, descr, shape, is_fortran, bytes)| {
         let order = if *is_fortran { "True" } else { "False" };
         let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
-        archive.write_all(b"\x93NUMPY\x01\x00").unwrap();
-        archive.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
-        archive.write_all(header.as_bytes()).unwrap();
-        archive.write_all(bytes).unwrap();
+        let length = (header.len() as u16).to_le_bytes();
+        let start = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes()].concat();
+        (format!("{name}.npy"), [&start, *bytes].concat())
+    });
+    archive(CompressionMethod::STORE, files)
+}
+
+/// An archive of files, deflated if that is the method, else as they are.
+fn archive(method: CompressionMethod, files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Vec<u8> {
+    let mut archive = ZipArchiveWriter::new(Vec::new());
+    for (name, bytes) in files {
+        let (mut entry, summed) = archive.new_file(&name).compression_method(method).start().unwrap();
+        let sums = if method == CompressionMethod::DEFLATE {
+            let mut file = summed.wrap(DeflateEncoder::new(&mut entry, Compression::default()));
+            file.write_all(&bytes).unwrap();
+            let (packed, sums) = file.finish().unwrap();
+            packed.finish().unwrap();
+            sums
+        } else {
+            let mut file = summed.wrap(&mut entry);
+            file.write_all(&bytes).unwrap();
+            file.finish().unwrap().1
+        };
+        entry.finish(sums).unwrap();
     }
-    archive.finish().unwrap().into_inner()
+    archive.finish().unwrap()
+}
+
+/// The files of an archive, packed by another method.
+fn repacked(method: CompressionMethod, bytes: &[u8]) -> Vec<u8> {
+    let stored = ZipArchive::from_slice(bytes).unwrap();
+    let files = stored.entries().map(|entry| {
+        let entry = entry.unwrap();
+        let name = String::from_utf8(entry.file_path().as_ref().to_vec()).unwrap();
+        (name, stored.get_entry(entry.wayfinder()).unwrap().data().to_vec())
+    });
+    archive(method, files)
 }
 
 #[test]
@@ -390,10 +422,13 @@ fn labels_come_in_either_order_and_any_whole_type() {
     for labels in
         [("labels", "|i1", "(2, 2, 2)", true, &fortran[..]), ("labels", ">i8", "(2, 2, 2)", false, &in_c[..])]
     {
-        let map = npz::parse(&npz(&[&[labels], &rest[..]].concat())).unwrap();
-        assert_eq!((map.voxel_size_m, map.corner_m), (0.25, DVec3::new(0.5, 0.0, -1.0)));
-        assert_eq!(planes_of(&map).occupied.voxels().collect::<Vec<_>>(), [[1, 0, 0]]);
-        assert_eq!(planes_of(&map).free.voxels().collect::<Vec<_>>(), [[0, 0, 1]]);
+        let stored = npz(&[&[labels], &rest[..]].concat());
+        for archive in [&stored, &repacked(CompressionMethod::DEFLATE, &stored)] {
+            let map = npz::parse(archive).unwrap();
+            assert_eq!((map.voxel_size_m, map.corner_m), (0.25, DVec3::new(0.5, 0.0, -1.0)));
+            assert_eq!(planes_of(&map).occupied.voxels().collect::<Vec<_>>(), [[1, 0, 0]]);
+            assert_eq!(planes_of(&map).free.voxels().collect::<Vec<_>>(), [[0, 0, 1]]);
+        }
     }
     let bytes = [255u8, 1, 255, 255, 0, 255, 255, 255];
     let map =
@@ -411,6 +446,33 @@ fn labels_come_in_either_order_and_any_whole_type() {
     assert!(wrong(("voxels", "|i1", "(2, 2, 2)", true, &two[..])).contains("labels"));
     assert!(wrong(("labels", "|i1", "(2, 2, 2097152)", true, &long[..])).contains("has the shape"));
     assert!(wrong(("labels", "<U4", "(2, 2, 2)", true, &two[..])).contains("<U4"));
+}
+
+#[test]
+fn archives_that_are_damaged_or_packed_otherwise_are_refused() {
+    let size = 0.25f64.to_le_bytes();
+    let labels = ("labels", "|i1", "(2, 2, 2)", true, &[1, 0, 0, 0, 0, 0, 0, 0][..]);
+    let origin = ("origin_m", "<f8", "(3,)", false, &[0; 24][..]);
+    let good = npz(&[labels, origin, ("voxel_size_m", "<f8", "()", false, &size)]);
+    assert!(npz::parse(&good).is_ok());
+    let refused = |bytes: &[u8]| format!("{:?}", npz::parse(bytes).unwrap_err());
+    let mut turned = good.clone();
+    let first = good.windows(8).position(|bytes| bytes == [1, 0, 0, 0, 0, 0, 0, 0]).unwrap();
+    turned[first] = 0;
+    assert!(refused(&turned).contains("Invalid checksum"), "{}", refused(&turned));
+    for cut in [0, 10, good.len() / 2, good.len() - 1] {
+        assert!(refused(&good[..cut]).contains("is no archive of arrays"), "{cut}");
+    }
+    let other = refused(&repacked(CompressionMethod::BZIP2, &good));
+    assert!(other.contains("is packed by") && other.contains("numpy.savez_compressed"), "{other}");
+    // Of two files of one name the last is read.
+    let twice = npz(&[
+        ("labels", "|i1", "(1,)", true, &[7]),
+        labels,
+        origin,
+        ("voxel_size_m", "<f8", "()", false, &size),
+    ]);
+    assert!(npz::parse(&twice).is_ok());
 }
 
 #[test]
