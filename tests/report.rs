@@ -232,6 +232,8 @@ fn names_are_no_html() {
     folder.edit("study.toml", "name = \"robot\"", &format!("name = \"{nasty}\""));
     let page = report(&folder, &["--best", "1"]);
     assert!(!page.contains("<b onclick"), "a name became an element");
+    let spelt = "&lt;/script&gt;&lt;b onclick=&quot;x&quot;&gt;&amp;'";
+    assert!(page.contains(spelt), "a name is missing");
     let data: Value = serde_json::from_slice(&unpacked(&page, "data")).unwrap();
     assert_eq!(data["regions"][0], nasty.replace('\\', ""));
 }

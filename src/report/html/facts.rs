@@ -1,12 +1,12 @@
 //! The words, drawings and tables of the page that need no script: what is recommended and how to mount it, whether
 //! it is good enough, what was assumed, what was run. They are what a printed report holds.
 
-mod answer;
-mod best;
-mod front;
-mod good;
+pub(super) mod answer;
+pub(super) mod best;
+pub(super) mod front;
+pub(super) mod good;
 mod kept;
-mod mount;
+pub(super) mod mount;
 mod near;
 mod run;
 mod sketch;

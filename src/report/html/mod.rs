@@ -3,9 +3,8 @@
 //! buys, how all places compare, what was run and assumed. It needs no other file and no network.
 //!
 //! # Practice
-//! Text and tables are in `page.html` and made here; plots are drawn by `*.js` as SVG and with WebGL, from names and
-//! numbers that the page holds compressed. Text from the user's files reaches the page only through the template or
-//! as JSON.
+//! Text and tables are written by `page`; plots are drawn by `*.js` as SVG and with WebGL, from names and numbers that
+//! the page holds compressed. Text from the user's files reaches the page only escaped, by `page`, or as JSON.
 
 mod approaches;
 mod cells;
@@ -13,12 +12,12 @@ mod data;
 mod facts;
 mod measure;
 mod packed;
+mod page;
 mod ranking;
 mod recommended;
 mod scores;
 mod surroundings;
 
-use askama::Template;
 use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
 use hmac_sha256::Hash as Sha256;
 use std::path::Path;
@@ -63,21 +62,6 @@ pub struct ReportedSweep<'a> {
     pub words: &'a [String],
 }
 
-#[derive(Template)]
-#[template(path = "page.html")]
-struct Page<'a> {
-    facts: facts::Facts<'a>,
-    policy: String,
-    style: String,
-    patterns: &'static str,
-    /// What is recommended at its worst moment, as an address that holds the picture.
-    picture: Option<String>,
-    script: String,
-    data: String,
-    numbers: String,
-    cells: String,
-}
-
 /// The page. Of each region and representation the best `looked_at` choices of poses are looked at voxel by
 /// voxel on a backend; `said` is told after each how many of how many are done.
 ///
@@ -111,18 +95,19 @@ pub fn page(
         .good
         .notes
         .extend(refused.map(|why| format!("By which way bodies come nearest is not drawn: {why}")));
-    let page = Page {
+    let data = serde_json::to_vec(&data).map_err(|e| Error::input(REPORT, format!("cannot be made: {e}")))?;
+    let page = page::Page {
         policy: policy(&script),
         facts,
         style: [plan::STYLE, include_str!("style.css")].concat(),
         patterns: plan::PATTERNS,
         picture,
         script,
-        data: packed(&serde_json::to_vec(&data).map_err(|e| cannot_be_made(&e))?),
+        data: packed(&data),
         numbers: numbers.packed(),
         cells: packed(&cells.bytes),
     };
-    page.render().map_err(|e| cannot_be_made(&e))
+    Ok(page.written())
 }
 
 /// Draws what is recommended at the moment that is worst, as `render` would.
@@ -163,10 +148,6 @@ fn script() -> String {
         include_str!("page.js"),
     ];
     format!("{FAILED}\n(async () => {{\n\"use strict\";\n{}}})().catch(failed);\n", parts.join("\n"))
-}
-
-fn cannot_be_made(reason: &dyn std::fmt::Display) -> Error {
-    Error::input(REPORT, format!("cannot be made: {reason}"))
 }
 
 /// The policy that a browser enforces, whatever text of a stranger is in the page: run only this script, and
