@@ -63,6 +63,7 @@ targets!(
     urdf,
     sdf,
     octomap,
+    npz,
     poses,
     rays,
     camera_info,

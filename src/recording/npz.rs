@@ -11,7 +11,7 @@ use std::io::Read;
 
 use flate2::bufread::DeflateDecoder;
 use glam::DVec3;
-use rawzip::{CompressionMethod, ZipArchive, ZipSliceArchive};
+use rawzip::{CompressionMethod, ZipArchive, ZipFileHeaderRecord, ZipSliceArchive};
 
 use super::labels::{Each, Labels};
 use super::npy::Array;
@@ -23,11 +23,15 @@ const MOST_BYTES: u64 = 1 << 30;
 
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
-    let archive =
-        ZipArchive::from_slice(bytes).map_err(|e| Issue::damaged(format!("is no archive of arrays: {e}")))?;
+    let no_archive = |e: rawzip::Error| Issue::damaged(format!("is no archive of arrays: {e}"));
+    let archive = ZipArchive::from_slice(bytes).map_err(no_archive)?;
+    let entries: Vec<_> = archive.entries().collect::<Result<_, _>>().map_err(no_archive)?;
     let array = |name: &str| {
-        let bytes = unpacked(&archive, &format!("{name}.npy")).map_err(|e| e.at(name))?;
-        bytes.map(|bytes| Array::parse(bytes).map_err(|e| e.at(name))).transpose()
+        // Of several that have the name numpy takes the last.
+        let entry =
+            entries.iter().rfind(|entry| entry.file_path().as_ref() == format!("{name}.npy").as_bytes());
+        let array = entry.map(|entry| unpacked(&archive, entry).and_then(Array::parse)).transpose();
+        array.map_err(|e| e.at(name))
     };
     let wanted = |found: Option<Array>, name: &str| {
         found.ok_or_else(|| {
@@ -60,31 +64,25 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     Labels { shape, each, are_bytes: labels.is_of_bytes(), hits, origin_m, voxel_size_m }.map()
 }
 
-/// A file of an archive, unpacked; the last that has the name, as numpy takes it.
-fn unpacked(archive: &ZipSliceArchive<&[u8]>, name: &str) -> Result<Option<Vec<u8>>, Issue> {
-    let damaged = |e: rawzip::Error| Issue::damaged(e.to_string());
-    let mut found = None;
-    let mut entries = archive.entries();
-    while let Some(entry) = entries.next_entry().map_err(damaged)? {
-        if entry.file_path().as_ref() == name.as_bytes() {
-            found = Some((entry.wayfinder(), entry.compression_method()));
-        }
+/// The bytes of a file in an archive.
+fn unpacked(archive: &ZipSliceArchive<&[u8]>, entry: &ZipFileHeaderRecord) -> Result<Vec<u8>, Issue> {
+    if entry.flags().is_encrypted() {
+        return Err(Issue::unsupported("is encrypted"));
     }
-    let Some((place, method)) = found else { return Ok(None) };
-    let entry = archive.get_entry(place).map_err(damaged)?;
-    let plain: Box<dyn Read> = match method {
-        CompressionMethod::STORE => Box::new(entry.data()),
-        CompressionMethod::DEFLATE => Box::new(DeflateDecoder::new(entry.data())),
+    let packed = archive.get_entry(entry.wayfinder()).map_err(|e| Issue::damaged(e.to_string()))?;
+    let plain: Box<dyn Read> = match entry.compression_method() {
+        CompressionMethod::STORE => Box::new(packed.data()),
+        CompressionMethod::DEFLATE => Box::new(DeflateDecoder::new(packed.data())),
         other => {
-            let how = Issue::says(format!("is packed by {other}"));
-            return Err(how.wanted("only what numpy.savez and numpy.savez_compressed write is read"));
+            let method = Issue::unsupported(format!("is packed by the method {other}"));
+            return Err(method.wanted("what numpy.savez and numpy.savez_compressed write is read"));
         }
     };
     let mut bytes = Vec::new();
-    let read = entry.verifying_reader(plain).take(MOST_BYTES + 1).read_to_end(&mut bytes);
+    let read = packed.verifying_reader(plain).take(MOST_BYTES + 1).read_to_end(&mut bytes);
     read.map_err(|e| Issue::damaged(e.to_string()))?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(Issue::too_large(format!("has more than {MOST_BYTES} bytes")));
     }
-    Ok(Some(bytes))
+    Ok(bytes)
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use perirobot::Result;
+use perirobot::recording::{Asked, Recording};
 use perirobot::scene::build::build;
 use perirobot::scene::gltf::{Gltf, WhichClip};
 use perirobot::scene::keypoints::{KeypointFile, Layout};
@@ -114,6 +115,12 @@ pub fn sdf(bytes: &[u8]) {
 pub fn octomap(bytes: &[u8]) {
     let path = file("map.bt", bytes);
     let _ = octomap::read(&path, &Sources::beside(&path));
+}
+
+/// Labels in an archive of numpy's.
+pub fn npz(bytes: &[u8]) {
+    let path = file("labels.npz", bytes);
+    let _ = Recording::read(&path, Asked::default(), &Sources::beside(&path));
 }
 
 /// A table of poses.

@@ -30,7 +30,7 @@ use crate::report::table::Table;
 /// A table and its title.
 pub(super) type Titled = (String, Table);
 
-/// What the template shows.
+/// What the page shows.
 #[derive(Debug)]
 pub(super) struct Facts<'a> {
     pub(super) title: String,

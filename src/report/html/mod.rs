@@ -4,7 +4,8 @@
 //!
 //! # Practice
 //! Text and tables are written by `page`; plots are drawn by `*.js` as SVG and with WebGL, from names and numbers that
-//! the page holds compressed. Text from the user's files reaches the page only escaped, by `page`, or as JSON.
+//! the page holds compressed. Text from the user's files reaches the page only escaped, by `page` and by what draws,
+//! or as JSON.
 
 mod approaches;
 mod cells;

@@ -15,7 +15,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::facts::Facts;
 
-/// What the page holds. Text of the facts is escaped; the rest is made by this program and stands as it is.
+/// What the page holds. Words are escaped here, those in drawings where they are drawn, the study's name in the style by
+/// `facts`. The style, the patterns, the script and what it reads are this program's own and stand as they are.
 pub(super) struct Page<'a> {
     pub(super) facts: Facts<'a>,
     pub(super) policy: String,
@@ -30,6 +31,7 @@ pub(super) struct Page<'a> {
 }
 
 impl Page<'_> {
+    /// The text of the file.
     pub(super) fn written(&self) -> String {
         let Page { facts, .. } = self;
         let page = html! {
@@ -47,10 +49,10 @@ impl Page<'_> {
                         (instead::section(facts))
                         (whereabouts::section(facts))
                         form #choice.controls aria-label="What is shown" {
-                            (choice("extent", "Scene"))
-                            (choice("region", "Region"))
-                            (choice("series", "Sensors · representation"))
-                            (choice("measure", "Score"))
+                            (list("extent", "Scene"))
+                            (list("region", "Region"))
+                            (list("series", "Sensors · representation"))
+                            (list("measure", "Score"))
                             label #member-label { "Positions of " select #member {} }
                         }
                         (blind::section(facts, self.picture.as_deref()))
@@ -119,6 +121,6 @@ impl Page<'_> {
 }
 
 /// A list to choose from, which the script fills.
-fn choice(id: &str, of: &str) -> Markup {
+fn list(id: &str, of: &str) -> Markup {
     html! { label { (of) " " select id=(id) {} } }
 }

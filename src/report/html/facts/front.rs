@@ -16,7 +16,7 @@ const MARKS: f64 = 6.0;
 /// Colours of sets of one sensor, two and so on, that colour-blind people tell apart.
 const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 
-/// What the template shows.
+/// What the page shows.
 #[derive(Debug)]
 pub(in crate::report::html) struct FrontFacts {
     /// How the front is read, a sentence each.

@@ -1,4 +1,4 @@
-//! Mounting sheets of a choice of poses. The template explains their numbers.
+//! Mounting sheets of a choice of poses. The section that asks what instead explains their numbers.
 
 use super::{run, sketch};
 use crate::report::html::ReportedSweep;

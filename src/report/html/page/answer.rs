@@ -33,7 +33,7 @@ fn said(answer: &Answer, good: &Good) -> Markup {
             p.note {
                 "This is " (answer.why) ". " a href="#instead" { "What instead?" } " " a href="#where" { "Where exactly?" }
             }
-            dl.tiles { @for tile in &answer.tiles { (number(tile)) } }
+            dl.tiles { @for tile in &answer.tiles { (shown(tile)) } }
             p.note { (answer.counted) "." }
             @if !good.required.is_empty() {
                 ul.verdicts {
@@ -62,7 +62,7 @@ fn placed(sensor: &AnswerSensor) -> Markup {
     }
 }
 
-fn number(tile: &Tile) -> Markup {
+fn shown(tile: &Tile) -> Markup {
     html! {
         div {
             dt { (tile.name) }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::tables::missed;
+use super::tables::{missed, title};
 use crate::report::html::facts::Facts;
 use crate::report::html::facts::answer::ShownPlan;
 
@@ -25,7 +25,7 @@ pub(super) fn section(facts: &Facts, picture: Option<&str>) -> Markup {
                 summary { "What the best placements by each score miss" }
                 @for region in &facts.regions {
                     @for best in &region.best {
-                        h4 { "The best by " (best.by) " in region “" (region.name) "”: " (best.rows[0].poses) }
+                        (title(region, best))
                         @for why in &best.missed { (missed(why)) }
                     }
                 }

@@ -28,7 +28,7 @@ pub(super) fn section(facts: &Facts) -> Markup {
                      the selected choice. The solid line across is what all positions of the study together could reach, \
                      the dashed one the best answer that needs no sensor."
                 }
-                form.controls aria-label="Which score is shown" { (super::choice("measure-of-distributions", "Score")) }
+                form.controls aria-label="Which score is shown" { (super::list("measure-of-distributions", "Score")) }
                 div #distributions.plots {}
                 details.aside {
                     summary { "The same as tables" }

@@ -21,7 +21,7 @@ pub(super) fn section(good: &Good) -> Markup {
                     }
                 }
             }
-            @for table in &good.tables { details { summary { (table.0) } (plain(table)) } }
+            @for table @ (title, _) in &good.tables { details { summary { (title) } (plain(table)) } }
             @for (name, address) in &good.plans {
                 figure.picture { img src=(address) alt=(name); figcaption { (name) } }
             }

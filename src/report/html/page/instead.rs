@@ -48,7 +48,7 @@ fn best(region: &RegionBest) -> Markup {
                 @for best in &region.best {
                     tbody.choices {
                         tr.by { th colspan=(COLUMNS.len()) scope="rowgroup" { "best by " (best.by) } }
-                        @for row in &best.rows { (choice(region, row)) }
+                        @for row in &best.rows { (row_of(region, row)) }
                     }
                 }
                 tbody.baselines {
@@ -68,7 +68,7 @@ fn best(region: &RegionBest) -> Markup {
 }
 
 /// A placement; to click on its poses selects it everywhere.
-fn choice(region: &RegionBest, row: &BestRow) -> Markup {
+fn row_of(region: &RegionBest, row: &BestRow) -> Markup {
     html! {
         tr class=[(!row.below.is_empty()).then_some("below")] {
             td data-name="sensors" { (row.series) }

@@ -2,7 +2,6 @@
 
 use maud::{Markup, html};
 
-use super::front;
 use super::tables::plain;
 use crate::report::html::facts::Facts;
 
@@ -10,12 +9,12 @@ pub(super) fn section(facts: &Facts) -> Markup {
     html! {
         section #money {
             h2 { "What does more money buy?" }
-            @if let Some(facts) = &facts.front { (front::front(facts)) }
+            @if let Some(front) = &facts.front { (super::front::front(front)) }
             @if !facts.maxima.is_empty() {
                 div #combinations {
                     h3 { "Combinations of sensors" }
                     p { "The mean over scenes of the largest score that any choice of poses reaches." }
-                    form.controls aria-label="Which score is shown" { (super::choice("measure-of-maxima", "Score")) }
+                    form.controls aria-label="Which score is shown" { (super::list("measure-of-maxima", "Score")) }
                     div #maxima.plots {}
                     details.aside {
                         summary { "The same as tables" }

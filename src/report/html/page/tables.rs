@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use crate::report::html::facts::Titled;
+use crate::report::html::facts::best::{Best, RegionBest};
 use crate::report::html::facts::mount::Sheet;
 use crate::report::reasons::Explained;
 
@@ -21,6 +22,11 @@ pub(super) fn plain((title, table): &Titled) -> Markup {
             }
         }
     }
+}
+
+/// The title of what is told of the best placement by a score.
+pub(super) fn title(region: &RegionBest, best: &Best) -> Markup {
+    html! { h4 { "The best by " (best.by) " in region “" (region.name) "”: " (best.rows[0].poses) } }
 }
 
 /// How to mount a sensor.
@@ -42,10 +48,7 @@ pub(super) fn missed((scene, why): &(String, &Explained)) -> Markup {
             div.wide.cards tabindex="0" role="group" aria-label={ "Why voxels stay unknown in scene " (scene) } {
                 table.why {
                     thead {
-                        tr {
-                            th { "reason" } th { "object" } th { "share" } th { "voxels" } th { "occupied" }
-                            th { "a person’s" } th { "free" }
-                        }
+                        tr { @for name in why.columns() { th { (name) } } }
                     }
                     tbody {
                         @for row in &why.rows {

@@ -2,7 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::tables::sheet;
+use super::tables::{sheet, title};
 use crate::report::html::facts::Facts;
 
 pub(super) fn section(facts: &Facts) -> Markup {
@@ -23,7 +23,7 @@ pub(super) fn section(facts: &Facts) -> Markup {
                 summary { "Mounting sheets of the best placements by each score" }
                 @for region in &facts.regions {
                     @for best in &region.best {
-                        h4 { "The best by " (best.by) " in region “" (region.name) "”: " (best.rows[0].poses) }
+                        (title(region, best))
                         p { (best.rows[0].place) }
                         div.sheets { @for one in &best.sheets { (sheet(one)) } }
                     }
