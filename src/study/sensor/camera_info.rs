@@ -9,8 +9,10 @@ use toml::{Table, Value};
 
 use crate::error::Issue;
 use crate::source::Sources;
-use crate::study::Place;
+use crate::study::{Place, reader};
 use crate::{Error, Result};
+
+mod yaml;
 
 /// The key that names the file.
 pub(super) const KEY: &str = "camera_info";
@@ -49,7 +51,7 @@ struct CameraInfo {
 
 /// Numbers as a list, or as a matrix with its size.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "wanted a list of finite numbers, or a table with such a list as data")]
 enum NumberList {
     List(Vec<f64>),
     Matrix { data: Vec<f64> },
@@ -110,14 +112,15 @@ pub(super) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result
 }
 
 fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
-    let text = sources.text(path)?;
     let keys = "a camera_info has image_width, image_height and camera_matrix (or width, height and k)";
-    let wrong = |what: &str| Issue::damaged(what.trim_end()).cure(keys).at(path);
-    // `ros2 topic echo` ends each message with the mark of a new document.
-    let plain = serde_saphyr::options! { with_snippet: false };
-    let all: Result<Vec<CameraInfo>, _> = serde_saphyr::from_multiple_with_options(&text, plain);
-    let all = all.map_err(|e| wrong(&e.to_string()))?;
-    all.into_iter().next().ok_or_else(|| wrong("is empty").into())
+    let wrong = |issue: Issue| issue.cure(keys).at(path);
+    let text = sources.text(path)?;
+    let table = yaml::first(&text).and_then(|table| table.ok_or_else(|| Issue::damaged("is empty")));
+    let info = reader::read(table.map_err(wrong)?).map_err(|e| {
+        let issue = Issue::damaged(e.message.as_str());
+        wrong(if e.keys().is_empty() { issue } else { issue.at(e.keys().join(".")) })
+    })?;
+    Ok(info)
 }
 
 fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {

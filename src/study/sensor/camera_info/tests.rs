@@ -82,7 +82,13 @@ fn both_ways_of_writing_it_give_the_same_camera() {
     let of_opencv = format!("%YAML:1.0\n---\n{CALIBRATED}");
     let merged = CALIBRATED.replace("image_width: 640\n", "size: &size { image_width: 640 }\n<<: *size\n");
     assert_ne!(merged, CALIBRATED);
-    for text in [CALIBRATED, ECHOED, &old, &marked, &of_opencv, &merged] {
+    // PyYAML names a list that it meets again.
+    let named = ECHOED.replace("\nk:", "\nk: &id001").replace("---\n", "p: *id001\nK: *id001\n---\n");
+    let named = named.replace("\nk:", "\nrows:");
+    let quoted = CALIBRATED.replace("image_width", "\"image_width\"").replace("plumb_bob", "'plumb_bob'");
+    // What comes after the first message is not looked at.
+    let followed = format!("---\n---\n{ECHOED}width: [");
+    for text in [CALIBRATED, ECHOED, &old, &marked, &of_opencv, &merged, &named, &quoted, &followed] {
         let (keys, said) = resolved(text, "").unwrap();
         assert_eq!(said, Vec::<String>::new());
         let fov: Vec<f64> = keys["fov_deg"].clone().try_into().unwrap();
@@ -124,8 +130,20 @@ fn a_lens_that_bends_is_told_or_refused() {
 #[test]
 fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
     for (from, to, expected) in [
-        ("image_width: 640\n", "", "image_width"),
-        ("image_width: 640", "image_width: wide", "image_width"),
+        ("image_width: 640\n", "", "missing field `image_width`"),
+        (
+            "image_width: 640",
+            "image_width: wide",
+            "image_width: found \"wide\", wanted a whole number from 0",
+        ),
+        ("image_width: 640", "image_width: ~", "missing field `image_width`"),
+        ("image_width: 640", "image_width: \"640\"", "image_width: found \"640\", wanted a whole number"),
+        (
+            "image_width: 640",
+            "image_width: 640\nimage_width: 641",
+            "line 2: the key \"image_width\" is there twice",
+        ),
+        ("image_width: 640", "image_width: -1", "image_width: found -1, wanted a whole number from 0"),
         ("image_width: 640", "image_width: 0", "are 0 and 480: must be above 0"),
         (
             "[320.0, 0, 319.5, 0, 320, 239.5, 0, 0, 1]",
@@ -136,7 +154,7 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         (
             "[320.0, 0, 319.5",
             "[.nan, 0, 319.5",
-            "non-finite float `.nan` rejected by the configured policy at line 7, column 10",
+            "camera_matrix: wanted a list of finite numbers, or a table with such a list as data; a camera_info",
         ),
         ("[320.0, 0, 319.5", "[320.0, 2, 319.5", "camera_matrix[1] = 2: must be 0"),
         (
@@ -144,7 +162,9 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
             "equidistant",
             "distortion_model = \"equidistant\": is no pinhole; name the camera_info",
         ),
-        ("[0.0, 0, 0, 0, 0]", "[.inf]", "line 12, column"),
+        ("[0.0, 0, 0, 0, 0]", "[.inf]", "distortion_coefficients: wanted a list of finite numbers"),
+        ("[0.0, 0, 0, 0, 0]", "[1e999]", "distortion_coefficients: wanted a list of finite numbers"),
+        ("[0.0, 0, 0, 0, 0]", "[0, ~]", "line 12: an entry of a list is left open"),
         ("[0.0, 0, 0, 0, 0]", "[0, 0, 0, 0, 0, 0, 0, 0, 1]", "at most 8 are known"),
         ("camera_name: left", "binning_x: 2", "binning_x = 2, binning_y = 0: must be 0 or 1"),
         (
@@ -152,7 +172,11 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
             "roi: { width: 320, height: 240 }",
             "roi is 320 x 240: must be the whole image",
         ),
-        ("camera_name: left", "camera_name: [", "a camera_info has image_width"),
+        ("camera_name: left", "camera_name: [", "line 4: "),
+        ("camera_name: left", "[1, 2]: left", "line 3: a key is no word"),
+        ("camera_name: left", "<<: 1", "line 3: only a table can be merged into this one"),
+        ("camera_name: left", "all: &all [*all]", "line 3: an alias stands for what it is a part of"),
+        ("camera_name: left", "camera_name: *left", "line 3: "),
     ] {
         let error = edited(from, to).map(drop).unwrap_err();
         for part in ["study.toml: sensor \"camera\": camera_info: ", "left.yaml: ", expected] {
@@ -160,12 +184,30 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         }
         assert!(!error.contains('\n'), "{error}");
     }
-    assert!(resolved("", "").unwrap_err().contains("left.yaml: "));
-    for (deep, expected) in [("[", "recursion limit"), ("- ", "Depth"), ("? ", "Depth")] {
+    for (text, expected) in [
+        ("", "left.yaml: is empty; a camera_info has"),
+        ("---\n~\n---\n", "left.yaml: is empty"),
+        ("- 640\n- 480\n", "left.yaml: line 1: is no table of keys"),
+        ("plain", "left.yaml: line 1: is no table of keys"),
+    ] {
+        let error = resolved(text, "").unwrap_err();
+        assert!(error.contains(expected), "no {expected:?} in {error}");
+    }
+    for (deep, expected) in
+        [("[", "recursion limit"), ("- ", "more than 64 lists"), ("? ", "a key is no word")]
+    {
         let hostile = format!("{CALIBRATED}more:\n  {}", deep.repeat(100_000));
         let error = resolved(&hostile, "").unwrap_err();
         assert!(error.contains(expected) && error.len() < 500, "{expected}: {error}");
     }
+    // Each line stands for ten of the line before.
+    let line = |n: usize| format!("l{n}: &l{n} [{}]\n", vec![format!("*l{}", n - 1); 10].join(","));
+    let laughs = format!("{CALIBRATED}l0: &l0 ha\n{}", (1..30).map(line).collect::<String>());
+    let error = resolved(&laughs, "").unwrap_err();
+    assert!(error.contains(": aliases stand for more than 10000 values and letters"), "{error}");
+    let word = format!("{CALIBRATED}l0: &l0 {}\nall: [{}*l0]\n", "ha".repeat(1000), "*l0, ".repeat(1000));
+    let error = resolved(&word, "").unwrap_err();
+    assert!(error.contains(": aliases stand for more than 10000 values and letters"), "{error}");
     let twice = resolved(CALIBRATED, "fov_deg = [90, 60]").unwrap_err();
     assert!(twice.contains("sensor \"camera\": both camera_info and fov_deg: the file gives it"), "{twice}");
 }
