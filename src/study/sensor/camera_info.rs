@@ -25,6 +25,9 @@ const NEGLIGIBLE: f64 = 0.01;
 /// If pixels are off by more than this part, a pinhole cannot stand for the camera.
 const TOO_FAR: f64 = 0.10;
 
+/// A file has no more bytes: the parser keeps some hundred for one of them.
+const LARGEST: usize = 1 << 20;
+
 /// What helps with a camera that is no pinhole.
 const CURE: &str =
     "name the camera_info of the rectified image, or cast its rays one by one with kind = \"rays\"";
@@ -37,38 +40,16 @@ struct CameraInfo {
     #[serde(alias = "height")]
     image_height: u32,
     #[serde(alias = "K", alias = "k")]
-    camera_matrix: NumberList,
+    camera_matrix: Vec<f64>,
     distortion_model: Option<String>,
     #[serde(default, alias = "D", alias = "d")]
-    distortion_coefficients: NumberList,
+    distortion_coefficients: Vec<f64>,
     #[serde(default)]
     binning_x: u32,
     #[serde(default)]
     binning_y: u32,
     #[serde(default)]
     roi: Roi,
-}
-
-/// Numbers as a list, or as a matrix with its size.
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "wanted a list of finite numbers, or a table with such a list as data")]
-enum NumberList {
-    List(Vec<f64>),
-    Matrix { data: Vec<f64> },
-}
-
-impl Default for NumberList {
-    fn default() -> Self {
-        NumberList::List(Vec::new())
-    }
-}
-
-impl NumberList {
-    fn all(&self) -> &[f64] {
-        match self {
-            NumberList::List(all) | NumberList::Matrix { data: all } => all,
-        }
-    }
 }
 
 /// The part of the sensor that the image is; all zero means the whole.
@@ -115,8 +96,18 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
     let keys = "a camera_info has image_width, image_height and camera_matrix (or width, height and k)";
     let wrong = |issue: Issue| issue.cure(keys).at(path);
     let text = sources.text(path)?;
+    if text.len() > LARGEST {
+        return Err(wrong(Issue::too_large(format!("has {} bytes", text.len()))).into());
+    }
     let table = yaml::first(&text).and_then(|table| table.ok_or_else(|| Issue::damaged("is empty")));
-    let info = reader::read(table.map_err(wrong)?).map_err(|e| {
+    let mut table = table.map_err(wrong)?;
+    // Numbers stand as a list, or as a matrix with its size.
+    for (_, value) in table.iter_mut() {
+        if let Some(data) = value.as_table_mut().and_then(|matrix| matrix.remove("data")) {
+            *value = data;
+        }
+    }
+    let info = reader::read(table).map_err(|e| {
         let issue = Issue::damaged(e.message.as_str());
         wrong(if e.keys().is_empty() { issue } else { issue.at(e.keys().join(".")) })
     })?;
@@ -124,8 +115,8 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
 }
 
 fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
-    let &[fx, skew, cx, _, fy, cy, _, _, _] = info.camera_matrix.all() else {
-        return Err(Issue::says(format!("camera_matrix has {} numbers", info.camera_matrix.all().len()))
+    let [fx, skew, cx, _, fy, cy, _, _, _] = info.camera_matrix[..] else {
+        return Err(Issue::says(format!("camera_matrix has {} numbers", info.camera_matrix.len()))
             .wanted("must have 9"));
     };
     let size_px = [info.image_width, info.image_height].map(f64::from);
@@ -195,7 +186,7 @@ fn judge(part: f64, said: String, odd: &mut Vec<String>) -> Result<(), Issue> {
 
 /// The farthest that the lens moves a pixel on the border of the image, where it moves them most.
 fn distortion(info: &CameraInfo, pinhole: &Pinhole) -> Result<f64, Issue> {
-    let given = info.distortion_coefficients.all();
+    let given = &info.distortion_coefficients;
     let model = info.distortion_model.as_deref().unwrap_or("plumb_bob");
     if !["", "none", "plumb_bob", "rational_polynomial"].contains(&model) {
         return Err(Issue::value("distortion_model", format!("{model:?}"), format!("is no pinhole; {CURE}")));

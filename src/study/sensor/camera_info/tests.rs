@@ -79,13 +79,20 @@ fn both_ways_of_writing_it_give_the_same_camera() {
     let old = ECHOED.replace("\nd:", "\nD:").replace("\nk:", "\nK:");
     // As Windows' editors and OpenCV begin a file, and keys from elsewhere in it.
     let marked = format!("\u{feff}{CALIBRATED}");
-    let of_opencv = format!("%YAML:1.0\n---\n{CALIBRATED}");
-    let merged = CALIBRATED.replace("image_width: 640\n", "size: &size { image_width: 640 }\n<<: *size\n");
+    let of_opencv = CALIBRATED.replace("matrix:\n", "matrix: !!opencv-matrix\n");
+    let of_opencv = of_opencv.replace("[320.0, 0, 319.5,", "[ 3.2e+02, 0., 319.5,\n      ");
+    assert!(of_opencv.contains("!!opencv") && of_opencv.contains("3.2e+02"));
+    let of_opencv = format!("%YAML:1.0\n---\n{of_opencv}");
+    let merged = CALIBRATED.replace(
+        "image_width: 640\n",
+        "size: &size { image_width: 640, image_height: 9 }\n<<: [*size, { image_width: 1 }]\n",
+    );
     assert_ne!(merged, CALIBRATED);
     // PyYAML names a list that it meets again.
     let named = ECHOED.replace("\nk:", "\nk: &id001").replace("---\n", "p: *id001\nK: *id001\n---\n");
     let named = named.replace("\nk:", "\nrows:");
     let quoted = CALIBRATED.replace("image_width", "\"image_width\"").replace("plumb_bob", "'plumb_bob'");
+    assert!(old.contains("\nK:") && named.contains("K: *id001") && quoted.contains("'plumb_bob'"));
     // What comes after the first message is not looked at.
     let followed = format!("---\n---\n{ECHOED}width: [");
     for text in [CALIBRATED, ECHOED, &old, &marked, &of_opencv, &merged, &named, &quoted, &followed] {
@@ -141,7 +148,7 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         (
             "image_width: 640",
             "image_width: 640\nimage_width: 641",
-            "line 2: the key \"image_width\" is there twice",
+            "line 2, column 1: the key \"image_width\" is there twice",
         ),
         ("image_width: 640", "image_width: -1", "image_width: found -1, wanted a whole number from 0"),
         ("image_width: 640", "image_width: 0", "are 0 and 480: must be above 0"),
@@ -154,7 +161,7 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         (
             "[320.0, 0, 319.5",
             "[.nan, 0, 319.5",
-            "camera_matrix: wanted a list of finite numbers, or a table with such a list as data; a camera_info",
+            "camera_matrix: found \".nan\", wanted a number; a camera_info",
         ),
         ("[320.0, 0, 319.5", "[320.0, 2, 319.5", "camera_matrix[1] = 2: must be 0"),
         (
@@ -162,9 +169,9 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
             "equidistant",
             "distortion_model = \"equidistant\": is no pinhole; name the camera_info",
         ),
-        ("[0.0, 0, 0, 0, 0]", "[.inf]", "distortion_coefficients: wanted a list of finite numbers"),
-        ("[0.0, 0, 0, 0, 0]", "[1e999]", "distortion_coefficients: wanted a list of finite numbers"),
-        ("[0.0, 0, 0, 0, 0]", "[0, ~]", "line 12: an entry of a list is left open"),
+        ("[0.0, 0, 0, 0, 0]", "[.inf]", "distortion_coefficients: found \".inf\", wanted a number"),
+        ("[0.0, 0, 0, 0, 0]", "[1e999]", "distortion_coefficients: found \"1e999\", wanted a number"),
+        ("[0.0, 0, 0, 0, 0]", "[0, ~]", "distortion_coefficients: found \"\", wanted a number"),
         ("[0.0, 0, 0, 0, 0]", "[0, 0, 0, 0, 0, 0, 0, 0, 1]", "at most 8 are known"),
         ("camera_name: left", "binning_x: 2", "binning_x = 2, binning_y = 0: must be 0 or 1"),
         (
@@ -172,11 +179,11 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
             "roi: { width: 320, height: 240 }",
             "roi is 320 x 240: must be the whole image",
         ),
-        ("camera_name: left", "camera_name: [", "line 4: "),
-        ("camera_name: left", "[1, 2]: left", "line 3: a key is no word"),
-        ("camera_name: left", "<<: 1", "line 3: only a table can be merged into this one"),
-        ("camera_name: left", "all: &all [*all]", "line 3: an alias stands for what it is a part of"),
-        ("camera_name: left", "camera_name: *left", "line 3: "),
+        ("camera_name: left", "camera_name: [", "line 4, column 1: "),
+        ("camera_name: left", "[1, 2]: left", "line 3, column 1: a key must be plain text"),
+        ("camera_name: left", "<<: 1", "line 3, column 5: only tables can be merged into this one"),
+        ("camera_name: left", "all: &all [*all]", "line 3, column 12: an alias must stand for a whole value"),
+        ("camera_name: left", "camera_name: *left", "unknown anchor"),
     ] {
         let error = edited(from, to).map(drop).unwrap_err();
         for part in ["study.toml: sensor \"camera\": camera_info: ", "left.yaml: ", expected] {
@@ -187,14 +194,14 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
     for (text, expected) in [
         ("", "left.yaml: is empty; a camera_info has"),
         ("---\n~\n---\n", "left.yaml: is empty"),
-        ("- 640\n- 480\n", "left.yaml: line 1: is no table of keys"),
-        ("plain", "left.yaml: line 1: is no table of keys"),
+        ("- 640\n- 480\n", "left.yaml: line 1, column 1: is not a table of keys"),
+        ("plain", "left.yaml: line 1, column 1: is not a table of keys"),
     ] {
         let error = resolved(text, "").unwrap_err();
         assert!(error.contains(expected), "no {expected:?} in {error}");
     }
     for (deep, expected) in
-        [("[", "recursion limit"), ("- ", "more than 64 lists"), ("? ", "a key is no word")]
+        [("[", "recursion limit"), ("- ", "more than 64 lists"), ("? ", "a key must be plain text")]
     {
         let hostile = format!("{CALIBRATED}more:\n  {}", deep.repeat(100_000));
         let error = resolved(&hostile, "").unwrap_err();
@@ -204,10 +211,19 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
     let line = |n: usize| format!("l{n}: &l{n} [{}]\n", vec![format!("*l{}", n - 1); 10].join(","));
     let laughs = format!("{CALIBRATED}l0: &l0 ha\n{}", (1..30).map(line).collect::<String>());
     let error = resolved(&laughs, "").unwrap_err();
-    assert!(error.contains(": aliases stand for more than 10000 values and letters"), "{error}");
+    assert!(error.contains(": anchors and aliases repeat more than 10000 values and letters"), "{error}");
+    let long =
+        format!("{CALIBRATED}l0: &l0 {{ {}: 1 }}\nall: [{}*l0]\n", "k".repeat(9000), "*l0, ".repeat(9));
+    let error = resolved(&long, "").unwrap_err();
+    assert!(error.contains(": anchors and aliases repeat more than 10000 values and letters"), "{error}");
+    let large = format!("{CALIBRATED}more: {}\n", "ha".repeat(1 << 19));
+    assert!(resolved(&large, "").unwrap_err().contains("left.yaml: has 1048"));
+    let deepest = |deep: usize| format!("{CALIBRATED}more: {}1{}\n", "[".repeat(deep), "]".repeat(deep));
+    assert!(resolved(&deepest(63), "").is_ok());
+    assert!(resolved(&deepest(64), "").unwrap_err().contains("more than 64 lists"));
     let word = format!("{CALIBRATED}l0: &l0 {}\nall: [{}*l0]\n", "ha".repeat(1000), "*l0, ".repeat(1000));
     let error = resolved(&word, "").unwrap_err();
-    assert!(error.contains(": aliases stand for more than 10000 values and letters"), "{error}");
+    assert!(error.contains(": anchors and aliases repeat more than 10000 values and letters"), "{error}");
     let twice = resolved(CALIBRATED, "fov_deg = [90, 60]").unwrap_err();
     assert!(twice.contains("sensor \"camera\": both camera_info and fov_deg: the file gives it"), "{twice}");
 }

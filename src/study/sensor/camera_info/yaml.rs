@@ -11,7 +11,7 @@ use crate::error::Issue;
 
 /// So many lists and tables may lie in each other.
 const DEEPEST: usize = 64;
-/// So many values and letters may be copied for aliases.
+/// So many values and letters may be copied for anchors and aliases. This bounds how deep aliases in aliases lie, too.
 const MOST_COPIED: usize = 10_000;
 
 /// The first document that is not empty, if there is one. What comes after it is not looked at.
@@ -24,7 +24,7 @@ pub(super) fn first(text: &str) -> Result<Option<Table>, Issue> {
             (event, at) => match reader.value(event, at, 0)? {
                 None => {}
                 Some(Value::Table(table)) => return Ok(Some(table)),
-                Some(_) => return Err(wrong(at.start, "is no table of keys")),
+                Some(_) => return Err(wrong(at.start, "is not a table of keys")),
             },
         }
     }
@@ -44,18 +44,21 @@ impl<'t> Reader<'t> {
         self.events.next_event().ok_or(ends)?.map_err(|e| wrong(*e.marker(), e.info()))
     }
 
-    /// What starts with this event; None for what is left open.
+    /// What starts with this event; None for an empty value.
     fn value(&mut self, event: Event<'t>, at: Span, deep: usize) -> Result<Option<Value>, Issue> {
-        if deep == DEEPEST {
-            return Err(wrong(at.start, &format!("more than {DEEPEST} lists and tables lie in each other")));
-        }
         let (value, name) = match event {
             Event::Scalar(text, style, name, _) => (scalar(&text, style), name),
+            Event::SequenceStart(..) | Event::MappingStart(..) if deep == DEEPEST => {
+                return Err(wrong(
+                    at.start,
+                    &format!("more than {DEEPEST} lists and tables lie in each other"),
+                ));
+            }
             Event::SequenceStart(name, _) => (Some(Value::Array(self.list(deep + 1)?)), name),
             Event::MappingStart(name, _) => (Some(Value::Table(self.table(deep + 1)?)), name),
             Event::Alias(name) => {
-                let unfinished = || wrong(at.start, "an alias stands for what it is a part of");
-                let value = self.named.get(&name).ok_or_else(unfinished)?;
+                let unknown = || wrong(at.start, "an alias must stand for a whole value before it");
+                let value = self.named.get(&name).ok_or_else(unknown)?;
                 self.left = rest(self.left, value, at)?;
                 return Ok(value.clone());
             }
@@ -75,14 +78,14 @@ impl<'t> Reader<'t> {
             match self.next()? {
                 (Event::SequenceEnd, _) => return Ok(list),
                 (event, at) => {
-                    let open = || wrong(at.start, "an entry of a list is left open");
-                    list.push(self.value(event, at, deep)?.ok_or_else(open)?);
+                    // A list keeps the places of its entries; an empty word is no number.
+                    list.push(self.value(event, at, deep)?.unwrap_or_else(|| "".into()));
                 }
             }
         }
     }
 
-    /// Keys that are left open are left out; `<<: { }` stands for what is between its braces.
+    /// Keys without a value are left out; `<<: { }` stands for what is between its braces.
     fn table(&mut self, deep: usize) -> Result<Table, Issue> {
         let mut table = Table::new();
         let mut merged = Vec::new();
@@ -90,15 +93,21 @@ impl<'t> Reader<'t> {
             let (key, style, at) = match self.next()? {
                 (Event::MappingEnd, _) => break,
                 (Event::Scalar(key, style, ..), at) => (key, style, at),
-                (_, at) => return Err(wrong(at.start, "a key is no word")),
+                (_, at) => return Err(wrong(at.start, "a key must be plain text")),
             };
             let (event, begin) = self.next()?;
             let value = self.value(event, begin, deep)?;
             if key == "<<" && style == ScalarStyle::Plain {
-                let Some(Value::Table(other)) = value else {
-                    return Err(wrong(begin.start, "only a table can be merged into this one"));
+                let others = match value {
+                    Some(Value::Array(list)) => list,
+                    one => one.into_iter().collect(),
                 };
-                merged.push(other);
+                for other in others {
+                    let Value::Table(other) = other else {
+                        return Err(wrong(begin.start, "only tables can be merged into this one"));
+                    };
+                    merged.push(other);
+                }
             } else if let Some(value) = value
                 && table.insert(key.to_string(), value).is_some()
             {
@@ -114,11 +123,12 @@ impl<'t> Reader<'t> {
 
 /// What is left of so many after a copy of the value.
 fn rest(left: usize, value: &Option<Value>, at: Span) -> Result<usize, Issue> {
-    let many = || wrong(at.start, &format!("aliases stand for more than {MOST_COPIED} values and letters"));
+    let many =
+        || wrong(at.start, &format!("anchors and aliases repeat more than {MOST_COPIED} values and letters"));
     left.checked_sub(value.as_ref().map_or(1, size)).ok_or_else(many)
 }
 
-/// A single value; None for what is left open. A number that is not finite stays a word, which is refused where a
+/// A single value; None for an empty one. A number that is not finite stays a word, which is refused where a
 /// number is wanted.
 fn scalar(text: &str, style: ScalarStyle) -> Option<Value> {
     if style != ScalarStyle::Plain {
@@ -128,8 +138,6 @@ fn scalar(text: &str, style: ScalarStyle) -> Option<Value> {
     let fraction = || text.parse().ok().filter(|number: &f64| number.is_finite()).map(Value::Float);
     match text {
         "" | "~" | "null" | "Null" | "NULL" => None,
-        "true" | "True" | "TRUE" => Some(true.into()),
-        "false" | "False" | "FALSE" => Some(false.into()),
         _ => number().or_else(fraction).or_else(|| Some(text.into())),
     }
 }
@@ -138,12 +146,12 @@ fn scalar(text: &str, style: ScalarStyle) -> Option<Value> {
 fn size(value: &Value) -> usize {
     match value {
         Value::Array(list) => 1 + list.iter().map(size).sum::<usize>(),
-        Value::Table(table) => 1 + table.values().map(size).sum::<usize>(),
+        Value::Table(table) => 1 + table.iter().map(|(key, value)| key.len() + size(value)).sum::<usize>(),
         Value::String(text) => 1 + text.len(),
         _ => 1,
     }
 }
 
 fn wrong(at: Marker, what: &str) -> Issue {
-    Issue::damaged(what).at(format!("line {}", at.line()))
+    Issue::damaged(what).at(format!("line {}, column {}", at.line(), at.col() + 1))
 }
