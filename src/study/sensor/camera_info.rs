@@ -25,7 +25,7 @@ const NEGLIGIBLE: f64 = 0.01;
 /// If pixels are off by more than this part, a pinhole cannot stand for the camera.
 const TOO_FAR: f64 = 0.10;
 
-/// A file has no more bytes: the parser keeps some hundred for one of them.
+/// A file may have so many bytes: the parser may take some two hundred bytes of memory for each.
 const LARGEST: usize = 1 << 20;
 
 /// What helps with a camera that is no pinhole.
@@ -97,7 +97,8 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
     let wrong = |issue: Issue| issue.cure(keys).at(path);
     let text = sources.text(path)?;
     if text.len() > LARGEST {
-        return Err(wrong(Issue::too_large(format!("has {} bytes", text.len()))).into());
+        let large = Issue::too_large(format!("has {} bytes", text.len()));
+        return Err(wrong(large.wanted(format!("must have at most {LARGEST}"))).into());
     }
     let table = yaml::first(&text).and_then(|table| table.ok_or_else(|| Issue::damaged("is empty")));
     let mut table = table.map_err(wrong)?;
