@@ -1,5 +1,5 @@
 // A ray through the voxels, in integers, without bindings. Each function has a twin of the same name in
-// src/march/march.rs or src/march/march/leap.rs, and tests/twins.rs runs both. Those whose names end in 3 are the
+// src/march/march.rs or src/march/march/leap.rs, and tests/backends/twins.rs runs both. Those whose names end in 3 are the
 // same for three axes, and are tested within the others. Axes are told apart by comparing, never by indexing
 // a vector: that is slow on software adapters.
 

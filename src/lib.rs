@@ -71,7 +71,7 @@
 //! ```
 //!
 //! A room is a folder of `src/` or `src/march/` or, where it is small, one file. Rooms further down
-//! in this table may use those further up, never the other way round; `tests/rooms.rs` holds the code to that.
+//! in this table may use those further up, never the other way round; `tests/documents/rooms.rs` holds the code to that.
 //! The first five are a crate of their own, `perirobot-march` in `src/march/`: the marcher, which opens no file
 //! and gets scenes as voxels. It is where the time goes, and is compiled as one unit, for speed.
 //!

@@ -1,5 +1,5 @@
 //! The guide: pages to read, no code. They are the Markdown files of `src/guide`, and of other folders where
-//! they lie beside the files they are about; `tests/documents.rs` carries out their commands.
+//! they lie beside the files they are about; `tests/documents/pages.rs` carries out their commands.
 //!
 //! | page | what it tells |
 //! |---|---|

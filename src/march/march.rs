@@ -1,5 +1,5 @@
 //! A ray through the voxels, in integers: the arithmetic of `SEMANTICS.md` as pure functions. Each function
-//! of `shaders/march.wgsl` has its twin of the same name here or in [`leap`], and `tests/twins.rs` runs both.
+//! of `shaders/march.wgsl` has its twin of the same name here or in [`leap`], and `tests/backends/twins.rs` runs both.
 //! Only the host uses the functions without a twin: [`crossings`], [`last_crossing`], [`voxel_after`], [`fold`], and
 //! [`leap::made_at`], a quicker [`made_at`] for callers that have the direction at hand.
 

@@ -28,6 +28,7 @@ pub(super) struct StudyFile {
     /// How the evidence of a combination's sensors becomes one label a voxel, unless the combination has its
     /// own rule. Default "occupied_wins".
     #[serde(default)]
+    #[cfg_attr(test, schemars(with = "super::schema::counted::FusionName"))]
     pub(super) fusion: Fusion,
     /// How often everything is measured, each time with other noise. Default 1.
     #[serde(default = "once")]
@@ -142,6 +143,7 @@ pub(super) struct CombinationFile {
     /// Names of sensors of the study, each once.
     pub(super) sensors: Vec<String>,
     /// How their evidence becomes one label a voxel. Default: the fusion of the study.
+    #[cfg_attr(test, schemars(with = "Option<super::schema::counted::FusionName>"))]
     pub(super) fusion: Option<Fusion>,
     /// Which poses of some sensors take part: patterns with * and ?, as in camera = ["ceiling/*"]. Default
     /// all.

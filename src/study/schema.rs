@@ -3,6 +3,8 @@
 //! files, and compares.
 
 #[cfg(test)]
+pub(super) mod counted;
+#[cfg(test)]
 mod made;
 
 /// The schema of a study file, with a line break at its end.

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs what tests/browser.rs needs on Debian: Chromium, its driver, and fonts to look at.
+# Installs what tests/documents/browser.rs needs on Debian: Chromium, its driver, and fonts to look at.
 set -eu
 if [ "$(id -u)" = 0 ]; then as_root=; else as_root=sudo; fi
 if ! command -v chromium >/dev/null 2>&1 || ! command -v chromedriver >/dev/null 2>&1; then

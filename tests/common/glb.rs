@@ -41,7 +41,7 @@ pub(crate) fn bytes(root: &GlbNode) -> Vec<u8> {
     let Writer { nodes, meshes, accessors, views, mut binary } = writer;
     let mut json = format!(
         concat!(
-            r#"{{"asset":{{"version":"2.0","generator":"perirobot tests/generated_meshes.rs"}},"#,
+            r#"{{"asset":{{"version":"2.0","generator":"perirobot tests/input/generated_meshes.rs"}},"#,
             r#""scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{}],"meshes":[{}],"accessors":[{}],"#,
             r#""bufferViews":[{}],"buffers":[{{"byteLength":{}}}]}}"#
         ),

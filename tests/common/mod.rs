@@ -1,8 +1,17 @@
-//! What the tests of the backends share: the adapter to test on, random numbers, and random cells.
+//! Shared by all test crates: the adapter to test on, random numbers and cells, and how the program is run.
 
-#![allow(dead_code)] // each test uses its part
+#![allow(dead_code)] // Each crate uses a part of it.
 
+pub(crate) mod blocks;
 pub(crate) mod cases;
+pub(crate) mod glb;
+pub(crate) mod place;
+pub(crate) mod program;
+pub(crate) mod python;
+#[cfg(unix)]
+pub(crate) mod running;
+pub(crate) mod tutorial;
+pub(crate) mod watch;
 
 use std::io::Write;
 

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use super::say;
+
 const REQUIREMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pandas/requirements.txt");
 
 /// The interpreter. Where none can be made, `None` and a note; a failure where `PERIROBOT_REQUIRE_PYTHON=1`
@@ -18,13 +20,6 @@ pub(crate) fn python() -> Option<PathBuf> {
             None
         }
     }
-}
-
-/// Says something on stderr, also from a test that passes (`eprintln!` would be captured).
-fn say(message: &str) {
-    use std::io::Write;
-    // A closed stderr is no reason to fail.
-    let _ = writeln!(std::io::stderr(), "{message}");
 }
 
 fn interpreter(environment: &Path) -> PathBuf {

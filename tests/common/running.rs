@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::program::{Folder, Outcome, text};
+use super::program::{Folder, Outcome, text};
 
 /// Makes the small study one of some seconds: 311 choices of poses, each twice, with noise, and planes of
 /// which few fit the memory that [`Running::sweep`] gives it, so that batches are small.

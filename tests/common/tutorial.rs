@@ -51,7 +51,8 @@ fn stl(bodies: &[Mesh]) -> Vec<u8> {
         body.triangles.iter().map(|t| t.map(|i| body.vertices[i as usize].as_vec3().to_array()))
     });
     let corners: Vec<[[f32; 3]; 3]> = corners.collect();
-    let mut bytes = format!("{:<80}", "perirobot tests/generated_meshes.rs; millimetres, y up").into_bytes();
+    let mut bytes =
+        format!("{:<80}", "perirobot tests/input/generated_meshes.rs; millimetres, y up").into_bytes();
     bytes.extend((corners.len() as u32).to_le_bytes());
     for triangle in corners {
         bytes.extend([0; 12]);

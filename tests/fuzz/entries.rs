@@ -1,6 +1,6 @@
 //! What is done with a stranger's bytes, one function a kind of file: they are written into a folder, and
 //! read as the program would read them. Each has to return, whatever the bytes are. libFuzzer makes up the
-//! bytes; `tests/corpus.rs` brings those that are kept.
+//! bytes; `tests/input/corpus.rs` brings those that are kept.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use perirobot::study::{Overrides, Study};
 use perirobot::world::World;
 use tempfile::TempDir;
 
-pub use crate::folders::{journal, manifest};
+pub use super::folders::{journal, manifest};
 
 /// What two files in one input are parted by: a study and, below, its scene `cell.toml`; a manifest and its
 /// poses.

@@ -107,7 +107,7 @@ pub fn journal(bytes: &[u8]) {
 /// A manifest, with the table of poses below it. The hash of the table is put in, and a journal of such a
 /// sweep is put beside it, with rows if they are few.
 pub fn manifest(bytes: &[u8]) {
-    let [manifest, poses] = crate::entries::parted(bytes);
+    let [manifest, poses] = super::entries::parted(bytes);
     SWEEP.with(|sweep| {
         let out = sweep.path("out");
         let write = |name, bytes: &[u8]| fs::write(out.join(name), bytes).expect("a folder to write to");

@@ -3,7 +3,7 @@
 A file of the folder has the voxels of a region, which candidates are right about each, which sets of candidates are
 allowed, and the claimed highest F1 as a fraction p/q. F1 of a set is above p/q just if (2q - p) TP + p TN > p s, s
 being the voxels of the region. So the largest value of the left side must be p s: at the claimed score a set exists,
-just above it none does. Values are added up again as whole numbers; tests/choose_mip.rs writes the files.
+just above it none does. Values are added up again as whole numbers; tests/choose/mip.rs writes the files.
 """
 
 import json

@@ -1,7 +1,7 @@
 """Asks again, by plain numpy and scipy, what `perirobot approach` answered: from the arrays of `perirobot export` it takes what is
 watched by rays and what is solid, adds where switches feel, floods by Dijkstra's algorithm, and compares every row of approach.csv.
 
-The folder is named on the command line; tests/approach.rs writes it: for each case case.json (the question), approach.csv, and
+The folder is named on the command line; tests/judge/approach.rs writes it: for each case case.json (the question), approach.csv, and
 for people as cover and without them the view.npz of each snapshot.
 """
 

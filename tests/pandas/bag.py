@@ -1,7 +1,7 @@
 """Reads the bag of `perirobot export` by other code, from the definitions that it holds, and finds in it what the arrays and clouds
 of the same folder say; then writes bags as other recorders do: with each compression, of two sensors, in frames of frames.
 
-The folder is named on the command line; tests/recorded.rs scores what is written.
+The folder is named on the command line; tests/backends/recorded.rs scores what is written.
 """
 
 import sys

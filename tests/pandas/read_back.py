@@ -1,6 +1,6 @@
 """Reads table.parquet and table.csv of a folder as a user would, and checks names, types and values.
 
-What the table holds is written by tests/pandas.rs.
+What the table holds is written by tests/sweep/pandas.rs.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Reads the files of `perirobot export` as a user would: the arrays' counts are those of the sweep's results.csv, and the
 points lie where the arrays say that something was seen.
 
-The folder and results.csv are named on the command line; tests/export.rs writes them.
+The folder and results.csv are named on the command line; tests/documents/export.rs writes them.
 """
 
 import sys

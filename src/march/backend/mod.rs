@@ -245,7 +245,6 @@ pub enum Carving {
 
 /// How the evidence of several sensors becomes one label a voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Fusion {
     /// Occupied if any sensor says so, else free if any does, else unknown.

@@ -6,7 +6,6 @@ use super::Confusion;
 
 /// A score of a choice of sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Score {
     /// Agreement with the truth over the region: 2TP / (2TP + FP + FN + UF + UO).

@@ -49,7 +49,7 @@ pub(in crate::study) struct RequirementFile {
 #[schemars(inline)]
 #[allow(dead_code)]
 enum AnyScore {
-    Counted(Score),
+    Counted(crate::study::schema::counted::ScoreName),
     Approach(ApproachScore),
     Controller(ControllerScore),
 }

@@ -1,0 +1,203 @@
+//! A device that fails or lies while every pose is cast for `choose`: others step in, and the evidence is the
+//! same; a lie is found before anything is searched.
+
+use std::time::Duration;
+
+use crate::common::program::Folder;
+use perirobot::backend::cpu::Cpu;
+use perirobot::backend::factory::{BackendFactory, Fallback};
+use perirobot::backend::{
+    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
+};
+use perirobot::choose::{Casting, CastingWatch, MEMORY_BYTES};
+use perirobot::metrics::{Confusion, Score};
+use perirobot::results::manifest::Fault;
+use perirobot::study::{Across, Choose, Overrides, Study};
+use perirobot::world::World;
+use perirobot::{Error, Result};
+
+/// A CPU that passes for a device: it fails when it is asked to cast for this time, or says too much.
+struct Device {
+    inner: Cpu,
+    until_it_fails: usize,
+    lies: bool,
+}
+
+impl Backend for Device {
+    fn name(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn device(&self) -> String {
+        "Device".into()
+    }
+
+    fn tables(&mut self, tables: &[Rays]) -> Result<()> {
+        self.inner.tables(tables)
+    }
+
+    fn load(&mut self, scene: &VoxelScene) -> Result<()> {
+        self.inner.load(scene)
+    }
+
+    fn slots(&self) -> usize {
+        // Few, so that there are many batches.
+        self.inner.slots().min(4)
+    }
+
+    fn first_hit_slots(&self) -> usize {
+        self.inner.first_hit_slots()
+    }
+
+    fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
+        if self.until_it_fails == 0 {
+            return Err(Error::device("adapter Device: is lost"));
+        }
+        self.until_it_fails -= 1;
+        self.inner.sense(table, shots)
+    }
+
+    fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
+        self.inner.upload(evidence)
+    }
+
+    fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
+        self.inner.submit(fusion, jobs)
+    }
+
+    fn receive(&mut self) -> Result<Vec<Vec<Confusion>>> {
+        self.inner.receive()
+    }
+
+    fn timings(&self) -> Vec<(&'static str, Duration)> {
+        self.inner.timings()
+    }
+
+    fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
+        let mut planes = self.inner.planes(slots)?;
+        if self.lies {
+            planes.iter_mut().for_each(|says| says.occupied = says.free.clone());
+        }
+        Ok(planes)
+    }
+
+    fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
+        self.inner.read(table, placement)
+    }
+}
+
+/// Devices that fail so soon: in full batches, and in small ones. And the CPU.
+struct Devices {
+    full: usize,
+    small: usize,
+    lie: bool,
+}
+
+impl BackendFactory for Devices {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        let inner = Cpu::new(Some(1))?;
+        let until_it_fails = match fallback {
+            Fallback::None => self.full,
+            Fallback::Small => self.small,
+            Fallback::Cpu => return Ok(Box::new(inner)),
+        };
+        Ok(Box::new(Device { inner, until_it_fails, lies: self.lie }))
+    }
+
+    fn needs_check(&self) -> bool {
+        true
+    }
+}
+
+/// What happened, and how much was cast.
+#[derive(Default)]
+struct Log {
+    cast: u64,
+    faults: Vec<Fault>,
+}
+
+impl CastingWatch for Log {
+    fn cast(&mut self, more: u64) {
+        self.cast += more;
+    }
+
+    fn stop(&mut self) -> Option<String> {
+        None
+    }
+
+    fn failed(&mut self, fault: &Fault) {
+        self.faults.push(fault.clone());
+    }
+}
+
+/// The small study with noise, three times, and what is asked of it.
+fn study() -> (Folder, Study, Vec<World>, Choose) {
+    let folder = Folder::new();
+    folder.edit("study.toml", "seed = 7", "seed = 7\nrepeats = 3\nmixed_noise = true");
+    folder.edit(
+        "study.toml",
+        "range_m = [0.2, 3.0]",
+        "range_m = [0.2, 3.0]\nnoise = { std_m = 0.05, per_m2 = 0.0 }",
+    );
+    let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+    let worlds = World::prepare_all(&study).unwrap();
+    let choose = Choose {
+        objective: Score::F1,
+        over: Across::Pooled,
+        region: 0,
+        at_most: 1,
+        budget: None,
+        apart_m: 0.0,
+        always: Vec::new(),
+        require: Vec::new(),
+        representations: vec![0; study.sensors.len()],
+        refine: false,
+        fusion: Default::default(),
+    };
+    (folder, study, worlds, choose)
+}
+
+#[test]
+fn what_a_device_does_not_cast_others_do() {
+    let (_folder, study, worlds, choose) = study();
+    let begin = || Casting::begin(&study, &choose, &worlds, MEMORY_BYTES, None).unwrap();
+    let (mut cpu, mut casting) = (Cpu::new(Some(1)).unwrap(), begin());
+    casting.run(&mut cpu, &mut Log::default()).unwrap();
+    let expected = casting.evidence();
+    let often = usize::MAX;
+    for (full, small, instead) in [
+        (often, often, &[][..]),
+        (0, often, &["small"]),
+        (3, often, &["small"]),
+        (3, 2, &["small", "CPU"]),
+        (0, 0, &["small", "CPU"]),
+    ] {
+        let (mut log, mut devices) = (Log::default(), Devices { full, small, lie: false });
+        let mut casting = begin();
+        casting.run_on(&mut devices, &mut log).unwrap();
+        assert_eq!(log.cast, casting.total(), "each is taken once");
+        let found = casting.evidence();
+        assert_eq!(log.faults.len(), instead.len(), "{:?}", log.faults);
+        for (fault, instead) in log.faults.iter().zip(instead) {
+            assert!(fault.what.contains("is lost") && fault.instead.contains(instead), "{fault:?}");
+        }
+        for item in 0..expected.count() {
+            assert_eq!(found.counts(&[item]), expected.counts(&[item]), "{full}, {small}: {item}");
+        }
+        let checked = found.check(&study, &choose, &worlds, &mut cpu, 2).unwrap();
+        assert_eq!(checked, 1 + found.count().div_ceil(2) as u64, "the first three, and one in two");
+    }
+}
+
+#[test]
+fn a_lie_is_found_before_anything_is_searched() {
+    let (_folder, study, worlds, choose) = study();
+    let often = usize::MAX;
+    let mut devices = Devices { full: often, small: often, lie: true };
+    let mut casting = Casting::begin(&study, &choose, &worlds, MEMORY_BYTES, None).unwrap();
+    casting.run_on(&mut devices, &mut Log::default()).unwrap();
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let told = casting.evidence().check(&study, &choose, &worlds, &mut cpu, 500).unwrap_err();
+    assert!(matches!(&told, Error::Disagreement(_)), "{told}");
+    assert!(told.to_string().contains("disagree about camera:wall/0/0"), "{told}");
+}

@@ -1,0 +1,12 @@
+//! `choose`: the best sets of sensors and their proofs.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod best;
+mod command;
+mod evidence;
+mod exp1;
+mod faults;
+mod mip;
+mod refine;

@@ -1,0 +1,16 @@
+//! What users read: pages, pictures, reports, files for other programs.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+#[cfg(target_os = "linux")]
+mod browser;
+mod export;
+mod figures;
+mod front;
+mod licences;
+#[cfg(unix)]
+mod pages;
+mod render;
+mod report;
+mod rooms;

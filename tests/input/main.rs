@@ -1,0 +1,26 @@
+//! What users write and what strangers send: it is read, or refused by file, key and value.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_folders;
+mod bad_input;
+mod bad_meshes;
+mod bad_numbers;
+mod bad_places;
+mod bad_sensors;
+mod bad_urdf;
+mod check;
+mod corpus;
+mod first_hour;
+mod generated_meshes;
+mod people;
+mod regions;
+mod robots;
+mod schemas;
+mod snapshots;
+#[cfg(target_os = "linux")]
+mod strangers;
+mod warnings;
+#[cfg(unix)]
+mod xacro;

@@ -1,0 +1,13 @@
+//! Requirements, and how near a body comes: `judge`, `approach`, `why`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod approach;
+mod approach_random;
+mod near;
+mod postures;
+mod speed;
+mod verdicts;
+mod what_if;
+mod why;

@@ -1,0 +1,23 @@
+//! Sweeps: their tables, and what happens when they are stopped, split, or run on devices that fail.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bench;
+mod cli;
+#[cfg(target_os = "linux")]
+mod cluster;
+#[cfg(target_os = "linux")]
+mod engines;
+mod equal_sensors;
+mod faults;
+mod logs;
+#[cfg(target_os = "linux")]
+mod lost_device;
+mod pandas;
+mod placements;
+#[cfg(unix)]
+mod resume;
+#[cfg(unix)]
+mod shards;
+mod summary;
