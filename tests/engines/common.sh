@@ -37,7 +37,7 @@ fail() {
 need() {
     local command
     for command in "$@"; do
-        command -v "$command" >/dev/null || fail "$command is missing; tests/engines/install.sh installs it on Debian"
+        command -v "$command" >/dev/null || fail "$command is missing; tests/install.sh engines installs it on Debian"
     done
 }
 

@@ -7,7 +7,7 @@ cd "$(dirname "$0")"
 . ./common.sh
 cd "$root"
 need python3
-"$venv/bin/python" -c 'import hyperqueue' || fail "no hyperqueue in $venv; tests/engines/install.sh installs it"
+"$venv/bin/python" -c 'import hyperqueue' || fail "no hyperqueue in $venv; tests/install.sh engines installs it"
 
 study=scenes/paper/exp3.toml
 options=(--backend cpu --voxel-size "${VOXEL_SIZE:-0.2}" --memory 1MiB)

@@ -7,7 +7,7 @@ cd "$(dirname "$0")"
 . ./common.sh
 cd "$root"
 "$venv/bin/python" -c 'import kubernetes_validate, yaml' ||
-    fail "no kubernetes-validate in $venv; tests/engines/install.sh installs it"
+    fail "no kubernetes-validate in $venv; tests/install.sh engines installs it"
 
 study="study's \$(HOME) \$\$.toml"
 options=(--backend cpu --voxel-size "${VOXEL_SIZE:-0.2}" --memory 1MiB)

@@ -1,5 +1,5 @@
 //! Real sweeps through real engines, disturbed on the way and compared with a quiet run: what is in
-//! `engines/`. Not run by default, as they need what `engines/install.sh` installs, and minutes: `cargo test
+//! `engines/`. Not run by default, as they need what `sh tests/install.sh engines` installs, and minutes: `cargo test
 //! --test sweep engines -- --ignored`.
 
 use std::process::Command;
