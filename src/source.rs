@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use hmac_sha256::Hash as Sha256;
+use sha2::{Digest, Sha256};
 
 use crate::error::{Argument, Issue, Words};
 use crate::spelling::nearest;

@@ -8,9 +8,9 @@ mod sets;
 
 use std::path::Path;
 
-use hmac_sha256::Hash as Sha256;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use sha2::{Digest, Sha256};
 
 use crate::error::Issue;
 use crate::results::files::{MANIFEST, read_regular, shards_below};
@@ -212,7 +212,7 @@ fn object(of: &impl Serialize) -> Map<String, Value> {
 }
 
 fn hash(map: &Map<String, Value>) -> [u8; 32] {
-    Sha256::hash(&serde_json::to_vec(map).expect("a JSON value is serialisable"))
+    Sha256::digest(serde_json::to_vec(map).expect("a JSON value is serialisable")).into()
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@
 use std::fs;
 use std::path::PathBuf;
 
-use hmac_sha256::Hash as Sha256;
 use perirobot::metrics::{Confusion, Score};
 use perirobot::report::ReportSelection;
 use perirobot::report::best;
@@ -23,6 +22,7 @@ use perirobot::study::{Overrides, Study};
 use perirobot::sweep::session::Session;
 use perirobot::world::World;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
 /// A sweep of twelve rows: two repeats, three poses, two regions.
@@ -209,7 +209,7 @@ impl Sweep {
 /// Sets the checksum at the end of some bytes.
 fn check(before: &[u8], bytes: &mut [u8]) {
     let (body, sum) = bytes.split_at_mut(bytes.len() - CHECK_BYTES);
-    sum.copy_from_slice(&Sha256::hash(&[before, body].concat())[..CHECK_BYTES]);
+    sum.copy_from_slice(&Sha256::digest([before, body].concat())[..CHECK_BYTES]);
 }
 
 /// All that is made of results.
@@ -227,7 +227,7 @@ fn report(results: &Results, folder: &std::path::Path) {
 /// A manifest that has the hash of its poses, if it is JSON that wants one.
 fn with_hash(manifest: &[u8], poses: &[u8]) -> Option<Vec<u8>> {
     let mut value: Value = serde_json::from_slice(manifest).ok()?;
-    let hash: String = Sha256::hash(poses).iter().map(|byte| format!("{byte:02x}")).collect();
+    let hash: String = Sha256::digest(poses).iter().map(|byte| format!("{byte:02x}")).collect();
     *value.get_mut("poses_sha256")? = hash.into();
     serde_json::to_vec(&value).ok()
 }

@@ -19,8 +19,8 @@ use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hmac_sha256::Hash as Sha256;
 use serde_json::{Map, Value, json};
+use sha2::{Digest, Sha256};
 
 use super::super::layout::PLANES;
 use crate::error::{Argument, Issue, Words};
@@ -133,7 +133,7 @@ impl EvidenceFile {
         let there = path.symlink_metadata().is_ok();
         let file = there.then(|| open_alone(&path)).transpose()?;
         let says = serde_json::to_vec(deciding).expect("a JSON value is serialisable");
-        let fingerprint = Sha256::hash(&says);
+        let fingerprint = Sha256::digest(&says).into();
         let mut kept = EvidenceFile { path, says, fingerprint, file, end: 0, unsynced_since: None };
         if let (Some(file), false) = (&kept.file, restart) {
             match kept.header(file)? {
@@ -180,7 +180,7 @@ impl EvidenceFile {
         if (says.len() as u64) < length {
             return Ok(None);
         }
-        if Sha256::hash(&says)[..] != body[20..] {
+        if Sha256::digest(&says)[..] != body[20..] {
             return Err(damaged());
         }
         Ok(Some(says))

@@ -20,7 +20,7 @@ mod scores;
 mod surroundings;
 
 use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
-use hmac_sha256::Hash as Sha256;
+use sha2::{Digest, Sha256};
 use std::path::Path;
 
 use crate::backend::Backend;
@@ -154,7 +154,7 @@ fn script() -> String {
 /// The policy that a browser enforces, whatever text of a stranger is in the page: run only this script, and
 /// fetch nothing.
 fn policy(script: &str) -> String {
-    let script = STANDARD.encode(Sha256::hash(script.as_bytes()));
+    let script = STANDARD.encode(Sha256::digest(script.as_bytes()));
     format!(
         "default-src 'none'; script-src 'sha256-{script}'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; \
          form-action 'none'"

@@ -9,7 +9,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use hmac_sha256::Hash as Sha256;
+use sha2::{Digest, Sha256};
 
 use crate::metrics::{COUNTERS, Confusion, DETECTION_COUNTERS, Detection};
 

@@ -46,6 +46,22 @@ fn flip(folder: &Path, at: usize) {
     fs::write(&path, bytes).unwrap();
 }
 
+/// The checksums are those of `hashlib.sha256` over the documented bytes, whichever crate computes them here.
+#[test]
+fn the_bytes_of_a_journal_are_those_of_every_version() {
+    let bytes = header().bytes();
+    assert_eq!(crate::source::hex(&bytes[..20]), "506552536a726e6c020000000100000003000000");
+    assert_eq!(crate::source::hex(&bytes[HEADER_BYTES - 8..]), "0bca474f449d4d13");
+    let record = header().record(13, &counts(13));
+    let words: Vec<u32> =
+        record[8..80].chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
+    assert_eq!(
+        words,
+        [&(1300..1312).collect::<Vec<u32>>()[..], &[1350, 1351, 1352, 1353, 1354, 13]].concat()
+    );
+    assert_eq!(crate::source::hex(&record[RECORD_BYTES - 8..]), "221b536ad47ba5ea");
+}
+
 #[test]
 fn order_leaves_no_trace() {
     let [one, other] = [(); 2].map(|()| tempfile::tempdir().unwrap());
