@@ -5,14 +5,14 @@
 use std::path::Path;
 
 use serde::Deserialize;
+use serde_json::Value as Json;
+use serde_saphyr::options::NonFiniteFloatPolicy;
 use toml::{Table, Value};
 
 use crate::error::Issue;
 use crate::source::Sources;
 use crate::study::{Place, reader};
 use crate::{Error, Result};
-
-mod yaml;
 
 /// The key that names the file.
 pub(super) const KEY: &str = "camera_info";
@@ -25,8 +25,10 @@ const NEGLIGIBLE: f64 = 0.01;
 /// If pixels are off by more than this part, a pinhole cannot stand for the camera.
 const TOO_FAR: f64 = 0.10;
 
-/// A file may have so many bytes: the parser may take some two hundred bytes of memory for each.
+/// Most bytes of a file: the parser may take some two hundred bytes of memory for each.
 const LARGEST: usize = 1 << 20;
+/// Most values that aliases may copy. The parser's own limits bound the nesting depth (64) and the number of values.
+const MOST_COPIED: usize = 10_000;
 
 /// What helps with a camera that is no pinhole.
 const CURE: &str =
@@ -100,8 +102,7 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
         let large = Issue::too_large(format!("has {} bytes", text.len()));
         return Err(wrong(large.wanted(format!("must have at most {LARGEST}"))).into());
     }
-    let table = yaml::first(&text).and_then(|table| table.ok_or_else(|| Issue::damaged("is empty")));
-    let mut table = table.map_err(wrong)?;
+    let mut table = first_document(&text).map_err(wrong)?;
     // Numbers stand as a list, or as a matrix with its size.
     for (_, value) in table.iter_mut() {
         if let Some(data) = value.as_table_mut().and_then(|matrix| matrix.remove("data")) {
@@ -113,6 +114,47 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
         wrong(if e.keys().is_empty() { issue } else { issue.at(e.keys().join(".")) })
     })?;
     Ok(info)
+}
+
+/// The first document of a YAML file that is not empty, as a table: `ros2 topic echo` ends each message with the mark of
+/// a new document. Later documents are not read.
+fn first_document(text: &str) -> Result<Table, Issue> {
+    let options = serde_saphyr::options! {
+        with_snippet: false,
+        // A text, which is refused where a number is wanted, with the text in the message.
+        non_finite_float_policy: NonFiniteFloatPolicy::AsString,
+        // Copies made by aliases count as well, so a file cannot grow to more than its double.
+        budget: serde_saphyr::budget! { max_total_scalar_bytes: 2 * LARGEST },
+        alias_limits: serde_saphyr::alias_limits! { max_total_replayed_events: MOST_COPIED },
+    };
+    let mut bytes = text.as_bytes();
+    let mut documents = serde_saphyr::read_with_options::<_, Json>(&mut bytes, options);
+    let first = documents.next().ok_or_else(|| Issue::damaged("is empty"))?;
+    let syntax = |e: serde_saphyr::Error| e.render_with_formatter(&serde_saphyr::UserMessageFormatter);
+    match first.map(value_of).map_err(|e| Issue::damaged(syntax(e)))? {
+        Some(Value::Table(table)) => Ok(table),
+        _ => Err(Issue::damaged("is not a table of keys")),
+    }
+}
+
+/// The value in the types that studies are read from. An empty value is the same as a missing key; in a list it is an
+/// empty text, so that the other entries keep their places.
+fn value_of(json: Json) -> Option<Value> {
+    Some(match json {
+        Json::Null => return None,
+        Json::Bool(is) => Value::Boolean(is),
+        Json::Number(number) => match (number.as_i64(), number.as_f64()) {
+            (Some(whole), _) => Value::Integer(whole),
+            (None, fraction) => Value::Float(fraction?),
+        },
+        Json::String(text) => Value::String(text),
+        Json::Array(list) => {
+            Value::Array(list.into_iter().map(|entry| value_of(entry).unwrap_or("".into())).collect())
+        }
+        Json::Object(table) => {
+            Value::Table(table.into_iter().filter_map(|(key, value)| Some((key, value_of(value)?))).collect())
+        }
+    })
 }
 
 fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
