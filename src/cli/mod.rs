@@ -61,7 +61,8 @@ use std::process::ExitCode;
 use std::sync::OnceLock;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use perirobot::Error;
+use perirobot::error::{catch_panic, latest_backtrace, record_panics};
+use perirobot::{Error, Result};
 use terminal::print;
 
 /// Score where to put the sensors of a robot cell.
@@ -104,7 +105,8 @@ First steps:
 Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device
 or the disk failed; 4 a requirement is missed (judge); 75 a sweep was stopped
 before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time), or another run is at
-work in its folder: the same command goes on, now or later.";
+work in its folder: the same command goes on, now or later; 70 a bug of
+perirobot: its message says what to report.";
 
 /// The commands by what they are for, in the order of a first hour.
 const GROUPS: [(&str, &[&str]); 6] = [
@@ -173,10 +175,18 @@ fn words() -> &'static [OsString] {
 /// Runs a command line, the program's name its first word, and turns its outcome into an exit code. A process runs one.
 pub fn run(words: Vec<OsString>) -> ExitCode {
     WORDS.get_or_init(|| words);
+    record_panics();
+    exit_code(catch_panic(run_command))
+}
+
+/// The exit code of a bug (`EX_SOFTWARE`).
+const BUG: u8 = 70;
+
+fn run_command() -> Result<ExitCode> {
     mesa::keep_quiet();
     let Cli { command, verbose } = parse();
     log::start(verbose);
-    let outcome = match command {
+    match command {
         Command::Init(args) => init::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Sweep(args) => sweep::run(&args),
@@ -201,19 +211,44 @@ pub fn run(words: Vec<OsString>) -> ExitCode {
         Command::Schema(args) => schema::run(&args),
         Command::Completions(args) => completions::completions(&args),
         Command::Man(args) => completions::man(&args),
-    };
-    match outcome {
-        Ok(code) => code,
-        Err(error) => {
-            say!("error: {}", flags::told(&error));
-            ExitCode::from(match error {
-                Error::Disagreement(_) => 1,
-                Error::Input(_) => 2,
-                Error::Device(_) | Error::Storage(_) => 3,
-                Error::Busy(_) | Error::Stopped(_) => stop::TRY_AGAIN,
-            })
-        }
     }
+}
+
+/// Reports an error.
+fn exit_code(outcome: Result<ExitCode>) -> ExitCode {
+    let error = match outcome {
+        Ok(code) => return code,
+        Err(error) => error,
+    };
+    say!("error: {}", flags::told(&error));
+    ExitCode::from(match error {
+        Error::Disagreement(_) => 1,
+        Error::Input(_) => 2,
+        Error::Device(_) | Error::Storage(_) => 3,
+        Error::Busy(_) | Error::Stopped(_) => stop::TRY_AGAIN,
+        Error::Bug(_) => {
+            if let Some(backtrace) = latest_backtrace() {
+                say!("{}", backtrace.trim_end());
+            }
+            say!("{}", report_request(words()));
+            BUG
+        }
+    })
+}
+
+/// Asks for a report of a bug.
+fn report_request(words: &[OsString]) -> String {
+    let command: Vec<_> = words.iter().map(|word| word.to_string_lossy()).collect();
+    let to = match env!("CARGO_PKG_REPOSITORY") {
+        "" => "to the maintainers of perirobot",
+        repository => repository,
+    };
+    format!(
+        "This is a bug of perirobot {}. Please report the message above, this command and its files {to}:\n  {}\n\
+         Finished rows of a sweep are kept: the same command goes on.",
+        env!("CARGO_PKG_VERSION"),
+        command.join(" ")
+    )
 }
 
 /// Reads the arguments. An error message may quote a wrong one, so it is made harmless for terminals.
@@ -263,6 +298,23 @@ fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>, most: usize) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_panic_is_reported_with_its_place_and_the_command() {
+        record_panics();
+        let outcome = catch_panic(|| -> Result<ExitCode> { panic!("no row {}", std::hint::black_box(3)) });
+        // Other tests print their panics.
+        drop(std::panic::take_hook());
+        let error = outcome.unwrap_err();
+        assert!(matches!(error, Error::Bug(_)), "{error:?}");
+        let said = error.to_string();
+        assert!(said.starts_with("panicked: no row 3 (at src/cli/mod.rs:"), "{said}");
+        assert_eq!(format!("{:?}", exit_code(Err(error))), format!("{:?}", ExitCode::from(70)));
+        let request = report_request(&["perirobot", "sweep", "a b.toml"].map(OsString::from));
+        for part in [env!("CARGO_PKG_VERSION"), "Please report", "\n  perirobot sweep a b.toml\n"] {
+            assert!(request.contains(part), "no {part:?} in {request}");
+        }
+    }
 
     #[test]
     fn each_command_is_in_one_group() {

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use perirobot::error::catch_panic;
 use perirobot::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -75,7 +76,10 @@ fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
     let mut heard = Signals::new(SIGNALS.iter().map(|(number, _)| number)).map_err(wrong)?;
     let listener = thread::Builder::new().spawn(move || {
         if let Some(signal) = heard.forever().next() {
-            act(signal);
+            // A panic here must not keep the signal from stopping the job.
+            if let Err(bug) = catch_panic(|| Ok(act(signal))) {
+                say!("error: {bug}");
+            }
         }
     });
     listener.map(drop).map_err(wrong)

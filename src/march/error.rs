@@ -2,12 +2,14 @@
 //! wrong, and what would be right.
 
 mod issue;
+mod panic;
 mod words;
 
 use std::io::ErrorKind;
 use std::path::Path;
 
 pub use issue::{Issue, Site, What};
+pub use panic::{catch_panic, describe_panic, latest_backtrace, record_panics};
 pub use words::{Argument, NameOf, Words};
 
 /// Why an operation failed.
@@ -31,6 +33,9 @@ pub enum Error {
     /// A device gave other counts than the CPU.
     #[error("{0}")]
     Disagreement(Issue),
+    /// perirobot itself is wrong: it panicked. Finished work is kept.
+    #[error("{0}")]
+    Bug(Issue),
 }
 
 /// `std::result::Result` with [`Error`].
@@ -62,7 +67,8 @@ impl Error {
             | Error::Storage(issue)
             | Error::Busy(issue)
             | Error::Stopped(issue)
-            | Error::Disagreement(issue) => issue,
+            | Error::Disagreement(issue)
+            | Error::Bug(issue) => issue,
         }
     }
 
@@ -85,7 +91,8 @@ impl Error {
         | Error::Storage(issue)
         | Error::Busy(issue)
         | Error::Stopped(issue)
-        | Error::Disagreement(issue)) = &mut self;
+        | Error::Disagreement(issue)
+        | Error::Bug(issue)) = &mut self;
         *issue = change(issue.clone());
         self
     }

@@ -11,7 +11,9 @@ pub(crate) fn raised(error: &Error) -> PyErr {
     match error {
         Error::Input(_) => PyValueError::new_err(words),
         Error::Storage(_) | Error::Busy(_) => PyOSError::new_err(words),
-        Error::Device(_) | Error::Stopped(_) | Error::Disagreement(_) => PyRuntimeError::new_err(words),
+        Error::Device(_) | Error::Stopped(_) | Error::Disagreement(_) | Error::Bug(_) => {
+            PyRuntimeError::new_err(words)
+        }
     }
 }
 

@@ -1,10 +1,11 @@
 //! Work that another backend takes over where a device fails.
 
 use super::evidence::BatchSize;
-use super::worker::close;
+use super::worker::fault_words;
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
-use crate::error::Issue;
+use crate::backend::lost::close;
+use crate::error::catch_panic;
 use crate::results::manifest::Fault;
 use crate::{Error, Result};
 
@@ -29,8 +30,12 @@ pub(super) fn work_on(backends: &mut dyn BackendFactory, task: &mut dyn Resumabl
     loop {
         let batch = if fallback == Fallback::Small { BatchSize::SMALL } else { BatchSize::FULL };
         // What does not fit in small batches is no fault of the user's.
-        let issue = match task.work(batch, backend.as_mut()) {
-            Err(Error::Device(issue)) if backends.needs_check() && fallback != Fallback::Cpu => issue,
+        let issue = match catch_panic(|| task.work(batch, backend.as_mut())) {
+            Err(Error::Device(issue) | Error::Bug(issue))
+                if backends.needs_check() && fallback != Fallback::Cpu =>
+            {
+                issue
+            }
             Err(Error::Input(issue)) if fallback == Fallback::Small => issue,
             Ok(()) if fallback == Fallback::None => {
                 backends.take_back(backend);
@@ -38,14 +43,14 @@ pub(super) fn work_on(backends: &mut dyn BackendFactory, task: &mut dyn Resumabl
             }
             other => return other,
         };
-        close(backend);
+        let closed = close(backend);
         let small = (fallback == Fallback::None).then(|| backends.open(Fallback::Small));
         let instead;
         (fallback, backend, instead) = match small {
             Some(Ok(small)) => (Fallback::Small, small, "the same device in small batches"),
             _ => (Fallback::Cpu, backends.open(Fallback::Cpu)?, "the CPU"),
         };
-        let what = Issue { cures: Vec::new(), ..issue }.to_string();
+        let what = fault_words(issue, closed);
         task.failed(&Fault { what, scene: String::new(), instead: instead.into() });
     }
 }

@@ -13,7 +13,7 @@ use super::check::{AT_LEAST, Picked};
 use super::checkpoint::{Checkpoint, Done, Watch};
 use super::worker::{Timings, Worker};
 use crate::backend::factory::{BackendFactory, Fallback};
-use crate::error::{Argument, Issue, Site, Words};
+use crate::error::{Argument, Issue, Site, Words, catch_panic};
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
 use crate::results::manifest::{KILLED, Manifest, Run};
@@ -150,7 +150,8 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// `Error::Disagreement` if a device counted otherwise than the CPU; `Error::Storage` if the disk fails;
-    /// `Error::Device` if no backend can do the work. But for the first, what is finished is kept.
+    /// `Error::Device` if no backend can do the work; `Error::Bug` after a panic. But for the first, what is finished is
+    /// kept.
     pub fn run(
         &mut self,
         backends: &mut dyn BackendFactory,
@@ -206,7 +207,7 @@ impl<'a> Session<'a> {
             verified: 0,
             checker: None,
         };
-        let ended = worker.work(backend, &mut checkpoint);
+        let ended = catch_panic(|| worker.work(backend, &mut checkpoint));
         let (stopped, finished) = (checkpoint.stopped.take(), checkpoint.finished);
         let synced = self.journal.sync();
         let sweep_s = begin.elapsed().as_secs_f64();

@@ -15,8 +15,8 @@ use super::checkpoint::Checkpoint;
 use super::run_choices;
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
-use crate::backend::lost::unless_lost;
-use crate::error::{Argument, Issue, Words};
+use crate::backend::lost::close;
+use crate::error::{Argument, Issue, Words, catch_panic};
 use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
 use crate::results::manifest::Fault;
@@ -32,9 +32,6 @@ const MOST_FAILURES: u32 = 3;
 
 /// A device that does so many choices between two failures starts again with a clean record.
 const CLEAN_AFTER: u64 = 1000;
-
-/// How long a device that failed may take to be closed.
-const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
 /// What the stages of a backend's work took, in the order they run.
 pub(super) type Timings = Vec<(&'static str, Duration)>;
@@ -62,17 +59,15 @@ impl Worker<'_> {
     ) -> Result<Timings> {
         let (mut fallback, mut failures, mut last_fault) = (Fallback::None, 0, 0);
         loop {
-            let worked = run_choices(
-                self.study,
-                self.worlds,
-                self.pose_choices,
-                BatchSize::FULL,
-                backend.as_mut(),
-                checkpoint,
-            );
+            let (worlds, all) = (self.worlds, self.pose_choices);
+            let worked = catch_panic(|| {
+                run_choices(self.study, worlds, all, BatchSize::FULL, backend.as_mut(), checkpoint)
+            });
             match worked {
-                Err(Error::Device(issue)) if self.backends.needs_check() && fallback != Fallback::Cpu => {
-                    close(backend);
+                Err(Error::Device(issue) | Error::Bug(issue))
+                    if self.backends.needs_check() && fallback != Fallback::Cpu =>
+                {
+                    let closed = close(backend);
                     failures = if checkpoint.finished - last_fault > CLEAN_AFTER { 1 } else { failures + 1 };
                     let instead = self.fall_back(checkpoint)?;
                     last_fault = checkpoint.finished;
@@ -91,7 +86,7 @@ impl Worker<'_> {
                     let for_good = if fallback == Fallback::Cpu { ", and from then on the CPU" } else { "" };
                     let scene = self.scene(checkpoint);
                     // The fallback has done its part; the device is tried again.
-                    let what = Issue { cures: Vec::new(), ..issue }.to_string();
+                    let what = fault_words(issue, closed);
                     let fault = Fault { what, scene, instead: format!("{instead}{for_good}") };
                     checkpoint.watch.failed(&fault);
                     self.faults.push(fault);
@@ -100,11 +95,20 @@ impl Worker<'_> {
                         checkpoint.unchecked = None;
                     }
                 }
-                Err(e) => return Err(e),
+                Err(e) => {
+                    // Why the run ends matters more than how the device was closed.
+                    let _ = close(backend);
+                    return Err(e);
+                }
                 Ok(()) => {
                     self.check(checkpoint)?;
                     if checkpoint.stopped.is_some() || !self.is_anything_left(checkpoint) {
-                        return Ok(backend.timings());
+                        let timings = backend.timings();
+                        // Its work is done and checked, so a failure to close it is no reason to fail.
+                        if let Err(why) = close(backend) {
+                            log::warn!("the device could not be closed: {why}");
+                        }
+                        return Ok(timings);
                     }
                 }
             }
@@ -123,14 +127,15 @@ impl Worker<'_> {
             let done = opened.and_then(|mut backend| {
                 // The CPU need not be checked by the CPU.
                 let unchecked = checkpoint.unchecked.take_if(|_| fallback == Fallback::Cpu);
-                let done = self.chunk(backend.as_mut(), checkpoint);
-                close(backend);
+                let done = catch_panic(|| self.chunk(backend.as_mut(), checkpoint));
+                // Why the device failed first matters more than how it was closed.
+                let _ = close(backend);
                 checkpoint.unchecked = checkpoint.unchecked.take().or(unchecked);
                 done
             });
             match done {
                 // If even small batches do not fit, the input is not to blame.
-                Err(Error::Device(_) | Error::Input(_)) if fallback != Fallback::Cpu => {}
+                Err(Error::Device(_) | Error::Bug(_) | Error::Input(_)) if fallback != Fallback::Cpu => {}
                 other => return other.map(|()| who),
             }
         }
@@ -195,9 +200,8 @@ impl Worker<'_> {
     }
 }
 
-/// Closes a device that failed, and waits until it has given back its memory, with a limit, since a device
-/// that hangs may never do so. One that was lost may keep a little.
-pub(super) fn close(backend: Box<dyn Backend + Send>) {
-    // Where no thread can be started, the device is closed here, without a limit.
-    let _ = unless_lost(CLOSE_WITHIN, move || drop(backend));
+/// Why a device failed, and why it could not be closed, for the record of the run.
+pub(super) fn fault_words(issue: Issue, closed: Result<(), String>) -> String {
+    let issue = Issue { cures: Vec::new(), ..issue };
+    closed.map_or_else(|why| format!("{issue}; closing it failed: {why}"), |()| issue.to_string())
 }

@@ -39,6 +39,7 @@ enum Call {
     Sense,
     Submit,
     Receive,
+    Close,
 }
 
 /// What it does instead.
@@ -51,6 +52,8 @@ enum Trouble {
     Lies,
     /// Answers less than it was asked for.
     Forgets,
+    /// Panics in a worker thread, as a bug of its backend does.
+    Panics(&'static str),
 }
 
 /// Says what goes wrong: told the call, the fallback, and how many such calls there were before in that
@@ -81,12 +84,30 @@ struct Actor {
 impl Actor {
     /// Whether it can do what it is asked.
     fn can(&self, call: Call) -> Result<()> {
-        match self.script.lock().unwrap().next(call, self.fallback) {
+        let trouble = self.script.lock().unwrap().next(call, self.fallback);
+        match trouble {
+            Some(Trouble::Panics(what)) => {
+                rayon::join(|| (), || break_down(what));
+                Ok(())
+            }
             Some(Trouble::Fails(what)) => Err(Error::device(format!("adapter Actor: {what}"))),
             Some(Trouble::Gone) => Err(Issue::says("there is no adapter").into()),
             _ => Ok(()),
         }
     }
+}
+
+impl Drop for Actor {
+    fn drop(&mut self) {
+        let trouble = (self.script.lock().unwrap().cue)(Call::Close, self.fallback, 0);
+        if let Some(Trouble::Panics(what)) = trouble {
+            panic!("{what}");
+        }
+    }
+}
+
+fn break_down(what: &str) {
+    panic!("{what}");
 }
 
 impl Backend for Actor {
@@ -141,6 +162,7 @@ impl Backend for Actor {
             Some(Trouble::Forgets) => {
                 answer.pop();
             }
+            Some(Trouble::Panics(what)) => panic!("{what}"),
             Some(Trouble::Gone) | None => {}
         }
         Ok(answer)
@@ -190,6 +212,19 @@ struct Alone;
 impl BackendFactory for Alone {
     fn open(&mut self, _: Fallback) -> Result<Box<dyn Backend + Send>> {
         Ok(Box::new(Oracle::default()))
+    }
+
+    fn needs_check(&self) -> bool {
+        false
+    }
+}
+
+/// An actor that passes for the CPU: nobody steps in for it.
+struct Undoubted(Troupe);
+
+impl BackendFactory for Undoubted {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        self.0.open(fallback)
     }
 
     fn needs_check(&self) -> bool {
@@ -367,6 +402,92 @@ fn what_fails_is_done_by_somebody_else_and_nothing_is_lost() {
     }
 }
 
+/// A panic in the code of a device's backend, wherever it happens, is a failure of the device.
+#[test]
+fn a_backend_of_a_device_that_panics_is_replaced_and_nothing_is_lost() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    for (number, call) in [Call::Load, Call::Sense, Call::Submit, Call::Receive].into_iter().enumerate() {
+        for (is_in_small, instead) in [(false, SMALL), (true, CPU)] {
+            let out = format!("out-{number}-{is_in_small}");
+            let mut troupe = Troupe::new(move |now, fallback, before| {
+                let small = is_in_small && fallback == Fallback::Small;
+                let first = fallback == Fallback::None && before == 1;
+                (now == call && (small || first)).then_some(Trouble::Panics("index 7 of 3"))
+            });
+            let mut watch = Onlooker::default();
+            let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
+            assert_eq!(report.ending, Ending::Finished, "{call:?}");
+            assert!(theatre.journal(&out) == theatre.journal("quiet"), "{call:?}: other counts");
+            let told: Vec<[&str; 2]> = watch.faults.iter().map(|f| [&*f.what, &*f.instead]).collect();
+            assert_eq!(told, [["panicked: index 7 of 3", instead]], "{call:?}");
+            assert_eq!(manifest(&theatre.out(&out))["runs"][0]["faults"], serde_json::json!(watch.faults));
+        }
+    }
+    // Callers without a folder are answered as well.
+    let Theatre { study, worlds, .. } = &theatre;
+    let mut troupe = Troupe::new(|call, fallback, before| {
+        ((call, fallback, before) == (Call::Sense, Fallback::None, 3))
+            .then_some(Trouble::Panics("index 7 of 3"))
+    });
+    let mut watch = Onlooker::default();
+    let rows = run_on(study, worlds, &mut troupe, &mut watch).unwrap();
+    assert!(rows == run(study, worlds, &mut Oracle::default()).unwrap());
+    assert_eq!(watch.faults.len(), 1);
+}
+
+/// As wgpu does when a device runs out of memory while it is closed.
+#[test]
+fn a_panic_while_a_device_is_closed_costs_nothing() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    let closing = |call, fallback| {
+        ((call, fallback) == (Call::Close, Fallback::None)).then_some(Trouble::Panics("out of memory"))
+    };
+    // After its work, in a folder and without one.
+    let mut watch = Onlooker::default();
+    let mut troupe = Troupe::new(move |call, fallback, _| closing(call, fallback));
+    let report = theatre.sweep("done", &mut troupe, 500, &mut watch).unwrap();
+    assert_eq!((report.ending, watch.faults.len()), (Ending::Finished, 0));
+    assert!(theatre.journal("done") == theatre.journal("quiet"));
+    let Theatre { study, worlds, .. } = &theatre;
+    let rows = run_on(study, worlds, &mut troupe, &mut Onlooker::default()).unwrap();
+    assert!(rows == run(study, worlds, &mut Oracle::default()).unwrap());
+    // After it failed.
+    let mut troupe = Troupe::new(move |call, fallback, before| {
+        let fails = (call, fallback, before) == (Call::Sense, Fallback::None, 3);
+        if fails { Some(Trouble::Fails("device lost")) } else { closing(call, fallback) }
+    });
+    let mut watch = Onlooker::default();
+    theatre.sweep("failed", &mut troupe, 500, &mut watch).unwrap();
+    assert!(theatre.journal("failed") == theatre.journal("quiet"));
+    let told: Vec<&str> = watch.faults.iter().map(|fault| fault.what.as_str()).collect();
+    assert_eq!(told, ["adapter Actor: device lost; closing it failed: panicked: out of memory"]);
+}
+
+/// Without another backend a panic ends the run with an error; finished rows are kept, and the same command goes on.
+#[test]
+fn a_panic_in_a_worker_of_the_cpu_is_a_bug_and_the_journal_is_intact() {
+    let theatre = Theatre::new();
+    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    for call in [Call::Sense, Call::Receive] {
+        let out = format!("{call:?}");
+        let cue =
+            move |now, _, before| (now == call && before == 7).then_some(Trouble::Panics("index 7 of 3"));
+        let error =
+            theatre.sweep(&out, &mut Undoubted(Troupe::new(cue)), 500, &mut Onlooker::default()).unwrap_err();
+        assert!(matches!(&error, Error::Bug(_)), "{error:?}");
+        assert_eq!(error.to_string(), "panicked: index 7 of 3");
+        assert_eq!(manifest(&theatre.out(&out))["runs"][0]["ended"], "panicked: index 7 of 3");
+        let session = theatre.open(&out, false).unwrap();
+        assert_eq!(session.damaged, 0);
+        assert!(session.done() > 0 && session.done() < session.total(), "{} done", session.done());
+        drop(session);
+        theatre.sweep(&out, &mut Alone, 0, &mut Onlooker::default()).unwrap();
+        assert!(theatre.journal(&out) == theatre.journal("quiet"), "{call:?}: other counts");
+    }
+}
+
 #[test]
 fn whoever_asks_again_and_again_is_answered_by_others_and_then_by_a_device_opened_anew() {
     let theatre = Theatre::new();
@@ -509,16 +630,6 @@ fn an_answer_that_is_too_short_is_a_failure() {
 
 #[test]
 fn without_a_device_to_doubt_a_failure_ends_the_run() {
-    struct Undoubted(Troupe);
-    impl BackendFactory for Undoubted {
-        fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
-            self.0.open(fallback)
-        }
-
-        fn needs_check(&self) -> bool {
-            false
-        }
-    }
     let theatre = Theatre::new();
     theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
     let cue =

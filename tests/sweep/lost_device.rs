@@ -1,6 +1,6 @@
 //! A Vulkan device that is lost in the middle of a sweep: others go on, and the counts are the same. A layer between
-//! the program and the driver reports the loss as a driver does (`lost_device/layer.c`). The program that the tests build
-//! unwinds at a panic, the released one aborts: `PERIROBOT` names another program to test.
+//! the program and the driver reports the loss as a driver does (`lost_device/layer.c`). `PERIROBOT`
+//! names another program to test than the one that the tests build.
 
 use std::fs;
 use std::path::Path;

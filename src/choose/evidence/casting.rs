@@ -11,7 +11,7 @@ use super::file::{CandidateWords, EvidenceFile, RecordKey, deciding};
 use super::rows::{FiledRows, HeldRow, RecordPlace, Rows};
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
-use crate::error::{Argument, Issue, Words};
+use crate::error::{Argument, Issue, Words, catch_panic};
 use crate::results::PoseChoice;
 use crate::results::files::write_whole;
 use crate::results::manifest::Fault;
@@ -228,7 +228,8 @@ impl<'a> Casting<'a> {
         let first = (0..study.sensors.len()).map(first).collect();
         let mut taking = Taking { casting: self, first, watch, stopped: None };
         let plan = ReadPlan { study: &study, worlds, pose_choices: &choices, representations };
-        let cast = read(plan, &mut taking);
+        // What was cast before a panic is kept, too.
+        let cast = catch_panic(|| read(plan, &mut taking));
         let stopped = taking.stopped;
         let synced = self.file.as_mut().map_or(Ok(()), EvidenceFile::sync);
         cast.and(synced)?;

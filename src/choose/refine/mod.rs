@@ -171,7 +171,9 @@ fn cast(
 ) -> Result<()> {
     let mut stopping = Stopping(watch);
     match casting.run(backend.as_mut(), &mut stopping) {
-        Err(Error::Device(issue)) if backends.needs_check() && backend.name() == "gpu" => {
+        Err(Error::Device(issue) | Error::Bug(issue))
+            if backends.needs_check() && backend.name() == "gpu" =>
+        {
             let what = Issue { cures: Vec::new(), ..issue }.to_string();
             let fault = Fault { what, scene: String::new(), instead: "the CPU".into() };
             watch.failed(&fault);

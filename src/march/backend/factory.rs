@@ -5,6 +5,7 @@ use super::adapter::{AdapterChoice, adapters};
 use super::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use super::gpu::Gpu;
+use super::lost::close;
 use super::oracle::Oracle;
 use super::{Backend, MEMORY_BYTES};
 #[cfg(not(feature = "gpu"))]
@@ -129,7 +130,12 @@ pub trait BackendFactory {
     fn needs_check(&self) -> bool;
 
     /// Takes the backend of the user's choice back after work that it did well; by default it is closed.
-    fn take_back(&mut self, _: Box<dyn Backend + Send>) {}
+    fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
+        // Its work is done, so a failure to close it is no reason to fail.
+        if let Err(why) = close(backend) {
+            log::warn!("the device could not be closed: {why}");
+        }
+    }
 }
 
 /// The backend of a user's choice and its fallbacks.
