@@ -157,27 +157,16 @@ pub struct Crossing {
 }
 
 /// The crossings of a ray one by one, in order, up to the longest range; for the host, where one ray at a
-/// time is followed. A type of its own, so that the step is compiled with the marcher wherever it is taken.
-#[derive(Clone, Debug)]
-pub struct Crossings(March);
-
-/// The crossings of a ray.
-pub fn crossings(ray: March) -> Crossings {
-    Crossings(ray)
-}
-
-impl Iterator for Crossings {
-    type Item = Crossing;
-
-    fn next(&mut self) -> Option<Crossing> {
-        let Crossings(ray) = self;
+/// time is followed.
+pub fn crossings(mut ray: March) -> impl Iterator<Item = Crossing> {
+    std::iter::from_fn(move || {
         let axis = next_axis(ray.next_q16);
         let t_q16 = ray.next_q16[axis];
         (t_q16 <= MAX_RANGE_VOXELS << 16).then(|| {
-            cross(ray, axis);
+            cross(&mut ray, axis);
             Crossing { t_q16, axis, voxel: ray.voxel }
         })
-    }
+    })
 }
 
 /// The last of so many crossings of a ray; none if it makes none.

@@ -96,8 +96,12 @@ impl BitGrid {
     }
 
     /// Every set voxel, x fastest, then y, then z.
-    pub fn voxels(&self) -> Voxels<'_> {
-        Voxels { plane: self, next: 0, left: 0, first: self.window.min }
+    pub fn voxels(&self) -> impl Iterator<Item = [i32; 3]> + '_ {
+        let filled = self.words.iter().enumerate().filter(|(_, word)| **word != 0);
+        filled.flat_map(|(at, &word)| {
+            let [x, y, z] = self.first_of(at);
+            bits_of(word).map(move |bit| [x + bit as i32, y, z])
+        })
     }
 
     /// The voxel of the lowest bit of a word.
@@ -327,40 +331,6 @@ impl BitGrid {
             }
             row[last] &= valid;
         }
-    }
-}
-
-/// What [`BitGrid::voxels`] gives. A type of its own, so that the step is compiled with the marcher wherever it
-/// is taken.
-#[derive(Clone, Debug)]
-pub struct Voxels<'a> {
-    plane: &'a BitGrid,
-    /// The word after the one that is being read.
-    next: usize,
-    /// Its bits that are still to come.
-    left: u32,
-    /// The voxel of its lowest bit.
-    first: [i32; 3],
-}
-
-impl Iterator for Voxels<'_> {
-    type Item = [i32; 3];
-
-    fn next(&mut self) -> Option<[i32; 3]> {
-        if self.left == 0 {
-            let words = &self.plane.words;
-            let word = self.next + words[self.next..].iter().position(|&word| word != 0)?;
-            *self = Voxels {
-                plane: self.plane,
-                next: word + 1,
-                left: words[word],
-                first: self.plane.first_of(word),
-            };
-        }
-        let [x, y, z] = self.first;
-        let bit = self.left.trailing_zeros();
-        self.left &= self.left - 1;
-        Some([x + bit as i32, y, z])
     }
 }
 
