@@ -6,6 +6,10 @@
 //! | `origin_m` | (3) | lower corner of voxel `[0, 0, 0]`, in metres |
 //! | `voxel_size_m` | () | edge of a voxel in metres |
 //! | `hits` | (x, y, z), optional | voxels that returns came from |
+//!
+//! `rawzip` lists the archive's directory as it is written: encrypted entries, other packings and entries of the same
+//! name are seen before they are unpacked, and size and checksum are compared while they are. `zip` resolves names
+//! itself, and `npyz` reads the header and the numbers only, not the archive; neither replaces the checks below.
 
 use std::io::Read;
 

@@ -1,5 +1,6 @@
-//! Reads TOML values into typed structures, with errors that say their kind and the keys that lead to them.
-//! Dates are read as words.
+//! Reads TOML values into typed structures. The errors of the `toml` crate are finished sentences; those of this reader
+//! are values: the kind of error, the keys that lead to it and the known words, from which callers find the line and
+//! suggest a near word. Dates are read as text.
 
 use std::iter::Enumerate;
 
@@ -20,8 +21,8 @@ pub(super) fn read<T: DeserializeOwned>(value: impl Into<Value>) -> Result<T, Un
 struct Reader(Value);
 
 impl Reader {
-    /// Reads a table only. What is generated for a structure could read it from a list, too, key by key, which
-    /// no file means; and what is never called is not compiled.
+    /// Reads a table only. What serde generates for a structure also reads it from a list, key by key, which no file
+    /// means.
     fn table<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
         match self.0 {
             Value::Table(table) => visitor.visit_map(Entries { rest: table.into_iter(), open: None }),

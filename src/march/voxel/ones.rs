@@ -1,8 +1,7 @@
 //! How many bits of rows are set.
 //!
-//! Rows are 64-bit words; of rows that are not equally long the shortest decides. Each way to put rows together is
-//! a function of its own: one that takes a closure is generic, and would be compiled in the crate that calls it, for
-//! size instead of speed.
+//! Rows are 64-bit words; of rows that are not equally long the shortest decides. Each way to combine rows is a
+//! function of its own, so that all of them are compiled here, as one unit with the vector instructions that they need.
 
 use fearless_simd::{Level, Simd, dispatch};
 
