@@ -89,7 +89,7 @@ trap 'exit 130' INT
 trap 'exit 143' TERM HUP
 
 step tools
-# Zig is the linker: it has the symbols of old glibc versions.
+# Zig is the linker: it has the symbols of old glibc versions. rustc passes flags for a C compiler because its name ends in cc.
 wanted='abi3audit==0.0.26 auditwheel==6.8.2 cargo-zigbuild==0.24.0 maturin==1.16.0 ziglang==0.17.1'
 tools=$target/release-tools
 if [ "$(cat "$tools/wanted" 2>/dev/null)" != "$wanted" ]; then
@@ -99,11 +99,11 @@ if [ "$(cat "$tools/wanted" 2>/dev/null)" != "$wanted" ]; then
     run "$tools/bin/pip" install --quiet --disable-pip-version-check --only-binary=:all: $wanted
     echo "$wanted" >"$tools/wanted"
 fi
-cat >"$tools/link" <<END
+cat >"$tools/zigcc" <<END
 #!/bin/sh
 exec "$tools/bin/cargo-zigbuild" zig cc -- -g -fno-sanitize=all -target x86_64-linux-gnu.$glibc "\$@"
 END
-chmod +x "$tools/link"
+chmod +x "$tools/zigcc"
 
 # The same commit gives the same bytes in every folder.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
@@ -112,7 +112,7 @@ flags="--remap-path-prefix=$cargo_home=cargo$(printf '\037')--remap-path-prefix=
 export SOURCE_DATE_EPOCH
 export CARGO_TARGET_DIR="$target" CARGO_INCREMENTAL=0
 export CARGO_ENCODED_RUSTFLAGS="$flags"
-export CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_LINKER="$tools/link"
+export CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_LINKER="$tools/zigcc"
 export CARGO_ZIGBUILD_ZIG_COMMAND="$tools/bin/python3" CARGO_ZIGBUILD_ZIG_COMMAND_ARGS='-m ziglang'
 export CARGO_ZIGBUILD_CACHE_DIR="$tools/cache" ZIG_GLOBAL_CACHE_DIR="$tools/zig"
 umask 022
