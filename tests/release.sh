@@ -38,7 +38,7 @@ need objdump binutils
 need setsid util-linux
 need sha256sum coreutils
 python3 -c 'import ensurepip, venv' 2>/dev/null || fail "Python's venv is missing: install python3-venv"
-tar --version 2>/dev/null | grep -q GNU || fail "GNU tar is missing: install tar"
+need tar tar
 rustc -vV | grep -q "^host: $triple$" || fail "this script builds for $triple and must run there"
 if [ "$old_debian" ]; then
     need debootstrap debootstrap
@@ -128,21 +128,7 @@ step program
 # Both packages are named so that dependencies have the features that they have in the wheel, and are not compiled again.
 run cargo build --release --locked --target "$triple" -p perirobot -p perirobot-python --bin perirobot
 name=perirobot-$version-x86_64-linux
-tree=$work/$name
-mkdir -p "$tree/completions" "$tree/man"
-cp "$target/$triple/release/perirobot" "$tree/"
-cp README.md CHANGELOG.md CITATION.cff LICENSE-APACHE LICENSE-MIT "$notices" "$tree/"
-git archive HEAD scenes | tar -xf - -C "$tree"
-complete() { "$tree/perirobot" completions "$1" >"$tree/completions/$2"; }
-complete bash perirobot.bash
-complete zsh _perirobot
-complete fish perirobot.fish
-complete powershell _perirobot.ps1
-complete elvish perirobot.elv
-"$tree/perirobot" man "$tree/man" >/dev/null
-chmod -R u=rwX,go=rX "$tree"
-tar -C "$work" --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --format=gnu -cf - "$name" |
-    gzip -n -9 >"$work/dist/$name.tar.gz"
+run python3 tests/release/archive.py "$target/$triple/release/perirobot" "$notices" "$name" "$work/dist"
 (cd "$work/dist" && sha256sum -- * >"$work/SHA256SUMS" && mv "$work/SHA256SUMS" .)
 
 step "what they need of a system"
@@ -157,7 +143,7 @@ check_library() {
     if grep -qF -e "$cargo_home" -e "$target" -- "$1"; then fail "${1##*/} contains paths of this machine"; fi
 }
 python3 -m zipfile -e "$wheel" "$work/wheel"
-check_library "$tree/perirobot"
+check_library "$target/$triple/release/perirobot"
 check_library "$work/wheel/perirobot/_perirobot.abi3.so"
 "$tools/bin/auditwheel" show "$wheel" >"$work/auditwheel"
 tr '\n' ' ' <"$work/auditwheel" | grep -q 'constrains the platform tag to "manylinux_2_28_x86_64"' || {
