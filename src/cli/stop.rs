@@ -11,7 +11,6 @@ use perirobot::error::catch_panic;
 use perirobot::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
-use signal_hook::iterator::Signals;
 
 use super::progress::above_bar;
 
@@ -73,9 +72,9 @@ pub(super) fn end_tidily() -> Result<()> {
 /// Runs a function once, in a thread of its own, at the first signal.
 fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
     let wrong = |e| Error::device(format!("cannot listen for signals: {e}"));
-    let mut heard = Signals::new(SIGNALS.iter().map(|(number, _)| number)).map_err(wrong)?;
+    let next = next_signal().map_err(wrong)?;
     let listener = thread::Builder::new().spawn(move || {
-        if let Some(signal) = heard.forever().next() {
+        if let Some(signal) = next() {
             // A panic here must not keep the signal from stopping the job.
             if let Err(bug) = catch_panic(|| Ok(act(signal))) {
                 say!("error: {bug}");
@@ -83,6 +82,30 @@ fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
         }
     });
     listener.map(drop).map_err(wrong)
+}
+
+/// A function that waits for a signal.
+#[cfg(unix)]
+fn next_signal() -> std::io::Result<impl FnOnce() -> Option<i32>> {
+    let mut signals = signal_hook::iterator::Signals::new(SIGNALS.iter().map(|(number, _)| number))?;
+    Ok(move || signals.forever().next())
+}
+
+/// The same for Windows, where signal-hook has no iterator.
+#[cfg(not(unix))]
+fn next_signal() -> std::io::Result<impl FnOnce() -> Option<i32>> {
+    let signal = Arc::new(AtomicUsize::new(0));
+    for &(number, _) in SIGNALS {
+        flag::register_usize(number, signal.clone(), number as usize)?;
+    }
+    Ok(move || {
+        loop {
+            match signal.load(Ordering::Relaxed) {
+                0 => thread::sleep(Duration::from_millis(50)),
+                number => return Some(number as i32),
+            }
+        }
+    })
 }
 
 /// The exit code of what was stopped.
