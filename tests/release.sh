@@ -75,9 +75,12 @@ finish() {
     code=$?
     trap '' INT TERM HUP
     if [ "$group" ]; then
-        kill -TERM -- "-$group" 2>/dev/null || true
-        wait "$group" 2>/dev/null || true
-        kill -KILL -- "-$group" 2>/dev/null || true
+        kill -s TERM -- "-$group" 2>/dev/null || true
+        for _ in 1 2 3 4 5; do
+            kill -s 0 -- "-$group" 2>/dev/null || break
+            sleep 1
+        done
+        kill -s KILL -- "-$group" 2>/dev/null || true
     fi
     # debootstrap mounts this.
     if [ -d "$work/$debian/proc" ]; then umount "$work/$debian/proc" "$work/$debian/sys" 2>/dev/null || true; fi
