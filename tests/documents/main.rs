@@ -14,3 +14,4 @@ mod pages;
 mod render;
 mod report;
 mod rooms;
+mod versions;
