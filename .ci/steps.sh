@@ -40,6 +40,7 @@ step() {
         kill -KILL -- "-$job"
     ) >/dev/null 2>&1 &
     watcher=$!
+    disown "$watcher"
     wait "$job" || status=$?
     job=''
     kill -KILL -- "-$watcher" 2>/dev/null || true

@@ -9,6 +9,7 @@
 #   browser   Chromium and its driver, for tests/documents/browser.rs; Chromium brings SwiftShader, too
 #   engines   Slurm and munge; from PyPI HyperQueue's engine and Kubernetes' schemas, into target/engines
 #             (or PERIROBOT_ENGINES_VENV)
+#   debian    debootstrap, by which tests/release.sh tries an older Debian
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -20,8 +21,9 @@ lacks() {
     compiler) ! command -v cc >/dev/null 2>&1 ;;
     browser) ! command -v chromium >/dev/null 2>&1 || ! command -v chromedriver >/dev/null 2>&1 ;;
     engines) ! { command -v slurmctld && command -v slurmd && command -v sbatch && command -v munged && command -v ps; } >/dev/null 2>&1 ;;
+    debian) ! command -v debootstrap >/dev/null 2>&1 ;;
     *)
-        echo "tests/install.sh: unknown tool $1; expected one of: vulkan python octomap compiler browser engines" >&2
+        echo "tests/install.sh: unknown tool $1; expected one of: vulkan python octomap compiler browser engines debian" >&2
         exit 2
         ;;
     esac
@@ -34,6 +36,7 @@ packages() {
     compiler) echo gcc libc6-dev ;;
     browser) echo chromium chromium-driver fonts-dejavu-core ;;
     engines) echo slurm-wlm munge procps ;;
+    debian) echo debootstrap ;;
     esac
 }
 

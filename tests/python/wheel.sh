@@ -1,7 +1,7 @@
 #!/bin/sh
-# Builds a wheel of the Python package with the profile of the tests, overflow checks included, installs it alone into an
-# environment of its own, and sweeps. With `all`, the whole suite runs with that wheel, and a wheel is built from the
-# sdist alone. Further arguments go to unittest.
+# Builds a wheel of the Python package, installs it alone into an environment of its own, and sweeps. With `all`, the whole
+# suite runs with that wheel, and a wheel is built from the sdist alone. Further arguments go to unittest. The profile is
+# that of the tests, overflow checks included; our own code is optimised for the suite only, since a first sweep is short.
 set -eu
 cd "$(dirname "$0")/../.."
 target=$(cargo metadata --locked --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
@@ -13,6 +13,7 @@ mkdir -p "$work"
 python3 -m venv "$work/build"
 "$work/build/bin/pip" install maturin==1.16.0
 maturin="$work/build/bin/maturin"
+[ "${1:-}" = all ] || export CARGO_PROFILE_DEV_OPT_LEVEL=0
 "$maturin" build --locked --profile dev --auditwheel skip --manifest-path src/python/Cargo.toml --out "$work/wheel"
 
 # Here pip installs what the package declares, and nothing else.
@@ -34,7 +35,8 @@ python3 -m venv "$work/full"
 tar -xzf "$work"/sdist/perirobot-*.tar.gz -C "$work/sdist"
 find "$work/sdist" -type f -exec touch {} +
 # The build calls `maturin` by that name. Our own code is not optimised: only that it builds is tested here.
-PATH="$work/build/bin:$PATH" MATURIN_PEP517_ARGS="--profile dev --locked" CARGO_PROFILE_DEV_OPT_LEVEL=0 "$work/build/bin/pip" wheel \
+PATH="$work/build/bin:$PATH" MATURIN_PEP517_ARGS="--profile dev --locked" CARGO_PROFILE_DEV_OPT_LEVEL=0 \
+    "$work/build/bin/pip" wheel \
     --no-build-isolation --no-deps --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*/
 "$work/bare/bin/pip" install --force-reinstall --no-deps "$work"/from-sdist/perirobot-*.whl
 "$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out" >/dev/null
