@@ -59,7 +59,7 @@ fi
 mkdir -p "$out" "$target"
 out=$(cd "$out" && pwd)
 work=$(mktemp -d "$target/release-XXXXXX")
-notices=src/python/LICENSE-THIRD-PARTY
+notices=src/python/licences/LICENSE-THIRD-PARTY
 
 # Each long command is in a process group, which ends with the script.
 group=
