@@ -212,6 +212,7 @@ step "crates"
 # Everything that crates.io would check, and each package compiled from what would be uploaded.
 unset CARGO_ENCODED_RUSTFLAGS CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_LINKER
 rm -f "$notices"
+export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
 run cargo publish --workspace --dry-run --locked
 
 mv "$work"/dist/* "$out/"
