@@ -76,7 +76,11 @@ fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
     let listener = thread::Builder::new().spawn(move || {
         if let Some(signal) = next() {
             // A panic here must not keep the signal from stopping the job.
-            if let Err(bug) = catch_panic(|| Ok(act(signal))) {
+            let acted = catch_panic(|| {
+                act(signal);
+                Ok(())
+            });
+            if let Err(bug) = acted {
                 say!("error: {bug}");
             }
         }

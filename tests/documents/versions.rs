@@ -83,6 +83,10 @@ fn pages_name_the_oldest_rust() {
 #[test]
 fn python_packages_carry_the_licences() {
     for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
-        assert_eq!(read(&format!("src/python/licences/{licence}")), read(licence), "src/python/licences/{licence}");
+        assert_eq!(
+            read(&format!("src/python/licences/{licence}")),
+            read(licence),
+            "src/python/licences/{licence}"
+        );
     }
 }
