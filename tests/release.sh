@@ -108,7 +108,7 @@ exec "$tools/bin/cargo-zigbuild" zig cc -- -g -fno-sanitize=all -target x86_64-l
 END
 chmod +x "$tools/zigcc"
 
-# The same commit gives the same bytes in every folder.
+# No dates of today and no paths of this machine in what is built.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 cargo_home=${CARGO_HOME:-$HOME/.cargo}
 flags="--remap-path-prefix=$cargo_home=cargo$(printf '\037')--remap-path-prefix=$target=target"
