@@ -187,6 +187,9 @@ pub mod world;
 
 mod ros;
 mod spelling;
+#[cfg(test)]
+#[path = "../tests/common/thorough.rs"]
+mod thorough;
 
 // The command line names the library as other programs do.
 extern crate self as perirobot;

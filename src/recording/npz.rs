@@ -8,8 +8,8 @@
 //! | `hits` | (x, y, z), optional | voxels that returns came from |
 //!
 //! `rawzip` lists the archive's directory as it is written: encrypted entries, other packings and entries of the same
-//! name are seen before they are unpacked, and size and checksum are compared while they are. `zip` resolves names
-//! itself, and `npyz` reads the header and the numbers only, not the archive; neither replaces the checks below.
+//! name are seen before they are unpacked, and size and checksum are compared while they are. `zip` keeps one entry a
+//! name and brings paths and encryption that no array needs; `npyz` reads archives through `zip`.
 
 use std::io::Read;
 

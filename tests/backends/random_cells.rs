@@ -2,6 +2,7 @@
 //! `PERIROBOT_CASE=<seed>` runs one case.
 
 use crate::common::cases::{Case, case, job, open_gates};
+use crate::common::thorough::cases;
 use crate::common::{self, Random, cases};
 use perirobot::backend::adapter::AdapterChoice;
 use perirobot::backend::cpu::{Cpu, SimdLevel};
@@ -137,7 +138,7 @@ fn cpus(threads: usize) -> Vec<(SimdLevel, Cpu)> {
 #[test]
 fn the_cpu_equals_the_oracle() {
     let mut cpus = cpus(2);
-    for seed in seeds(0..600) {
+    for seed in seeds(0..cases(200, 600)) {
         let case = case(seed);
         for (simd, cpu) in &mut cpus {
             println!("{}", simd.name());

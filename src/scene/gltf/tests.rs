@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::scene::mesh::tests::{assert_closed, volume};
+use crate::thorough::cases;
 
 /// A tetrahedron's corners (48 bytes), then its faces as bytes (12), shorts (24) and a strip of ints (24).
 fn buffer() -> Vec<u8> {
@@ -285,7 +286,7 @@ fn damaged_files_never_panic() {
         assert!(load_bytes(&good[..length]).is_err(), "cut at {length}");
     }
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
-    for _ in 0..20_000 {
+    for _ in 0..cases(4_000, 20_000) {
         let mut bytes = good.clone();
         for _ in 0..random.random_range(1..4) {
             let at = random.random_range(0..bytes.len());
