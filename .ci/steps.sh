@@ -4,13 +4,13 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 export CARGO_TERM_COLOR=never CARGO_INCREMENTAL=0 XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-/tmp}"
 export PERIROBOT_REQUIRE_GPU=1 PERIROBOT_REQUIRE_PYTHON=1 PERIROBOT_REQUIRE_OCTOMAP=1
-# The authors' own scene is not part of the project. It is compared with where it is beside the checkout.
+# The authors' own scene is not part of the project. It is compared with if it is beside the checkout.
 if [ -d ../shared/reference ]; then
     PERIROBOT_REFERENCE=$(cd ../shared/reference && pwd)
     export PERIROBOT_REFERENCE
 fi
 
-# need COMMAND HOW: ends the script where a command is missing.
+# need COMMAND HOW: ends the script if a command is missing.
 need() {
     command -v "$1" >/dev/null 2>&1 && return
     echo "missing: $1; $2" >&2
@@ -36,12 +36,14 @@ step() {
     (
         while kill -0 $$ 2>/dev/null; do sleep 1; done
         kill -TERM -- "-$job"
-        sleep 5
+        sleep 30
         kill -KILL -- "-$job"
     ) >/dev/null 2>&1 &
     watcher=$!
     disown "$watcher"
     wait "$job" || status=$?
+    # Children that it left behind.
+    kill -KILL -- "-$job" 2>/dev/null || true
     job=''
     kill -KILL -- "-$watcher" 2>/dev/null || true
     watcher=''
@@ -59,7 +61,7 @@ finish() {
         [ -z "$group" ] || kill -TERM -- "-$group" 2>/dev/null || true
     done
     if [ -n "$job" ]; then
-        for _ in 1 2 3 4 5; do
+        for _ in {1..30}; do
             kill -0 -- "-$job" 2>/dev/null || break
             sleep 1
         done

@@ -1,5 +1,5 @@
 // What the host and the kernels share. Scalars only, so that WGSL and Rust agree on every offset; the Rust
-// mirrors are in src/march/backend/gpu/types.rs, and tests/backends/shaders.rs asks naga whether they still match.
+// mirrors are in src/march/backend/gpu/types.rs, and tests/backends/shaders.rs checks with naga that they match.
 
 // One scene, as long as it is loaded.
 struct Setup {

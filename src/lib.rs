@@ -73,7 +73,7 @@
 //! A room is a folder of `src/` or `src/march/` or, where it is small, one file. Rooms further down
 //! in this table may use those further up, never the other way round; `tests/documents/rooms.rs` holds the code to that.
 //! The first five are a crate of their own, `perirobot-march` in `src/march/`: the marcher, which opens no file
-//! and gets scenes as voxels. It is where the time goes, and is compiled as one unit, for speed.
+//! and gets scenes as voxels. It takes most of the time, and is compiled as one unit.
 //!
 //! | room | what it has | where to begin |
 //! |---|---|---|
@@ -188,7 +188,6 @@ pub mod world;
 mod ros;
 mod spelling;
 #[cfg(test)]
-#[path = "../tests/common/thorough.rs"]
 mod thorough;
 
 // The command line names the library as other programs do.

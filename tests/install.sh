@@ -1,12 +1,12 @@
 #!/bin/sh
-# Installs on Debian and Ubuntu what tests need. Without arguments this is what `tests/run.sh` needs. Where nothing can
+# Installs on Debian and Ubuntu what tests need. Without arguments this is what `tests/run.sh` needs. If nothing can
 # be installed, each missing tool is named in one line, with the package that has it.
 #
 #   vulkan    software Vulkan (lavapipe), so that the shaders run without a GPU
 #   python    an interpreter with venv: pandas and numpy read what is written; also for the Python package
 #   octomap   OctoMap's own tools, which read the maps
 #   compiler  a C compiler, for the Vulkan layer of tests/sweep/lost_device.rs
-#   browser   Chromium and its driver, for tests/documents/browser.rs; Chromium brings SwiftShader, too
+#   browser   Chromium and its driver, for tests/documents/browser.rs; Chromium also contains SwiftShader
 #   engines   Slurm and munge; from PyPI HyperQueue's engine and Kubernetes' schemas, into target/engines
 #             (or PERIROBOT_ENGINES_VENV)
 #   debian    debootstrap, by which tests/release.sh tries an older Debian

@@ -83,8 +83,8 @@ finish() {
         kill -s KILL -- "-$group" 2>/dev/null || true
     fi
     # debootstrap mounts this.
-    if [ -d "$work/$debian/proc" ]; then umount "$work/$debian/proc" "$work/$debian/sys" 2>/dev/null || true; fi
-    rm -rf "$work" "$notices"
+    if [ -d "$work/$debian/proc" ]; then umount -l "$work/$debian/proc" 2>/dev/null || true; umount -l "$work/$debian/sys" 2>/dev/null || true; fi
+    rm -rf --one-file-system "$work" "$notices"
     exit "$code"
 }
 trap finish EXIT
@@ -139,6 +139,7 @@ step "what they need of a system"
 check_library() {
     newest=$(objdump -T "$1" | grep -o 'GLIBC_[0-9.]*' | sed s/GLIBC_// | sort -uV | tail -1)
     printf '%s: glibc %s, %s bytes\n' "${1##*/}" "$newest" "$(wc -c <"$1")"
+    [ -n "$newest" ] || fail "${1##*/} has no symbols of glibc"
     [ "$(printf '%s\n' "$newest" "$glibc" | sort -V | tail -1)" = "$glibc" ] || fail "${1##*/} needs glibc $newest"
     others=$(objdump -p "$1" | sed -n 's/^ *NEEDED *//p' | grep -vxE 'lib(c|m|dl|pthread|rt)\.so\.[0-9]+|ld-linux-x86-64\.so\.2' || true)
     [ -z "$others" ] || fail "${1##*/} needs $others"
@@ -156,7 +157,7 @@ tr '\n' ' ' <"$work/auditwheel" | grep -q 'constrains the platform tag to "manyl
 run "$tools/bin/abi3audit" --strict "$wheel"
 
 # The README's first result, by the program and by the wheel, in folders where no compiler is on the path.
-result=$(grep -m1 '^ *[0-9].* proven ' README.md)
+result=$(grep -m1 '^ *[0-9].* proven ' README.md) || fail "README.md has no first result"
 check_result() { grep -qxF -- "$result" "$1" || fail "$2 does not print the README's first result: see $(cat "$1")"; }
 
 step "a fresh folder and a fresh virtual environment"

@@ -64,7 +64,11 @@ impl StopAt {
 /// A signal then ends the program as usual, but leaves no file half-written.
 pub(super) fn end_tidily() -> Result<()> {
     on_signal(|signal| {
-        perirobot::results::files::abandon();
+        // The signal ends the program even if this panics.
+        let _ = catch_panic(|| {
+            perirobot::results::files::abandon();
+            Ok(())
+        });
         let _ = signal_hook::low_level::emulate_default_handler(signal);
     })
 }

@@ -70,7 +70,7 @@ fn run(path: &Path, args: &[String]) -> Result<Vec<u8>> {
             // It ended by itself, or it ends now.
             let _ = child.kill();
         }
-        (out, said.join().unwrap_or_else(|_| Ok(Vec::new())))
+        (out, said.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     });
     let (status, out) =
         (child.wait(), out.map_err(|e| failed(format!("what it writes cannot be read: {e}")))?);

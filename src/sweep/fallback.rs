@@ -41,7 +41,11 @@ pub(super) fn work_on(backends: &mut dyn BackendFactory, task: &mut dyn Resumabl
                 backends.take_back(backend);
                 return Ok(());
             }
-            other => return other,
+            other => {
+                // The outcome of the work matters more than how the device was closed.
+                let _ = close(backend);
+                return other;
+            }
         };
         let closed = close(backend);
         let small = (fallback == Fallback::None).then(|| backends.open(Fallback::Small));

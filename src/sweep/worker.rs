@@ -101,7 +101,10 @@ impl Worker<'_> {
                     return Err(e);
                 }
                 Ok(()) => {
-                    self.check(checkpoint)?;
+                    if let Err(e) = self.check(checkpoint) {
+                        let _ = close(backend);
+                        return Err(e);
+                    }
                     if checkpoint.stopped.is_some() || !self.is_anything_left(checkpoint) {
                         let timings = backend.timings();
                         // Its work is done and checked, so a failure to close it is no reason to fail.

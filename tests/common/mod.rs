@@ -10,6 +10,7 @@ pub(crate) mod program;
 pub(crate) mod python;
 #[cfg(unix)]
 pub(crate) mod running;
+#[path = "../../src/thorough.rs"]
 pub(crate) mod thorough;
 pub(crate) mod tutorial;
 pub(crate) mod watch;

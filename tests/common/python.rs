@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use super::say;
 
@@ -11,8 +12,9 @@ const REQUIREMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pandas/re
 /// The interpreter. Where none can be made, `None` and a note; a failure where `PERIROBOT_REQUIRE_PYTHON=1`
 /// promises one.
 pub(crate) fn python() -> Option<PathBuf> {
-    match environment() {
-        Ok(folder) => Some(interpreter(&folder)),
+    static ENVIRONMENT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    match ENVIRONMENT.get_or_init(environment) {
+        Ok(folder) => Some(interpreter(folder)),
         Err(why) => {
             let promised = std::env::var("PERIROBOT_REQUIRE_PYTHON").is_ok_and(|v| v == "1");
             assert!(!promised, "PERIROBOT_REQUIRE_PYTHON=1, but {why}");

@@ -5,7 +5,7 @@
 engines=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$engines/../.." && pwd)
 program=${PERIROBOT:-$root/target/release/perirobot}
-# Where install.sh puts what comes from PyPI.
+# `tests/install.sh engines` makes it.
 venv=${PERIROBOT_ENGINES_VENV:-$root/target/engines}
 # Its name is hard to quote, so that every run proves that the scripts do.
 scratch=$(mktemp -d "${TMPDIR:-/tmp}/perirobot 50%a' \$(false).XXXXXX")

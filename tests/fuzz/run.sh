@@ -10,10 +10,11 @@ fi
 [ $# -gt 0 ] || set -- $(sed -n '/^\[\[bin\]\]/{n;s/^name = "\(.*\)"$/\1/p}' tests/fuzz/Cargo.toml)
 seconds=${PERIROBOT_FUZZ_S:-60}
 target=$(cargo metadata --locked --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')/fuzz
-# The stable compiler instruments where this is set. There is no unsafe code of ours to sanitize.
+# The stable compiler instruments if this is set. There is no unsafe code of ours to sanitize.
 export RUSTC_BOOTSTRAP=1
 cargo fuzz build --fuzz-dir tests/fuzz --target-dir "$target" --sanitizer none
 built=$(dirname "$(find "$target" -path '*/release/study' -type f | head -n 1)")
+[ -x "$built/study" ] || { echo "no fuzz target was built" >&2; exit 1; }
 mkdir -p out/fuzz/found
 [ -d /dev/shm ] && export TMPDIR=/dev/shm
 export built seconds
@@ -28,4 +29,4 @@ printf '%s\n' "$@" | xargs -P 2 -I NAME sh -euc '
         tail -n 40 out/fuzz/NAME.log
         echo "NAME: FOUND; see out/fuzz/NAME.log" >&2
         exit 1
-    fi'
+    fi' || exit 1

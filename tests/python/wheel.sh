@@ -39,4 +39,4 @@ PATH="$work/build/bin:$PATH" MATURIN_PEP517_ARGS="--profile dev --locked" CARGO_
     "$work/build/bin/pip" wheel \
     --no-build-isolation --no-deps --wheel-dir "$work/from-sdist" "$work"/sdist/perirobot-*/
 "$work/bare/bin/pip" install --force-reinstall --no-deps "$work"/from-sdist/perirobot-*.whl
-"$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out" >/dev/null
+"$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out-sdist" >/dev/null

@@ -24,6 +24,7 @@ use super::within::{SearchWatch, best_within, overlaps, polished};
 use super::worth::Worth;
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
+use crate::backend::lost::close;
 use crate::error::Issue;
 use crate::results::manifest::Fault;
 use crate::study::{Choose, Study};
@@ -177,7 +178,8 @@ fn cast(
             let what = Issue { cures: Vec::new(), ..issue }.to_string();
             let fault = Fault { what, scene: String::new(), instead: "the CPU".into() };
             watch.failed(&fault);
-            *backend = backends.open(Fallback::Cpu)?;
+            // The failure is reported; how the device is closed adds nothing.
+            let _ = close(std::mem::replace(backend, backends.open(Fallback::Cpu)?));
             casting.run(backend.as_mut(), &mut stopping)
         }
         other => other,

@@ -91,7 +91,12 @@ impl BackendChoice {
 
     #[cfg(feature = "gpu")]
     fn gpu(&self) -> Result<Box<dyn Backend + Send>> {
-        let gpu = Gpu::new(self.adapter.as_ref().unwrap_or(&AdapterChoice::Hardware))?;
+        let adapter = self.adapter.as_ref().unwrap_or(&AdapterChoice::Hardware);
+        // A driver that panics has failed.
+        let gpu = crate::error::catch_panic(|| Gpu::new(adapter)).map_err(|error| match error {
+            Error::Bug(issue) => Error::Device(issue),
+            other => other,
+        })?;
         let mib =
             self.memory_bytes.map_or("as the adapter has it".into(), |bytes| format!("{} MiB", bytes >> 20));
         log::info!("opened gpu: {}, memory for evidence: {mib}", gpu.device());
@@ -201,5 +206,13 @@ impl<B: BackendFactory> BackendFactory for KeptBackends<B> {
 
     fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
         self.ready = Some(backend);
+    }
+}
+
+impl<B> Drop for KeptBackends<B> {
+    fn drop(&mut self) {
+        if let Some(Err(why)) = self.ready.take().map(close) {
+            log::warn!("the device could not be closed: {why}");
+        }
     }
 }
