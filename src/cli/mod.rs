@@ -308,8 +308,7 @@ mod tests {
         let error = outcome.unwrap_err();
         assert!(matches!(error, Error::Bug(_)), "{error:?}");
         let said = error.to_string();
-        // Another test that panics meanwhile takes the place of the place.
-        assert!(said.starts_with("panicked: no row 3"), "{said}");
+        assert!(said.starts_with("panicked: no row 3 (at src/cli/mod.rs:"), "{said}");
         assert_eq!(format!("{:?}", exit_code(Err(error))), format!("{:?}", ExitCode::from(70)));
         let request = report_request(&["perirobot", "sweep", "a b.toml"].map(OsString::from));
         for part in [env!("CARGO_PKG_VERSION"), "Please report", "\n  perirobot sweep a b.toml\n"] {

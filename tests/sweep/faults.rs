@@ -219,7 +219,7 @@ impl BackendFactory for Alone {
     }
 }
 
-/// An actor that passes for the CPU: nobody steps in for it.
+/// An actor that passes for the CPU: it has no fallback.
 struct Undoubted(Troupe);
 
 impl BackendFactory for Undoubted {

@@ -228,7 +228,7 @@ impl<'a> Casting<'a> {
         let first = (0..study.sensors.len()).map(first).collect();
         let mut taking = Taking { casting: self, first, watch, stopped: None };
         let plan = ReadPlan { study: &study, worlds, pose_choices: &choices, representations };
-        // What was cast before a panic is kept, too.
+        // Poses that were cast before a panic are kept as well.
         let cast = catch_panic(|| read(plan, &mut taking));
         let stopped = taking.stopped;
         let synced = self.file.as_mut().map_or(Ok(()), EvidenceFile::sync);
