@@ -112,6 +112,19 @@ pub struct Fault {
     pub instead: String,
 }
 
+impl Fault {
+    /// The failure of a device. What the user could do about it is left out, since another backend continues; a panic
+    /// of its code should be reported.
+    pub fn new(error: &Error, scene: impl Into<String>, instead: impl Into<String>) -> Fault {
+        let issue = Issue { cures: Vec::new(), ..error.issue().clone() };
+        let what = match error {
+            Error::Bug(_) => format!("{issue}; please report this with the command"),
+            _ => issue.to_string(),
+        };
+        Fault { what, scene: scene.into(), instead: instead.into() }
+    }
+}
+
 impl Manifest {
     /// The manifest of a sweep that has not run. `command` is the command that makes it, word by word.
     pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &[String]) -> Manifest {

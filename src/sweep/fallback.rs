@@ -1,10 +1,8 @@
 //! Work that another backend takes over where a device fails.
 
 use super::evidence::BatchSize;
-use super::worker::fault_words;
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
-use crate::backend::lost::close;
 use crate::error::catch_panic;
 use crate::results::manifest::Fault;
 use crate::{Error, Result};
@@ -30,31 +28,27 @@ pub(super) fn work_on(backends: &mut dyn BackendFactory, task: &mut dyn Resumabl
     loop {
         let batch = if fallback == Fallback::Small { BatchSize::SMALL } else { BatchSize::FULL };
         // What does not fit in small batches is no fault of the user's.
-        let issue = match catch_panic(|| task.work(batch, backend.as_mut())) {
-            Err(Error::Device(issue) | Error::Bug(issue))
+        let error = match catch_panic(|| task.work(batch, backend.as_mut())) {
+            Err(error @ (Error::Device(_) | Error::Bug(_)))
                 if backends.needs_check() && fallback != Fallback::Cpu =>
             {
-                issue
+                error
             }
-            Err(Error::Input(issue)) if fallback == Fallback::Small => issue,
+            Err(error @ Error::Input(_)) if fallback == Fallback::Small => error,
             Ok(()) if fallback == Fallback::None => {
                 backends.take_back(backend);
                 return Ok(());
             }
-            other => {
-                // The outcome of the work matters more than how the device was closed.
-                let _ = close(backend);
-                return other;
-            }
+            other => return other,
         };
-        let closed = close(backend);
+        // Its memory must be free before the next one is opened.
+        drop(backend);
         let small = (fallback == Fallback::None).then(|| backends.open(Fallback::Small));
         let instead;
         (fallback, backend, instead) = match small {
             Some(Ok(small)) => (Fallback::Small, small, "the same device in small batches"),
             _ => (Fallback::Cpu, backends.open(Fallback::Cpu)?, "the CPU"),
         };
-        let what = fault_words(issue, closed);
-        task.failed(&Fault { what, scene: String::new(), instead: instead.into() });
+        task.failed(&Fault::new(&error, "", instead));
     }
 }

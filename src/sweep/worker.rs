@@ -15,7 +15,6 @@ use super::checkpoint::Checkpoint;
 use super::run_choices;
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
-use crate::backend::lost::close;
 use crate::error::{Argument, Issue, Words, catch_panic};
 use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
@@ -64,10 +63,11 @@ impl Worker<'_> {
                 run_choices(self.study, worlds, all, BatchSize::FULL, backend.as_mut(), checkpoint)
             });
             match worked {
-                Err(Error::Device(issue) | Error::Bug(issue))
+                Err(error @ (Error::Device(_) | Error::Bug(_)))
                     if self.backends.needs_check() && fallback != Fallback::Cpu =>
                 {
-                    let closed = close(backend);
+                    // Its memory must be free before the next one is opened.
+                    drop(backend);
                     failures = if checkpoint.finished - last_fault > CLEAN_AFTER { 1 } else { failures + 1 };
                     let instead = self.fall_back(checkpoint)?;
                     last_fault = checkpoint.finished;
@@ -86,8 +86,7 @@ impl Worker<'_> {
                     let for_good = if fallback == Fallback::Cpu { ", and from then on the CPU" } else { "" };
                     let scene = self.scene(checkpoint);
                     // The fallback has done its part; the device is tried again.
-                    let what = fault_words(issue, closed);
-                    let fault = Fault { what, scene, instead: format!("{instead}{for_good}") };
+                    let fault = Fault::new(&error, scene, format!("{instead}{for_good}"));
                     checkpoint.watch.failed(&fault);
                     self.faults.push(fault);
                     if fallback == Fallback::Cpu {
@@ -95,23 +94,11 @@ impl Worker<'_> {
                         checkpoint.unchecked = None;
                     }
                 }
-                Err(e) => {
-                    // Why the run ends matters more than how the device was closed.
-                    let _ = close(backend);
-                    return Err(e);
-                }
+                Err(e) => return Err(e),
                 Ok(()) => {
-                    if let Err(e) = self.check(checkpoint) {
-                        let _ = close(backend);
-                        return Err(e);
-                    }
+                    self.check(checkpoint)?;
                     if checkpoint.stopped.is_some() || !self.is_anything_left(checkpoint) {
-                        let timings = backend.timings();
-                        // Its work is done and checked, so a failure to close it is no reason to fail.
-                        if let Err(why) = close(backend) {
-                            log::warn!("the device could not be closed: {why}");
-                        }
-                        return Ok(timings);
+                        return Ok(backend.timings());
                     }
                 }
             }
@@ -131,8 +118,6 @@ impl Worker<'_> {
                 // The CPU need not be checked by the CPU.
                 let unchecked = checkpoint.unchecked.take_if(|_| fallback == Fallback::Cpu);
                 let done = catch_panic(|| self.chunk(backend.as_mut(), checkpoint));
-                // Why the device failed first matters more than how it was closed.
-                let _ = close(backend);
                 checkpoint.unchecked = checkpoint.unchecked.take().or(unchecked);
                 done
             });
@@ -201,10 +186,4 @@ impl Worker<'_> {
         let here = |world: &&World| Some([world.scene, world.snapshot]) == checkpoint.entered;
         self.worlds.iter().find(here).map_or(String::new(), |world| world.title(self.study))
     }
-}
-
-/// Why a device failed, and why it could not be closed, for the record of the run.
-pub(super) fn fault_words(issue: Issue, closed: Result<(), String>) -> String {
-    let issue = Issue { cures: Vec::new(), ..issue };
-    closed.map_or_else(|why| format!("{issue}; closing it failed: {why}"), |()| issue.to_string())
 }

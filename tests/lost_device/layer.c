@@ -1,8 +1,8 @@
 /* A Vulkan layer that loses devices on cue. From the LOSE_AT-th wait for a device on, counted from 1, each wait returns
-   VK_ERROR_DEVICE_LOST after the driver has finished it, also where it timed out. With LOSE_ON_CLOSE,
-   vkQueueWaitIdle, which wgpu calls to close a device, returns VK_ERROR_OUT_OF_DEVICE_MEMORY from then on. Only the
-   first LOSE_DEVICES devices are lost. It serves one driver at a time. The few declarations of Vulkan's interface that
-   it needs are written out, so that no headers have to be installed. */
+   VK_ERROR_DEVICE_LOST after the driver has finished it, also if it timed out. With LOSE_ON_CLOSE, vkQueueWaitIdle,
+   which wgpu calls to close a device, returns VK_ERROR_OUT_OF_DEVICE_MEMORY, whether or not the device was lost. Only
+   the first LOSE_DEVICES devices are affected. It serves one driver at a time. The few declarations of Vulkan's
+   interface that it needs are written out, so that no headers have to be installed. */
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -73,7 +73,7 @@ static Result wait_fences(Handle device, uint32_t count, const void *fences, uin
 
 static Result wait_idle(Handle queue) {
     Result result = next_wait_idle(queue);
-    return number("LOSE_ON_CLOSE") && is_lost() ? OUT_OF_DEVICE_MEMORY : result;
+    return number("LOSE_ON_CLOSE") && devices <= number("LOSE_DEVICES") ? OUT_OF_DEVICE_MEMORY : result;
 }
 
 static LoaderInfo *link_of(const LoaderInfo *create, int32_t type) {

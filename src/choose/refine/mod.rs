@@ -24,8 +24,6 @@ use super::within::{SearchWatch, best_within, overlaps, polished};
 use super::worth::Worth;
 use crate::backend::Backend;
 use crate::backend::factory::{BackendFactory, Fallback};
-use crate::backend::lost::close;
-use crate::error::Issue;
 use crate::results::manifest::Fault;
 use crate::study::{Choose, Study};
 use crate::world::World;
@@ -172,14 +170,11 @@ fn cast(
 ) -> Result<()> {
     let mut stopping = Stopping(watch);
     match casting.run(backend.as_mut(), &mut stopping) {
-        Err(Error::Device(issue) | Error::Bug(issue))
+        Err(error @ (Error::Device(_) | Error::Bug(_)))
             if backends.needs_check() && backend.name() == "gpu" =>
         {
-            let what = Issue { cures: Vec::new(), ..issue }.to_string();
-            let fault = Fault { what, scene: String::new(), instead: "the CPU".into() };
-            watch.failed(&fault);
-            // The failure is reported; how the device is closed adds nothing.
-            let _ = close(std::mem::replace(backend, backends.open(Fallback::Cpu)?));
+            watch.failed(&Fault::new(&error, "", "the CPU"));
+            *backend = backends.open(Fallback::Cpu)?;
             casting.run(backend.as_mut(), &mut stopping)
         }
         other => other,

@@ -5,7 +5,6 @@ use super::adapter::{AdapterChoice, adapters};
 use super::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use super::gpu::Gpu;
-use super::lost::close;
 use super::oracle::Oracle;
 use super::{Backend, MEMORY_BYTES};
 #[cfg(not(feature = "gpu"))]
@@ -136,10 +135,7 @@ pub trait BackendFactory {
 
     /// Takes the backend of the user's choice back after work that it did well; by default it is closed.
     fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
-        // Its work is done, so a failure to close it is no reason to fail.
-        if let Err(why) = close(backend) {
-            log::warn!("the device could not be closed: {why}");
-        }
+        drop(backend);
     }
 }
 
@@ -206,13 +202,5 @@ impl<B: BackendFactory> BackendFactory for KeptBackends<B> {
 
     fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
         self.ready = Some(backend);
-    }
-}
-
-impl<B> Drop for KeptBackends<B> {
-    fn drop(&mut self) {
-        if let Some(Err(why)) = self.ready.take().map(close) {
-            log::warn!("the device could not be closed: {why}");
-        }
     }
 }

@@ -1,25 +1,11 @@
-//! wgpu panics when a device is lost while the program waits for it, and when a device runs out of memory while it is
-//! closed. Drivers may also hang. Waiting and closing therefore run in a thread that is joined, with a time limit.
+//! wgpu panics when a device is lost while the program waits for it, and when a device fails while it is closed.
+//! Drivers may also hang. Waiting and closing therefore run in a thread that is joined, with a time limit.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use super::Backend;
 use crate::error::describe_panic;
-
-/// Time within which a device must be closed.
-const CLOSE_WITHIN: Duration = Duration::from_secs(10);
-
-/// Closes a device, and waits until it has given back its memory, with a limit, since a device that hangs may never do
-/// so. One that was lost may keep a little.
-///
-/// # Errors
-/// Why it could not be closed.
-pub fn close(backend: Box<dyn Backend + Send>) -> Result<(), String> {
-    // If no thread can be started, the device is closed here, without a limit.
-    unless_lost(CLOSE_WITHIN, move || drop(backend))
-}
 
 /// The answer of a function that may panic or hang.
 ///

@@ -15,6 +15,9 @@ use crate::{Error, Result};
 /// Most drivers reset one that hangs within seconds, and say so.
 const PATIENCE: Duration = Duration::from_secs(600);
 
+/// Time within which a device must be closed.
+const CLOSE_WITHIN: Duration = Duration::from_secs(10);
+
 /// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
 pub struct GpuDevice {
     /// What was opened.
@@ -24,6 +27,22 @@ pub struct GpuDevice {
     failure: Arc<Mutex<Option<String>>>,
     /// How long to wait for an answer.
     pub(super) patience: Duration,
+    /// Dropped last, see [`Closing`].
+    _closing: Closing,
+}
+
+/// Closes a device when it is dropped, if nothing else holds the device any more: with a time limit, and not here if
+/// closing panics. What was made with the device must be dropped before.
+struct Closing(Option<(wgpu::Device, wgpu::Queue)>);
+
+impl Drop for Closing {
+    fn drop(&mut self) {
+        let last = self.0.take();
+        // The work is done or has failed already, so a failure to close the device changes nothing.
+        if let Err(why) = unless_lost(CLOSE_WITHIN, move || drop(last)) {
+            log::warn!("the device could not be closed: {why}");
+        }
+    }
 }
 
 /// Opens the chosen adapter with the limits that it really has.
@@ -64,7 +83,8 @@ pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
             keep(&lost, format!("device lost: {message}"));
         }
     });
-    Ok(GpuDevice { report: report.clone(), device, queue, failure, patience: PATIENCE })
+    let closing = Closing(Some((device.clone(), queue.clone())));
+    Ok(GpuDevice { report: report.clone(), device, queue, failure, patience: PATIENCE, _closing: closing })
 }
 
 /// Keeps the first failure: those that follow are mostly its consequences.

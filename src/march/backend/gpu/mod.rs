@@ -46,7 +46,6 @@ const READ_AT_ONCE: u64 = 64 << 20;
 
 /// An open adapter, and what is loaded.
 pub struct Gpu {
-    queue: Queue,
     /// Memory for evidence, first hits and batches, if the user set it.
     memory_bytes: Option<u64>,
     room: Room,
@@ -55,6 +54,8 @@ pub struct Gpu {
     kept: Kept,
     questions: VecDeque<PendingCounts>,
     carving: Option<Carving>,
+    /// The last field, since it closes the device: what is on the device goes before.
+    queue: Queue,
 }
 
 impl Gpu {

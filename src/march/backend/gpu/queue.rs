@@ -15,7 +15,6 @@ use crate::Result;
 
 /// An open adapter, its kernels, and what they were given to do.
 pub(super) struct Queue {
-    pub(super) device: GpuDevice,
     /// A pipeline a stage.
     pipelines: Vec<Pipeline>,
     /// `cast` once more, for plain placements; it is bound as the other.
@@ -34,6 +33,8 @@ pub(super) struct Queue {
     /// Work submitted since the last request, a number a stage, and when the last answer came.
     work: [u64; Stage::ALL.len()],
     answered: Instant,
+    /// The last field, so that the device is closed after what was made with it is gone.
+    pub(super) device: GpuDevice,
 }
 
 /// Words that are on their way, and what must have been done before they are trusted.
