@@ -1,25 +1,36 @@
 //! Asks the system which adapters there are.
 
-use std::sync::LazyLock;
+use std::sync::{Mutex, PoisonError};
 
 use crate::backend::adapter::AdapterReport;
 
 /// Where the shaders run: Vulkan and, as far as they are compiled in, which Cargo.toml decides, Metal and DirectX 12.
 const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
 
-/// The system's drivers, opened once and never closed: where NVIDIA's for Linux is closed before a thread ends
-/// that used it, the program ends with a segmentation fault.
-static DRIVERS: LazyLock<wgpu::Instance> = LazyLock::new(|| {
+/// The system's drivers, opened once a process and never closed: where NVIDIA's for Linux is closed before a thread
+/// ends that used it, the program ends with a segmentation fault.
+static DRIVERS: Mutex<Option<(u32, wgpu::Instance)>> = Mutex::new(None);
+
+/// The drivers of this process. In a forked child, which has none of the threads that its parent's drivers wait for,
+/// they are opened anew.
+fn drivers() -> wgpu::Instance {
+    let process = std::process::id();
+    let mut drivers = DRIVERS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, open)) = drivers.as_ref().filter(|(of, _)| *of == process) {
+        return open.clone();
+    }
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = BACKENDS;
     // No validation layers: wgpu checks what it is given itself, in every build.
     descriptor.flags = wgpu::InstanceFlags::empty();
-    wgpu::Instance::new(descriptor)
-});
+    let open = wgpu::Instance::new(descriptor);
+    std::mem::forget(drivers.replace((process, open.clone())));
+    open
+}
 
 /// The adapters with what opens them.
 pub(in crate::backend) fn enumerate() -> Vec<(AdapterReport, wgpu::Adapter)> {
-    let found = pollster::block_on(DRIVERS.enumerate_adapters(BACKENDS));
+    let found = pollster::block_on(drivers().enumerate_adapters(BACKENDS));
     found.into_iter().enumerate().map(|(index, adapter)| (report(index, &adapter), adapter)).collect()
 }
 
