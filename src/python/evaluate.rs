@@ -27,7 +27,7 @@ pub(crate) fn poses(rows: ArrayView2<f64>, frame: Frame) -> Result<Vec<Pose>, Is
             [x, y, z, ..] if row.len() == 7 => quaternion(DVec3 { x, y, z }, [row[3], row[4], row[5], row[6]], frame),
             _ => matrix(&row, frame),
         };
-        pose.map_err(|wanted| Issue::says(format!("is {row:?}")).wanted(wanted).at(format!("[{number}]")))
+        pose.map_err(|wanted| Issue::says(format!("is {row:?}")).wanted(wanted).at(format!("poses[{number}]")))
     };
     rows.outer_iter().enumerate().map(one).collect()
 }
@@ -50,16 +50,15 @@ fn matrix(row: &[f64], frame: Frame) -> Result<Pose, &'static str> {
     Ok(Pose::turned(DVec3::new(row[3], row[7], row[11]), rotation, frame))
 }
 
-/// The counts of a study whose combinations have one choice each: combinations, moments, repeats, representations, regions,
-/// counters.
+/// The counts of a study whose combinations have one choice each, in so many representations: combinations, moments, repeats,
+/// representations, regions, counters.
 pub(crate) fn counts(
-    study: &Study,
+    (study, ways): (&Study, usize),
     worlds: &[World],
     backends: &mut dyn BackendFactory,
     mut listener: &Listener,
 ) -> Result<Array6<i64>> {
     let (choices, repeats) = (study.combinations.len(), study.repeats as usize);
-    let ways = study.combinations.first().map_or(0, |one| one.representation_count(&study.sensors));
     let mut counts = Array6::zeros([choices, worlds.len(), repeats, ways, study.regions.len(), COUNTERS]);
     for row in run_on(study, worlds, backends, &mut listener)? {
         let here = |world: &World| (world.scene, world.snapshot) == (row.scene, row.snapshot);

@@ -22,6 +22,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use numpy::PyReadonlyArray3;
+use perirobot::backend::adapter::adapters;
 use perirobot::study::Overrides;
 use perirobot::sweep::reopen;
 use pyo3::prelude::*;
@@ -34,6 +35,8 @@ mod _perirobot {
     use super::arrow_stream;
     #[pymodule_export]
     use super::cell_map;
+    #[pymodule_export]
+    use super::open_drivers;
     #[pymodule_export]
     use super::origin_of;
     #[pymodule_export]
@@ -85,6 +88,13 @@ fn results(py: Python<'_>, folder: PathBuf) -> PyResult<table::Columns> {
 fn origin_of(py: Python<'_>, folder: PathBuf) -> PyResult<(PathBuf, Option<f64>, bool)> {
     let (file, Overrides { voxel_size_m, noiseless }) = watch::run(py, None, |_| reopen::origin(&folder))?;
     Ok((file, voxel_size_m, noiseless))
+}
+
+/// Opens the drivers of GPUs, which stay open as long as the process. No other thread of Python runs meanwhile, so that the
+/// process is not forked.
+#[pyfunction]
+fn open_drivers() {
+    adapters();
 }
 
 /// The number of an exit code, which the standard library does not tell.

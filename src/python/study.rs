@@ -253,12 +253,15 @@ impl Study {
         let (counts, open) = run(py, None, |listener| {
             let poses = each.into_iter().map(|(name, sensor, rows)| {
                 let poses = evaluate::poses(rows, frame);
-                Ok((sensor, poses.map_err(|issue| issue.at("poses").at(format!("sensor {name:?}")))?))
+                Ok((sensor, poses.map_err(|issue| issue.at(format!("sensor {name:?}")))?))
             });
-            let study = self.study.elsewhere(&poses.collect::<perirobot::Result<Vec<_>>>()?)?;
+            let poses: Vec<(usize, Vec<Pose>)> = poses.collect::<perirobot::Result<_>>()?;
+            let study = self.study.elsewhere(&poses)?;
+            let ways = |(sensor, _): &(usize, _)| study.sensors[*sensor].kind.representations().len();
+            let ways = poses.iter().map(ways).product();
             worlds.iter().try_for_each(|world| world.examine_sensors(&study))?;
             let moved: Vec<World> = worlds.iter().map(|world| world.with_sensors(&study.sensors)).collect();
-            open.with(backend, listener, |backends| evaluate::counts(&study, &moved, backends, listener))
+            open.with(backend, listener, |backends| evaluate::counts((&study, ways), &moved, backends, listener))
         })?;
         self.backends.put(open);
         Ok(counts.into_pyarray(py))

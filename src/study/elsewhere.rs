@@ -42,7 +42,7 @@ impl Study {
         let mut members: Vec<Member> = Vec::new();
         for of_one in entries.chunk_by(|(one, _), (next, _)| one == next) {
             let sensor = of_one[0].0;
-            let listed = self.draw_words(&self.sensors[sensor]);
+            let listed = self.draw_words(&self.sensors[sensor], of_one.len() > 1);
             for (copy, (_, poses)) in of_one.iter().enumerate() {
                 members.push(Member { sensor, candidates: Vec::new() });
                 for (number, &pose) in poses.iter().enumerate() {
@@ -59,10 +59,13 @@ impl Study {
         let fusion = self.fusion_of(&members);
         let combination = |number: usize| {
             let member = |all: &Member| Member { sensor: all.sensor, candidates: vec![all.candidates[number]] };
-            let members = members.iter().map(member).collect();
+            let mut members: Vec<Member> = members.iter().map(member).collect();
+            // Equal sensors speak in the order of their candidates, as in a sweep.
+            members.sort_by_key(|one| (one.sensor, study.sensors[one.sensor].draw_word(one.candidates[0])));
             Combination { name: number.to_string(), fusion, members }
         };
-        study.combinations = (0..count).map(combination).collect();
+        let combinations = (0..count).map(combination).collect();
+        study.combinations = combinations;
         Ok(study)
     }
 
@@ -85,10 +88,10 @@ impl Study {
     }
 
     /// The candidate words of what a sensor draws at its listed poses, which are the candidates' numbers: the first of
-    /// those that are the same in whole numbers.
-    fn draw_words(&self, sensor: &Sensor) -> HashMap<[u32; 12], u32> {
-        let draws = sensor.kind.is_noisy() || sensor.kind.calibration().is_some();
-        let candidates = sensor.candidates.iter().filter(|_| draws).zip(0..);
+    /// those that are the same in whole numbers. None where they make no difference.
+    fn draw_words(&self, sensor: &Sensor, are_several: bool) -> HashMap<[u32; 12], u32> {
+        let matter = are_several || sensor.kind.is_noisy() || sensor.kind.calibration().is_some();
+        let candidates = sensor.candidates.iter().filter(|_| matter).zip(0..);
         let mut words = HashMap::new();
         for (candidate, number) in candidates {
             words.entry(self.quantised(&candidate.setting.pose())).or_insert(number);
@@ -142,7 +145,7 @@ mod tests {
             let members = two.combinations[number].members.iter();
             members.map(|one| two.sensors[one.sensor].draw_word(one.candidates[0])).collect::<Vec<_>>()
         };
-        assert_eq!([chosen(0), chosen(1)], [[all[1], 2], [0, all[1]]]);
+        assert_eq!([chosen(0), chosen(1)], [[2, all[1]], [0, all[1]]]);
         assert_eq!(two.sensors[0].candidates[3].name, "1/1");
         // The words are those of the draws.
         let worlds = World::prepare_all(&study).unwrap();

@@ -43,14 +43,13 @@ impl World {
                     !window.contains(Grid::voxel_of(self.grid.position_q16(pose.position_m)))
                 };
                 let believed = matches!(setting, Setting::Pose(_)).then(|| setting.pose());
-                let checked = match believed.filter(is_outside) {
-                    Some(pose) => Err(self.outside(pose.position_m)),
-                    None => match true_poses(study, setting, [number, index]).find(is_outside) {
-                        Some(pose) => Err(self.outside(pose.position_m).at("calibration: its mount is off, and it")),
-                        None => sensor.kind.check(&station),
-                    },
+                let off = true_poses(study, setting, [number, index]).find(is_outside);
+                let (checked, mount) = match (believed.filter(is_outside), off) {
+                    (Some(pose), _) => (Err(self.outside(pose.position_m)), ""),
+                    (None, Some(pose)) => (Err(self.outside(pose.position_m)), " with its mount off"),
+                    (None, None) => (sensor.kind.check(&station), ""),
                 };
-                let name = Site::Subject(format!("pose {}", candidate.name));
+                let name = Site::Subject(format!("pose {}{mount}", candidate.name));
                 checked.map_err(|e| e.at(name).at(format!("sensor {:?}", sensor.name)))?;
             }
         }

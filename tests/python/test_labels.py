@@ -224,7 +224,8 @@ class Evaluate(unittest.TestCase):
         lidar.update(noise={"std_m": 0.05}, dropout=0.1, calibration={"position_m": 0.02, "angle_deg": 1.0})
         keys.update(sensor=[lidar], repeats=2)
         if equal:
-            keys["combination"] = [{"name": "equal", "sensors": ["lidar"] * equal}]
+            equal_ones = {"name": "equal", "sensors": ["lidar"], "count": {"lidar": equal}}
+            keys["combination"] = [{**equal_ones, "fusion": "octomap"}]
         return pr.Study(keys, folder=ROOT / "scenes")
 
     def test_noise_belongs_to_the_pose(self):
@@ -336,7 +337,7 @@ class Evaluate(unittest.TestCase):
             (good * [1, 1, 1, 0, 0, 0, 0], r"poses\[0\]: .*a quaternion w, x, y, z of length 1"),
             (good * [1, 1, 1, 3, 3, 3, 3], r"poses\[0\]: .*a quaternion w, x, y, z of length 1"),
             (np.vstack([good, good * [np.nan, 1, 1, 1, 1, 1, 1]]), r"poses\[1\]: .*must be finite"),
-            (good + [99, 0, 0, 0, 0, 0, 0], r'pose 0: is at .* outside of the voxels of scene "tiny"'),
+            (good + [99, 0, 0, 0, 0, 0, 0], r'pose 0 is at .* outside of the voxels of scene "tiny"'),
             (matrix * 2, r"poses\[0\]: .*must be a rotation"),
             (matrix[:, [1, 0, 2, 3]], r"poses\[0\]: .*right-handed"),
             (matrix.T, r"poses\[0\]: .*its last row must be 0, 0, 0, 1"),
@@ -357,7 +358,7 @@ class Evaluate(unittest.TestCase):
         beside[0, 0] = study.labels("lidar:posts/upright").origin_m[0] + 0.001
         # Half of all mounts are off to the outside.
         rows = np.vstack([beside + [0, step, 0, 0, 0, 0, 0] for step in np.linspace(0, 0.1, 11)])
-        with self.assertRaisesRegex(ValueError, "its mount is off"):
+        with self.assertRaisesRegex(ValueError, r"pose \d+ with its mount off is at"):
             study.evaluate(rows, backend="cpu")
 
 

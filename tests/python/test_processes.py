@@ -119,7 +119,7 @@ class Folders(unittest.TestCase):
                 self.assertEqual(other.verify("cpu", progress=False), best.verify("cpu", progress=False))
             one = study.choose(f"{out}/one", backend="cpu", progress=False, at_most=1)
             pr.Best.load(one.folder, study, at_most=1).verify("cpu", progress=False)
-            with self.assertRaisesRegex(ValueError, "at_most"):
+            with self.assertRaisesRegex(ValueError, "the study asks for something else now"):
                 pr.Best.load(one.folder, study).verify("cpu", progress=False)
             self.assertGreater(len(pr.Result.load(best.folder)), 0)
             in_memory = Cells().study(1)
@@ -158,7 +158,8 @@ class Folders(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, r"study\.toml: is there already, and is another file"):
                 Cells().study(1).save(f"{folder}/saved")
             with self.assertRaisesRegex(ValueError, "lies outside of the study's folder"):
-                pr.Study(Cells.KEYS, scenes={"../a": pr.Cell(Cells.random(1)[0], 0.1)}).save(f"{folder}/new")
+                box = {"object": [{"name": "post", "role": "human", "box": {"size_m": [1, 1, 1]}, "position_m": [1, 1, 0.5]}]}
+                pr.Study({**keys, "grid": {"voxel_size_m": 0.1}}, scenes={"../a": box}).save(f"{folder}/new")
             self.assertFalse(os.path.exists(f"{folder}/new"))
 
 

@@ -13,10 +13,11 @@ that fails is an ``OSError``, a device that fails a ``RuntimeError``. Warnings a
 from ._perirobot import VERSION as __version__
 from .best import Best
 from .cell import Cell
+from .device import Backend
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels
 from .result import Result
 from .score import ScoredMap, score_map
-from .study import COUNTERS, Backend, Study
+from .study import COUNTERS, Study
 from .warned import DeviceWarning, InputWarning
 
 __all__ = [

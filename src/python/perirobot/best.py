@@ -14,13 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 from . import _perirobot
 from .checks import needed, plain
+from .device import Backend, words
 from .page import table
 from .progress import shown
 
 if TYPE_CHECKING:
     import pandas
 
-    from .study import Backend, Study
+    from .study import Study
+
+
+def _remove(folder: str, process: int) -> None:
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 class Best:
@@ -31,8 +37,7 @@ class Best:
         if folder is None:
             self.folder = tempfile.mkdtemp(prefix="perirobot-")
             # It is there as long as this object, in the process that made it: a child that was forked has a copy of both.
-            process, made = os.getpid(), self.folder
-            weakref.finalize(self, lambda: os.getpid() == process and shutil.rmtree(made, ignore_errors=True))
+            weakref.finalize(self, _remove, self.folder, os.getpid())
         else:
             self.folder = os.fspath(folder)
             os.makedirs(self.folder, exist_ok=True)
@@ -47,7 +52,8 @@ class Best:
         """
         missing = [name for name in ("choose.json", "front.csv", "sets.csv") if not os.path.isfile(os.path.join(folder, name))]
         if missing:
-            raise ValueError(f"{os.fspath(folder)}: has no {missing[0]}: name a folder that Study.choose or `perirobot choose` wrote")
+            cure = "name a folder that Study.choose or `perirobot choose` wrote"
+            raise ValueError(f"{os.fspath(folder)}: has no {missing[0]}: {cure}")
         return cls(study, keys, folder)
 
     def __repr__(self) -> str:
@@ -89,7 +95,7 @@ class Best:
         """
         asking = self._asking()
         with shown(progress) as bars:
-            counts = asking.verify(self.folder, (backend, adapter, threads), bars)
+            counts = asking.verify(self.folder, words(backend, adapter, threads), bars)
         return dict(zip(("sets", "proven", "bound", "open"), counts))
 
     def _asking(self) -> _perirobot.Study:

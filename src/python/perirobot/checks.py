@@ -23,7 +23,7 @@ def needed(module: str, extra: str) -> Any:
         raise ModuleNotFoundError(text, name=module) from None
 
 
-def array(name: str, values: ArrayLike, dtype: DTypeLike = None) -> NDArray[Any]:
+def array(name: str, values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:
     """Values as an array."""
     try:
         return np.asarray(values, dtype)

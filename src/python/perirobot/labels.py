@@ -33,7 +33,6 @@ class Labels:
     representation: str
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Labels):
-            return NotImplemented
+        # An array would compare itself with this, entry by entry.
         names = (field.name for field in fields(self))
-        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
+        return isinstance(other, Labels) and all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)

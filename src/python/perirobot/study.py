@@ -16,6 +16,7 @@ from . import _perirobot
 from .best import Best
 from .cell import Cell
 from .checks import index, needed, plain, texts
+from .device import Backend, words
 from .labels import Labels
 from .page import table
 from .poses import Frame, each
@@ -31,9 +32,6 @@ COUNTERS = (
     *("tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot", "uo_robot"),
     *("hit_human", "people", "people_detected", "parts", "parts_detected"),
 )
-
-#: What computes: "auto" is a hardware GPU if there is one, else the CPU. All count the same.
-Backend = Literal["auto", "cpu", "gpu", "oracle"]
 
 #: Labels that are made at once, in bytes.
 _BATCH_BYTES = 64 << 20
@@ -137,8 +135,8 @@ class Study:
 
     def __repr__(self) -> str:
         file = self._origin[1][0] if self._origin[0] == "load" else "made in memory"
-        counts = [(len(self.scenes), "scenes"), (len(self.sensors), "sensors with poses"), (len(self.regions), "regions")]
-        return f"<perirobot.Study {file}: {', '.join(f'{count} {what}' for count, what in counts)}>"
+        counts = {"scenes": self.scenes, "regions": self.regions, "combinations": self.combinations}
+        return f"<perirobot.Study {file}: {', '.join(f'{what} {len(names)}' for what, names in counts.items())}>"
 
     def _repr_html_(self) -> str:
         """What it has by name, as notebooks show it."""
@@ -196,7 +194,7 @@ class Study:
         :raises RuntimeError: if the device fails.
         """
         with shown(progress) as bars:
-            return Result(dict(self._native.sweep((backend, adapter, threads), bars)))
+            return Result(dict(self._native.sweep(words(backend, adapter, threads), bars)))
 
     @property
     def sensors(self) -> list[str]:
@@ -232,9 +230,9 @@ class Study:
         :param frame: which frame of the sensor is turned: "link" (x forward, y left, z up) or "optical" (z forward, x right,
             y down).
         :returns: int64, shape (n, moments, repeats, representations, regions, 17). A moment is a snapshot of a scene, scene by
-            scene; representations are those of a combination of the sensors in the order of the study, those of the last
-            varying fastest; the last axis is :data:`COUNTERS`. At the listed poses these are the counts of :meth:`sweep`; noise
-            belongs to the pose, whatever other poses stand beside it.
+            scene; representations are those of a combination of the sensors in the order of the study, equal ones in that of
+            their listed poses, those of the last varying fastest; the last axis is :data:`COUNTERS`. At the listed poses these
+            are the counts of :meth:`sweep`; noise belongs to the pose, whatever other poses are evaluated with it.
         :raises ValueError: if a pose is outside the grid, or the sensor cannot work there.
         """
         if isinstance(poses, Mapping):
@@ -244,7 +242,7 @@ class Study:
         else:
             name = self._sensor(sensor)
             named = [(name, rows) for rows in each(poses, name, frame)]
-        return self._native.evaluate(named, frame == "optical", (backend, adapter, threads))
+        return self._native.evaluate(named, frame == "optical", words(backend, adapter, threads))
 
     def labels(
         self,
@@ -269,7 +267,7 @@ class Study:
         """
         moment = (index("snapshot", snapshot), index("repeat", repeat))
         found = self._native.find((poses, combination, representation, scene, *moment))
-        return next(self._labels([found], (backend, adapter, threads), None))
+        return next(self._labels([found], words(backend, adapter, threads), None))
 
     def each_labels(
         self,
@@ -318,7 +316,7 @@ class Study:
             with shown(progress) as bars:
                 if bars:
                     bars.begin("labels", len(worlds) * self.repeats * len(found))
-                yield from self._labels(views, (backend, adapter, threads), bars)
+                yield from self._labels(views, words(backend, adapter, threads), bars)
 
         return all_labels()
 
@@ -340,7 +338,7 @@ class Study:
         """
         best = Best(self, keys, out)
         with shown(progress) as bars:
-            best._asking().choose(best.folder, (backend, adapter, threads), bars)
+            best._asking().choose(best.folder, words(backend, adapter, threads), bars)
         return best
 
     def judge(
@@ -359,10 +357,10 @@ class Study:
         :returns: a row for each requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
         :raises ValueError: if nothing is required, or the study is not the one of the set.
         """
-        pandas = needed("pandas", "tables")
+        tables = needed("pandas", "tables")
         with shown(progress) as bars:
-            self._native.judge(best.folder, (backend, adapter, threads), bars)
-        verdicts: pandas.DataFrame = pandas.read_csv(os.path.join(best.folder, "requirements.csv"))
+            self._native.judge(best.folder, words(backend, adapter, threads), bars)
+        verdicts: pandas.DataFrame = tables.read_csv(os.path.join(best.folder, "requirements.csv"))
         return verdicts
 
     def _labels(

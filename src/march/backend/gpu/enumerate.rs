@@ -3,35 +3,56 @@
 use std::sync::{Mutex, PoisonError};
 
 use crate::backend::adapter::AdapterReport;
+use crate::error::{Argument, Words};
+use crate::{Error, Result};
 
 /// Where the shaders run: Vulkan and, as far as they are compiled in, which Cargo.toml decides, Metal and DirectX 12.
 const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
 
-/// The system's drivers, opened once a process and never closed: where NVIDIA's for Linux is closed before a thread
-/// ends that used it, the program ends with a segmentation fault.
-static DRIVERS: Mutex<Option<(u32, wgpu::Instance)>> = Mutex::new(None);
+/// The adapters with what opens them.
+type Adapters = Vec<(AdapterReport, wgpu::Adapter)>;
 
-/// The drivers of this process. In a forked child, which has none of the threads that its parent's drivers wait for,
-/// they are opened anew.
-fn drivers() -> wgpu::Instance {
+/// Those of a process. They keep the system's drivers open: where NVIDIA's for Linux is closed before a thread ends
+/// that used it, the program ends with a segmentation fault.
+static ADAPTERS: Mutex<Option<(u32, Adapters)>> = Mutex::new(None);
+
+/// The adapters of this process, which the system is asked for once. A forked child has none of the threads that its
+/// parent's drivers wait for, and opens its own; if one of them is of hardware, it keeps the parent's list, of which
+/// [`refuse_forked`] lets none be opened.
+pub(in crate::backend) fn enumerate() -> Adapters {
     let process = std::process::id();
-    let mut drivers = DRIVERS.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, open)) = drivers.as_ref().filter(|(of, _)| *of == process) {
-        return open.clone();
+    let mut known = ADAPTERS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((of, adapters)) = known.as_ref()
+        && (*of == process || adapters.iter().any(|(report, _)| !report.software))
+    {
+        return adapters.clone();
     }
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = BACKENDS;
     // No validation layers: wgpu checks what it is given itself, in every build.
     descriptor.flags = wgpu::InstanceFlags::empty();
-    let open = wgpu::Instance::new(descriptor);
-    std::mem::forget(drivers.replace((process, open.clone())));
-    open
+    let drivers = wgpu::Instance::new(descriptor);
+    let found = pollster::block_on(drivers.enumerate_adapters(BACKENDS));
+    // Without an adapter, nothing else keeps them open.
+    std::mem::forget(drivers);
+    let found = found.into_iter().enumerate().map(|(index, adapter)| (report(index, &adapter), adapter));
+    let adapters: Adapters = found.collect();
+    // A parent's are not closed here.
+    std::mem::forget(known.replace((process, adapters.clone())));
+    adapters
 }
 
-/// The adapters with what opens them.
-pub(in crate::backend) fn enumerate() -> Vec<(AdapterReport, wgpu::Adapter)> {
-    let found = pollster::block_on(drivers().enumerate_adapters(BACKENDS));
-    found.into_iter().enumerate().map(|(index, adapter)| (report(index, &adapter), adapter)).collect()
+/// Fails in a forked child whose parent has asked a driver of hardware for its adapters: such a driver may wait forever
+/// for what is in the parent only.
+pub(super) fn refuse_forked() -> Result<()> {
+    let known = ADAPTERS.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_forked = known.as_ref().is_some_and(|(of, _)| *of != std::process::id());
+    if !is_forked {
+        return Ok(());
+    }
+    let what = "this process was forked from one that had asked for GPUs, whose drivers work in one process only";
+    let cure = Words::from("spawn processes, or use a fork server, or ") + Argument::Backend.quoted("cpu");
+    Err(Error::device(what).wanted(cure))
 }
 
 fn report(index: usize, adapter: &wgpu::Adapter) -> AdapterReport {
