@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use perirobot::backend::factory::{BackendChoice, BackendKind, ChosenBackends, KeptBackends};
 use perirobot::error::Issue;
 use perirobot::{Error, Result};
+use pyo3::Python;
 
 use crate::process::OfProcess;
 use crate::watch::Listener;
@@ -65,8 +66,10 @@ impl LastBackends {
     }
 
     /// Keeps those of a job that did well.
-    pub(crate) fn put(&self, backends: OpenBackends) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(OfProcess::new(backends));
+    pub(crate) fn put(&self, py: Python<'_>, backends: OpenBackends) {
+        let before = self.0.lock().unwrap_or_else(PoisonError::into_inner).replace(OfProcess::new(backends));
+        // Those of another thread; closing them may take long.
+        py.detach(|| drop(before));
     }
 }
 

@@ -24,10 +24,12 @@ pub(crate) fn poses(rows: ArrayView2<f64>, frame: Frame) -> Result<Vec<Pose>, Is
         let row = row.to_vec();
         let pose = match row[..] {
             _ if row.iter().any(|value| !value.is_finite()) => Err("must be finite"),
-            [x, y, z, ..] if row.len() == 7 => quaternion(DVec3 { x, y, z }, [row[3], row[4], row[5], row[6]], frame),
+            [x, y, z, qw, qx, qy, qz] => quaternion(DVec3 { x, y, z }, [qw, qx, qy, qz], frame),
             _ => matrix(&row, frame),
         };
-        pose.map_err(|wanted| Issue::says(format!("is {row:?}")).wanted(wanted).at(format!("poses[{number}]")))
+        pose.map_err(|wanted| {
+            Issue::says(format!("is {row:?}")).wanted(wanted).at(format!("poses[{number}]"))
+        })
     };
     rows.outer_iter().enumerate().map(one).collect()
 }
@@ -42,7 +44,9 @@ fn matrix(row: &[f64], frame: Frame) -> Result<Pose, &'static str> {
     let rotation = DMat3::from_cols_array(&std::array::from_fn(|i| row[4 * (i % 3) + i / 3]));
     let product = rotation.transpose() * rotation;
     if !product.abs_diff_eq(DMat3::IDENTITY, ROUNDED) || rotation.determinant() < 0.0 {
-        return Err("its first three rows and columns must be a rotation: axes of length 1, at right angles, right-handed");
+        return Err(
+            "its upper left 3 × 3 must be a rotation: axes of length 1, at right angles, right-handed",
+        );
     }
     if row[12..] != [0.0, 0.0, 0.0, 1.0] {
         return Err("its last row must be 0, 0, 0, 1, and its last column x, y, z in metres and 1");

@@ -62,7 +62,8 @@ impl Origin {
         let named = self.packages.iter().map(|(name, folder)| (name.as_str(), folder.as_path()));
         let beside = Sources::beside(&self.path);
         let sources = named.clone().fold(beside, |all, (name, folder)| all.with_package(name, folder));
-        let sources = self.files.iter().fold(sources, |all, (path, bytes)| all.with_file(path, bytes.clone()));
+        let sources =
+            self.files.iter().fold(sources, |all, (path, bytes)| all.with_file(path, bytes.clone()));
         let sources = if self.allow_outside { sources.allow_outside() } else { sources };
         let sources = if self.xacro { sources.allow_xacro() } else { sources };
         let mut study = Study::read(&self.path, &self.overrides, sources)?;

@@ -40,17 +40,15 @@ impl<T> Drop for OfProcess<T> {
     }
 }
 
-/// Threads that wait for their next job. They are taken and put back by threads that hold the interpreter's lock, as do
-/// those that fork, so that it is not locked when a child gets it.
-static IDLE: Mutex<Vec<OfProcess<ThreadPool>>> = Mutex::new(Vec::new());
+/// Threads that wait for the next job. They are taken and put back by threads that hold the interpreter's lock, as do those
+/// that fork, so that this is not locked when a child gets it.
+static IDLE: Mutex<Option<OfProcess<ThreadPool>>> = Mutex::new(None);
 
 /// Threads for one job, as many as the process may use. Rayon's global ones would be missing in a forked child.
 pub(crate) fn threads() -> Result<ThreadPool> {
-    let idle = || IDLE.lock().unwrap_or_else(PoisonError::into_inner).pop();
-    while let Some(last) = idle() {
-        if let Some(pool) = last.take() {
-            return Ok(pool);
-        }
+    let idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(pool) = idle.and_then(OfProcess::take) {
+        return Ok(pool);
     }
     let pool = ThreadPoolBuilder::new().stack_size(STACK_BYTES).build();
     pool.map_err(|e| Error::device(format!("cannot start threads: {e}")))
@@ -58,5 +56,5 @@ pub(crate) fn threads() -> Result<ThreadPool> {
 
 /// Keeps the threads of a job that has ended for the next one.
 pub(crate) fn keep(pool: ThreadPool) {
-    IDLE.lock().unwrap_or_else(PoisonError::into_inner).push(OfProcess::new(pool));
+    *IDLE.lock().unwrap_or_else(PoisonError::into_inner) = Some(OfProcess::new(pool));
 }

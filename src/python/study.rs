@@ -261,9 +261,11 @@ impl Study {
             let ways = poses.iter().map(ways).product();
             worlds.iter().try_for_each(|world| world.examine_sensors(&study))?;
             let moved: Vec<World> = worlds.iter().map(|world| world.with_sensors(&study.sensors)).collect();
-            open.with(backend, listener, |backends| evaluate::counts((&study, ways), &moved, backends, listener))
+            open.with(backend, listener, |backends| {
+                evaluate::counts((&study, ways), &moved, backends, listener)
+            })
         })?;
-        self.backends.put(open);
+        self.backends.put(py, open);
         Ok(counts.into_pyarray(py))
     }
 
@@ -305,7 +307,7 @@ impl Study {
                 Ok(all)
             })
         })?;
-        self.backends.put(open);
+        self.backends.put(py, open);
         all.into_iter().map(|(size, bytes)| labels::array(py, size, bytes)).collect()
     }
 }
@@ -324,7 +326,8 @@ impl Study {
     /// Fails if a file is another than when the study was pickled.
     fn check_files(&self) -> PyResult<()> {
         let now = self.read_files();
-        let differs = |(path, sha256): &&ReadFile| now.iter().any(|file| file.0 == *path && file.1 != *sha256);
+        let differs =
+            |(path, sha256): &&ReadFile| now.iter().any(|file| file.0 == *path && file.1 != *sha256);
         match self.before.iter().find(differs) {
             None => Ok(()),
             Some((path, _)) => {

@@ -206,6 +206,10 @@ impl RefineWatch for Listener {
 }
 
 /// Warns by a function of `perirobot/warned.py`. What it raises is the error: a user may want that.
-pub(crate) fn warn<'py, A: pyo3::call::PyCallArgs<'py>>(py: Python<'py>, how: &str, words: A) -> PyResult<()> {
+pub(crate) fn warn<'py, A: pyo3::call::PyCallArgs<'py>>(
+    py: Python<'py>,
+    how: &str,
+    words: A,
+) -> PyResult<()> {
     py.import("perirobot.warned")?.call_method1(how, words).map(drop)
 }

@@ -58,7 +58,8 @@ impl Study {
         }
         let fusion = self.fusion_of(&members);
         let combination = |number: usize| {
-            let member = |all: &Member| Member { sensor: all.sensor, candidates: vec![all.candidates[number]] };
+            let member =
+                |all: &Member| Member { sensor: all.sensor, candidates: vec![all.candidates[number]] };
             let mut members: Vec<Member> = members.iter().map(member).collect();
             // Equal sensors speak in the order of their candidates, as in a sweep.
             members.sort_by_key(|one| (one.sensor, study.sensors[one.sensor].draw_word(one.candidates[0])));

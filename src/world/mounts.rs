@@ -39,9 +39,8 @@ impl World {
                     truly: None,
                     draws: 0,
                 };
-                let is_outside = |pose: &Pose| {
-                    !window.contains(Grid::voxel_of(self.grid.position_q16(pose.position_m)))
-                };
+                let voxel = |pose: &Pose| Grid::voxel_of(self.grid.position_q16(pose.position_m));
+                let is_outside = |pose: &Pose| !window.contains(voxel(pose));
                 let believed = matches!(setting, Setting::Pose(_)).then(|| setting.pose());
                 let off = true_poses(study, setting, [number, index]).find(is_outside);
                 let (checked, mount) = match (believed.filter(is_outside), off) {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import os
 import shutil
 import tempfile
@@ -13,7 +12,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from . import _perirobot
-from .checks import needed, plain
+from .checks import json_of, needed
 from .device import Backend, words
 from .page import table
 from .progress import shown
@@ -108,7 +107,7 @@ class Best:
                 raise ValueError(f"{file}: the study of this folder is not there: name it, as in Best.load(folder, study)")
             self._study = Study.load(file, voxel_size_m=voxel_size_m, noiseless=noiseless)
         native = self._study._native
-        return native.asking(json.dumps(plain("choose", self._keys))) if self._keys else native
+        return native.asking(json_of("choose", self._keys)) if self._keys else native
 
     def _table(self, name: str) -> pandas.DataFrame:
         rows: pandas.DataFrame = needed("pandas", "tables").read_csv(os.path.join(self.folder, name))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 from collections.abc import Mapping
 from os import PathLike
@@ -69,17 +70,22 @@ def texts(name: str, words: Any) -> list[str]:
         raise ValueError(f"{name} = {words!r}: must be a name or a list of names") from None
 
 
-def plain(place: str, value: Any) -> Any:
+def json_of(place: str, keys: Any) -> str:
+    """Keys of a file as JSON."""
+    return json.dumps(_plain(place, keys))
+
+
+def _plain(place: str, value: Any) -> Any:
     """Keys of a file as JSON has them: arrays of numpy are lists, paths are text."""
     if isinstance(value, Mapping):
         wrong = [key for key in value if not isinstance(key, str)]
         if wrong:
             raise ValueError(f"{place}: {wrong[0]!r} must be text, as every key")
-        return {key: plain(f"{place}.{key}", entry) for key, entry in value.items()}
+        return {key: _plain(f"{place}.{key}", entry) for key, entry in value.items()}
     if isinstance(value, (np.ndarray, np.generic)):
-        return plain(place, value.tolist())
+        return _plain(place, value.tolist())
     if isinstance(value, (list, tuple)):
-        return [plain(f"{place}[{number}]", entry) for number, entry in enumerate(value)]
+        return [_plain(f"{place}[{number}]", entry) for number, entry in enumerate(value)]
     if isinstance(value, PathLike):
         return os.fspath(value)
     if value is None:

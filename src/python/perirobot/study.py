@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from . import _perirobot
 from .best import Best
 from .cell import Cell
-from .checks import index, needed, plain, texts
+from .checks import index, json_of, needed, texts
 from .device import Backend, words
 from .labels import Labels
+from .memory import in_memory
 from .page import table
 from .poses import Frame, each
 from .progress import Bars, shown
@@ -62,25 +62,10 @@ class Study:
         scenes: Mapping[str, Cell | Mapping[str, Any]] | None = None,
         folder: str | PathLike[str] = ".",
     ) -> None:
-        if not isinstance(keys, Mapping):
-            raise ValueError(f"keys: must be a dict with the keys of a study, not {keys!r}; Study.load reads a file")
-        if scenes is not None and not isinstance(scenes, Mapping):
-            raise ValueError("scenes: must be a dict of names, each with a Cell or the keys of a scene")
-        whole, files = dict(keys), list[tuple[str, Union[str, bytes]]]()
-        if not isinstance(keys.get("scene", []), (list, tuple)) or not isinstance(keys.get("grid", {}), Mapping):
-            raise ValueError("keys: scene must be a list of dicts, grid a dict")
-        whole["scene"] = list(keys.get("scene", []))
-        for name, scene in (scenes or {}).items():
-            if isinstance(scene, Cell):
-                scene, maps = scene.files(name)
-                files += maps
-            files.append((f"{name}.toml", _json(f"scenes[{name!r}]", scene)))
-            whole["scene"].append({"name": name, "file": f"{name}.toml"})
-        cells = [scene for scene in (scenes or {}).values() if isinstance(scene, Cell)]
-        if cells and len(cells) == len(whole["scene"]):
-            whole["grid"] = {**_grid(cells), **keys.get("grid", {})}
-        self._origin: _Origin = ("of", (_json("keys", whole), os.fspath(folder), files))
-        self._native = _perirobot.Study.of(*self._origin[1])
+        whole, files = in_memory(keys, scenes)
+        self._native = _perirobot.Study.of(whole, folder, files)
+        # Another process may work in another folder.
+        self._origin: _Origin = ("of", (whole, os.path.abspath(folder), files))
 
     @classmethod
     def load(
@@ -106,7 +91,6 @@ class Study:
         named = list((packages or {}).items())
         study = cls.__new__(cls)
         study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, named, allow_outside, xacro)
-        # Another process may work in another folder.
         there = [(name, os.path.abspath(folder)) for name, folder in named]
         study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro))
         return study
@@ -404,20 +388,3 @@ def _again(kind: Literal["of", "load"], words: tuple[Any, ...], files: list[tupl
     study._origin = (kind, words)
     study._native = getattr(_perirobot.Study, kind)(*words).after(files)
     return study
-
-
-def _grid(cells: list[Cell]) -> dict[str, Any]:
-    """The keys of a grid for cells in voxels."""
-    sizes = {cell.voxel_size_m for cell in cells}
-    if len(sizes) > 1:
-        raise ValueError(f"scenes: cells have voxels of {sorted(sizes)} m, must have one size")
-    bounds = [cell.bounds_m() for cell in cells]
-    grid: dict[str, Any] = {"voxel_size_m": sizes.pop()}
-    if all(other == bounds[0] for other in bounds):
-        grid["bounds_m"] = bounds[0]
-    return grid
-
-
-def _json(place: str, keys: Any) -> str:
-    """Keys as text."""
-    return json.dumps(plain(place, keys))

@@ -50,7 +50,8 @@ pub(super) fn refuse_forked() -> Result<()> {
     if !is_forked {
         return Ok(());
     }
-    let what = "this process was forked from one that had asked for GPUs, whose drivers work in one process only";
+    let what =
+        "this process was forked from one that had asked for GPUs, whose drivers work in one process only";
     let cure = Words::from("spawn processes, or use a fork server, or ") + Argument::Backend.quoted("cpu");
     Err(Error::device(what).wanted(cure))
 }
