@@ -1,4 +1,4 @@
-"""Mistakes of callers are named in the words of Python, warnings are few and point at the caller, and notebooks show tables."""
+"""Mistakes of callers are named in the words of Python, warnings are few and point at the caller; tables of notebooks."""
 
 import os
 import pathlib
@@ -12,8 +12,9 @@ import warnings
 import numpy as np
 
 import perirobot as pr
+import perirobot.warned
+import test_labels
 from shared import ROOT
-from test_labels import Cells
 
 TINY = ROOT / "scenes/tiny.toml"
 
@@ -21,8 +22,8 @@ TINY = ROOT / "scenes/tiny.toml"
 class Mistakes(unittest.TestCase):
     def test_arguments_that_are_wrong_are_named(self):
         study = pr.Study.load(TINY)
-        occupied, people = Cells.random(1)
-        cell, keys = pr.Cell(occupied, 0.1), Cells.KEYS
+        occupied, people = test_labels.Cells.random(1)
+        cell, keys = pr.Cell(occupied, 0.1), test_labels.Cells.KEYS
         best = pr.Best.load
         for job, message in [
             (lambda: pr.Study("scenes/tiny.toml"), "keys: must be a dict .* Study.load reads a file"),
@@ -36,7 +37,7 @@ class Mistakes(unittest.TestCase):
             (lambda: pr.Cell(occupied, "fine"), "voxel_size_m = 'fine': must be a length above 0"),
             (lambda: pr.Cell(occupied, 0.1, origin_m=[0, 0]), r"origin_m = \[0.0, 0.0\]: must be x, y, z"),
             (lambda: pr.Cell(occupied, 0.1, origin_m=[0, 0, float("inf")]), "origin_m = .*: must be x, y, z"),
-            (lambda: pr.Cell([[[True], [True, False]]], 0.1), "occupied: must be an array of numbers, with rows of one length"),
+            (lambda: pr.Cell([[[True], [True, False]]], 0.1), "occupied: must be an array of numbers, with rows"),
             (lambda: pr.Cell(occupied, 0.1, people=[people, people[:1]]), r"person 1: has shape \(1, 17, 13\)"),
             (lambda: pr.Cell(occupied, 0.1, people=[[True]]), r"person 0: has shape \(1, 1\)"),
             (lambda: study.sweep("cpu", threads=0), "^threads = 0: must be from 1 to 1024"),
@@ -56,7 +57,7 @@ class Mistakes(unittest.TestCase):
                 job()
 
     def test_no_line_of_a_file_is_told_where_there_is_none(self):
-        keys, cell = Cells.KEYS, pr.Cell(Cells.random(1)[0], 0.1)
+        keys, cell = test_labels.Cells.KEYS, pr.Cell(test_labels.Cells.random(1)[0], 0.1)
         camera = keys["sensor"][0]
         study = pr.Study.load(TINY)
         for job, message in [
@@ -73,7 +74,7 @@ class Mistakes(unittest.TestCase):
             self.assertNotRegex(str(told.exception), r"\bline \d|\| ")
 
     def test_empty_lists_and_arrays_are_nothing(self):
-        occupied, people = Cells.random(1)
+        occupied, people = test_labels.Cells.random(1)
         study = pr.Study.load(TINY)
         for nobody in [None, [], (), np.empty((0, *people.shape), bool)]:
             cell = pr.Cell(occupied, 0.1, people=nobody)
@@ -132,12 +133,12 @@ class Warned(unittest.TestCase):
     def test_many_cells_give_one_warning(self):
         cells = {}
         for number in range(300):
-            occupied, people = Cells.random(number, (12, 10, 13))
+            occupied, people = test_labels.Cells.random(number, (12, 10, 13))
             people[:] = False
             people[4, 4 : 5 + number % 3, :2] = True
             cells[f"cell {number}"] = pr.Cell(occupied, 0.1, people=people)
         region = {"name": "table", "box": {"min_m": [0, 0, 0], "max_m": [3, 3, 3]}}
-        study = pr.Study({**Cells.KEYS, "region": [region]}, scenes=cells)
+        study = pr.Study({**test_labels.Cells.KEYS, "region": [region]}, scenes=cells)
         [warning] = self.caught(study)
         text = str(warning.message)
         self.assertLess(text.count("\n"), 7, text)
@@ -159,6 +160,9 @@ class Warned(unittest.TestCase):
             [warning] = caught
             self.assertIs(warning.category, pr.InputWarning)
             self.assertEqual((warning.filename, warning.lineno), (__file__, job.__code__.co_firstlineno))
+        with self.assertWarnsRegex(pr.DeviceWarning, "lost") as warning:
+            perirobot.warned.of_device("the device is lost")
+        self.assertEqual(warning.filename, __file__)
         self.assertTrue(issubclass(pr.InputWarning, UserWarning) and issubclass(pr.DeviceWarning, UserWarning))
 
     def test_drivers_write_nothing_about_the_environment(self):
@@ -187,7 +191,9 @@ class Shown(unittest.TestCase):
             self.assertIn(f"<th>{name}</th>", html)
         self.assertIn("camera, lidar", study._repr_html_())
         self.assertIn("tiny.toml", repr(study))
-        named = pr.Study({**Cells.KEYS, "region": [{**Cells.KEYS["region"][0], "name": "<b>"}]}, scenes={"a": pr.Cell(Cells.random(1)[0], 0.1)})
+        cell = pr.Cell(test_labels.Cells.random(1)[0], 0.1)
+        keys = {**test_labels.Cells.KEYS, "region": [{**test_labels.Cells.KEYS["region"][0], "name": "<b>"}]}
+        named = pr.Study(keys, scenes={"a": cell})
         self.assertIn("&lt;b&gt;", named._repr_html_())
         with tempfile.TemporaryDirectory() as out:
             best = study.choose(out, backend="cpu", progress=False, objective="f1", region="robot", at_most=1)
@@ -196,7 +202,7 @@ class Shown(unittest.TestCase):
     def test_the_version_is_that_of_the_program(self):
         manifest = (ROOT / "Cargo.toml").read_text()
         self.assertIn(f'version = "{pr.__version__}"', manifest)
-        self.assertIn(f'__version__', pr.__all__)
+        self.assertIn("__version__", pr.__all__)
         self.assertTrue(pathlib.Path(pr.__file__).with_name("py.typed").exists())
 
 

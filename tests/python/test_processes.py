@@ -16,8 +16,9 @@ import unittest
 import pandas as pd
 
 import perirobot as pr
+import test_labels
 from shared import ROOT, program
-from test_labels import Cells
+
 
 # Nothing but a hang depends on the time.
 TOO_LONG_S = 300
@@ -66,13 +67,14 @@ class Processes(unittest.TestCase):
 FACES = ["1 3 2", "2 3 4", "5 6 7", "6 8 7", "1 2 5", "2 6 5", "3 7 4", "4 7 8", "1 5 3", "3 5 7", "2 4 6", "4 8 6"]
 CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 0.3) for y in (0, 0.3) for z in (0, 0.3))
 CUBE += "".join(f"f {face}\n" for face in FACES)
-SCENE = {"object": [{"name": "post", "role": "human", "mesh": "meshes/post.obj", "up": "z", "unit": "m", "position_m": [1, 1, 0.4]}]}
+MESH = {"mesh": "meshes/post.obj", "up": "z", "unit": "m"}
+SCENE = {"object": [{"name": "post", "role": "human", **MESH, "position_m": [1, 1, 0.4]}]}
 
 
 class Copies(unittest.TestCase):
     def test_copies_and_pickles_count_the_same(self):
         loaded = pr.Study.load(ROOT / "scenes/tiny.toml", voxel_size_m=0.1, noiseless=True)
-        for study in [loaded, Cells().study(2)]:
+        for study in [loaded, test_labels.Cells().study(2)]:
             frame = study.sweep("cpu", progress=False).to_pandas()
             others = [copy.copy(study), copy.deepcopy(study), pickle.loads(pickle.dumps(study))]
             for other in [*others, pickle.loads(pickle.dumps(others[-1]))]:
@@ -83,7 +85,7 @@ class Copies(unittest.TestCase):
             mesh = pathlib.Path(folder) / "meshes/post.obj"
             mesh.parent.mkdir()
             mesh.write_text(CUBE)
-            keys = {**Cells.KEYS, "grid": {"voxel_size_m": 0.1}}
+            keys = {**test_labels.Cells.KEYS, "grid": {"voxel_size_m": 0.1}}
             file = pr.Study(keys, scenes={"dict": SCENE}, folder=folder).save(folder)
             study = pr.Study.load(file)
             early = pickle.dumps(study)
@@ -122,10 +124,11 @@ class Folders(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "the study asks for something else now"):
                 pr.Best.load(one.folder, study).verify("cpu", progress=False)
             self.assertGreater(len(pr.Result.load(best.folder)), 0)
-            in_memory = Cells().study(1)
+            in_memory = test_labels.Cells().study(1)
             keys = {"objective": "f1", "region": "all", "at_most": 1}
             made = in_memory.choose(f"{out}/made", backend="cpu", progress=False, **keys)
-            with self.assertRaisesRegex(ValueError, r"the study of this folder is not there: .*Best\.load\(folder, study"):
+            missing = r"the study of this folder is not there: .*Best\.load\(folder, study"
+            with self.assertRaisesRegex(ValueError, missing):
                 pr.Best.load(made.folder).verify("cpu")
             pr.Best.load(made.folder, in_memory, **keys).verify("cpu", progress=False)
             with self.assertRaisesRegex(ValueError, "has no choose.json"):
@@ -134,9 +137,9 @@ class Folders(unittest.TestCase):
                 pr.Result.load("nowhere")
 
     def test_a_study_of_objects_is_saved_for_the_command_line(self):
-        keys = {**Cells.KEYS, "seed": 7}
+        keys = {**test_labels.Cells.KEYS, "seed": 7}
         scenes = {
-            "cell": pr.Cell(*Cells.random(1)[:1], 0.1, people=Cells.random(1)[1]),
+            "cell": pr.Cell(*test_labels.Cells.random(1)[:1], 0.1, people=test_labels.Cells.random(1)[1]),
             "dict": SCENE,
         }
         with tempfile.TemporaryDirectory() as folder:
@@ -156,10 +159,11 @@ class Folders(unittest.TestCase):
                 loaded.save(f"{folder}/other")
             pathlib.Path(file).write_text("seed = 8\n")
             with self.assertRaisesRegex(ValueError, r"study\.toml: is there already, and is another file"):
-                Cells().study(1).save(f"{folder}/saved")
+                test_labels.Cells().study(1).save(f"{folder}/saved")
             with self.assertRaisesRegex(ValueError, "lies outside of the study's folder"):
-                box = {"object": [{"name": "post", "role": "human", "box": {"size_m": [1, 1, 1]}, "position_m": [1, 1, 0.5]}]}
-                pr.Study({**keys, "grid": {"voxel_size_m": 0.1}}, scenes={"../a": box}).save(f"{folder}/new")
+                box = {"name": "post", "role": "human", "box": {"size_m": [1, 1, 1]}, "position_m": [1, 1, 0.5]}
+                study = pr.Study({**keys, "grid": {"voxel_size_m": 0.1}}, scenes={"../a": {"object": [box]}})
+                study.save(f"{folder}/new")
             self.assertFalse(os.path.exists(f"{folder}/new"))
 
 
