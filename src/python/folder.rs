@@ -1,4 +1,4 @@
-//! Folders that the command line writes, and one that it reads.
+//! Reads a folder of results of the command line, and writes a study that is in memory for it.
 
 use std::path::{Component, Path, PathBuf};
 

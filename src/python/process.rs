@@ -1,5 +1,5 @@
-//! What belongs to one process. A child that was forked has the memory of its parent without its threads and devices, so
-//! there it is neither used nor dropped, either of which could wait forever.
+//! Values that belong to one process, and threads for jobs. A forked child has its parent's memory, but neither its threads
+//! nor its devices: using or dropping a value that needs them could wait forever.
 
 use std::mem;
 use std::sync::{Mutex, PoisonError};
@@ -7,10 +7,10 @@ use std::sync::{Mutex, PoisonError};
 use perirobot::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// As much as a main thread has.
+/// The stack of a main thread.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A value that is of no use in a forked child.
+/// A value that a forked child neither uses nor drops.
 pub(crate) struct OfProcess<T> {
     value: Option<T>,
     process: u32,

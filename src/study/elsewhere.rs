@@ -15,11 +15,11 @@ impl Study {
     /// The study of some of its sensors together, at these poses instead of their own: the first of each entry, the
     /// second of each and so on, each time as a combination with one choice. A sensor with several entries is several
     /// equal sensors. Candidates have their numbers as names. Poses of a sensor that a robot carries are on its link.
-    /// Fused as where just these sensors are, else as in the first combination that has them all. What is drawn for a
-    /// pose depends on nothing but the pose (`SEMANTICS.md`, Noise).
+    /// Fusion is that of the combination of exactly these sensors, else of the first that has them all. Draws depend on
+    /// nothing but the pose (`SEMANTICS.md`, Noise).
     ///
     /// # Errors
-    /// A sensor that takes no poses, or that has another number of them than the first.
+    /// A sensor that takes no poses, or has fewer or more of them than the first.
     pub fn elsewhere(&self, poses: &[(usize, Vec<Pose>)]) -> Result<Study> {
         let count = poses.first().map_or(0, |(_, poses)| poses.len());
         for (sensor, poses) in poses {
@@ -70,7 +70,7 @@ impl Study {
         Ok(study)
     }
 
-    /// How sensors are fused where just they are, else in the first combination that has them all.
+    /// The fusion of the combination of exactly these sensors, else of the first that has them all.
     fn fusion_of(&self, members: &[Member]) -> Fusion {
         let sensors = |members: &[Member]| {
             let mut sensors: Vec<usize> = members.iter().map(|member| member.sensor).collect();
@@ -88,8 +88,8 @@ impl Study {
         found.map_or(Fusion::default(), |combination| combination.fusion)
     }
 
-    /// The candidate words of what a sensor draws at its listed poses, which are the candidates' numbers: the first of
-    /// those that are the same in whole numbers. None where they make no difference.
+    /// The numbers of a sensor's listed poses by their whole numbers, the first of several; none if they make no
+    /// difference.
     fn draw_words(&self, sensor: &Sensor, are_several: bool) -> HashMap<[u32; 12], u32> {
         let matter = are_several || sensor.kind.is_noisy() || sensor.kind.calibration().is_some();
         let candidates = sensor.candidates.iter().filter(|_| matter).zip(0..);
@@ -120,7 +120,7 @@ mod tests {
     use crate::study::Overrides;
     use crate::world::World;
 
-    /// Whatever stands beside a pose, it draws as the candidate that it is, and as itself where it is none.
+    /// A listed pose draws as its candidate, any other one as itself, whatever other poses are requested.
     #[test]
     fn a_pose_draws_what_belongs_to_it() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sensors.toml");

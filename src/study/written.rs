@@ -12,8 +12,8 @@ use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
 
 use super::unreadable::{Unread, Unreadable};
 
-/// The first line of a text that was made of keys in memory, of which no user has seen a line: what is wrong there is
-/// told by its keys alone.
+/// The first line of a text that was made from keys in memory. Users have never seen its lines, so errors name its keys
+/// only.
 pub const IN_MEMORY: &str = "# made in memory\n";
 
 /// A step from a file's top towards one of its values.

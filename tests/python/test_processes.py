@@ -100,6 +100,9 @@ class Copies(unittest.TestCase):
             pickle.loads(early).sweep("cpu", progress=False)
             scene = pathlib.Path(folder) / "dict.toml"
             scene.write_text(scene.read_text() + "\n")
+            # That of a study that was unpickled a moment ago is the same study.
+            self.assertIs(pickle.loads(early), pickle.loads(early))
+            pickle.loads(pickle.dumps(pr.Study.load(ROOT / "scenes/tiny.toml")))
             for old in [early, pickled]:
                 with self.assertRaisesRegex(ValueError, "dict.toml: has changed since the study was pickled"):
                     pickle.loads(old)

@@ -382,9 +382,17 @@ class Study:
         return known[0] if name is None else name
 
 
+#: The study that was unpickled last, and of what: a pool of processes pickles it with each of its tasks.
+_last: tuple[tuple[Any, ...], Study] | None = None
+
+
 def _again(kind: Literal["of", "load"], words: tuple[Any, ...], files: list[tuple[str, str]]) -> Study:
     """A study that was pickled; `files` are the hashes of what it had read then."""
-    study = Study.__new__(Study)
-    study._origin = (kind, words)
-    study._native = getattr(_perirobot.Study, kind)(*words).after(files)
-    return study
+    global _last
+    made_of = (kind, words, files)
+    if _last is None or _last[0] != made_of:
+        study = Study.__new__(Study)
+        study._origin = (kind, words)
+        study._native = getattr(_perirobot.Study, kind)(*words).after(files)
+        _last = (made_of, study)
+    return _last[1]

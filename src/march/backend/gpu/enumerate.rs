@@ -12,13 +12,13 @@ const BACKENDS: wgpu::Backends = wgpu::Backends::PRIMARY;
 /// The adapters with what opens them.
 type Adapters = Vec<(AdapterReport, wgpu::Adapter)>;
 
-/// Those of a process. They keep the system's drivers open: where NVIDIA's for Linux is closed before a thread ends
-/// that used it, the program ends with a segmentation fault.
+/// Those of a process. They keep the system's drivers open: if NVIDIA's for Linux is closed before a thread ends that
+/// used it, the program ends with a segmentation fault.
 static ADAPTERS: Mutex<Option<(u32, Adapters)>> = Mutex::new(None);
 
-/// The adapters of this process, which the system is asked for once. A forked child has none of the threads that its
-/// parent's drivers wait for, and opens its own; if one of them is of hardware, it keeps the parent's list, of which
-/// [`refuse_forked`] lets none be opened.
+/// The adapters of this process, listed once. A forked child has none of the threads that its parent's drivers wait for,
+/// so it lists its own. If one of the parent's is hardware, the child keeps the parent's list, and [`refuse_forked`]
+/// fails.
 pub(in crate::backend) fn enumerate() -> Adapters {
     let process = std::process::id();
     let mut known = ADAPTERS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -42,8 +42,8 @@ pub(in crate::backend) fn enumerate() -> Adapters {
     adapters
 }
 
-/// Fails in a forked child whose parent has asked a driver of hardware for its adapters: such a driver may wait forever
-/// for what is in the parent only.
+/// Fails in a forked child whose parent has opened a driver of hardware, which may wait forever for threads of the
+/// parent.
 pub(super) fn refuse_forked() -> Result<()> {
     let known = ADAPTERS.lock().unwrap_or_else(PoisonError::into_inner);
     let is_forked = known.as_ref().is_some_and(|(of, _)| *of != std::process::id());
