@@ -98,7 +98,7 @@ impl Pose {
     }
 
     /// A pose from the rotation of one of its frames.
-    pub(crate) fn turned(position_m: DVec3, rotation: DMat3, frame: Frame) -> Self {
+    pub fn turned(position_m: DVec3, rotation: DMat3, frame: Frame) -> Self {
         let link = match frame {
             Frame::Link => rotation,
             Frame::Optical => rotation * LINK_FROM_OPTICAL.transpose(),

@@ -5,13 +5,24 @@ use std::sync::{Mutex, PoisonError};
 use perirobot::backend::factory::{BackendChoice, BackendKind, ChosenBackends, KeptBackends};
 use perirobot::error::Issue;
 use perirobot::{Error, Result};
+use pyo3::Python;
+
+use crate::process::OfProcess;
+use crate::watch::Listener;
+
+/// Most threads, as on the command line.
+const MOST_THREADS: i64 = 1024;
 
 /// What computes: which backend, on which adapter, with how many threads.
-pub(crate) type BackendWords = (String, Option<String>, Option<usize>);
+pub(crate) type BackendWords = (String, Option<String>, Option<i64>);
 
-/// The backend that is named, and its fallbacks.
-pub(crate) fn opened(words: &BackendWords) -> Result<ChosenBackends> {
-    Ok(ChosenBackends::open(&choice(words)?)?.0)
+/// The backend that is named, and its fallbacks; a warning if that is not the GPU that is there.
+pub(crate) fn opened(words: &BackendWords, listener: &Listener) -> Result<ChosenBackends> {
+    let (backends, unused) = ChosenBackends::open(&choice(words)?)?;
+    if let Some(reason) = unused {
+        listener.warns_of_device(format!("{reason}; using the CPU instead"));
+    }
+    Ok(backends)
 }
 
 fn choice((backend, adapter, threads): &BackendWords) -> Result<BackendChoice> {
@@ -25,29 +36,56 @@ fn choice((backend, adapter, threads): &BackendWords) -> Result<BackendChoice> {
             return Err(Issue::value("backend", format!("{backend:?}"), wanted).into());
         }
     };
+    if adapter.is_some() && matches!(kind, BackendKind::Cpu | BackendKind::Oracle) {
+        return Err(Issue::says("adapter belongs to backend=\"gpu\" (or \"auto\")").into());
+    }
     let adapter =
         adapter.as_ref().map(|name| name.parse().map_err(|e| Error::input("adapter", format!("{e}"))));
-    Ok(BackendChoice { kind, adapter: adapter.transpose()?, threads: *threads, memory_bytes: None })
+    if let Some(threads) = threads.filter(|threads| !(1..=MOST_THREADS).contains(threads)) {
+        let wanted = format!("must be from 1 to {MOST_THREADS}");
+        return Err(Issue::value("threads", threads.to_string(), wanted).into());
+    }
+    let threads = threads.map(|threads| threads as usize);
+    Ok(BackendChoice { kind, adapter: adapter.transpose()?, threads, memory_bytes: None })
 }
 
-/// The backends that were used last, for whoever asks for the same.
+/// The backends of a study that were used last.
 #[derive(Default)]
-pub(crate) struct LastBackends(Mutex<Option<(BackendWords, KeptBackends<ChosenBackends>)>>);
+pub(crate) struct LastBackends(Mutex<Option<OfProcess<OpenBackends>>>);
+
+/// Backends that are open, with the words by which they were opened; none at first.
+#[derive(Default)]
+pub(crate) struct OpenBackends(Option<(BackendWords, KeptBackends<ChosenBackends>)>);
 
 impl LastBackends {
-    /// Does a job with the backend that is named. Where the job fails, it is not used again.
-    pub(crate) fn with<T>(
-        &self,
-        words: &BackendWords,
-        job: impl FnOnce(&mut KeptBackends<ChosenBackends>) -> Result<T>,
-    ) -> Result<T> {
+    /// Takes them for a job; none in a child that was forked. The caller holds the interpreter's lock, as in
+    /// [`LastBackends::put`], so that a process is not forked while this is locked.
+    pub(crate) fn take(&self) -> OpenBackends {
         let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let mut backends = match last.filter(|(of, _)| of == words) {
+        last.and_then(OfProcess::take).unwrap_or_default()
+    }
+
+    /// Keeps those of a job that did well.
+    pub(crate) fn put(&self, py: Python<'_>, backends: OpenBackends) {
+        let before = self.0.lock().unwrap_or_else(PoisonError::into_inner).replace(OfProcess::new(backends));
+        // Those of another thread; closing them may take long.
+        py.detach(|| drop(before));
+    }
+}
+
+impl OpenBackends {
+    /// Does a job with the backend that is named, which is opened unless it is open.
+    pub(crate) fn with<T>(
+        self,
+        words: BackendWords,
+        listener: &Listener,
+        job: impl FnOnce(&mut KeptBackends<ChosenBackends>) -> Result<T>,
+    ) -> Result<(T, OpenBackends)> {
+        let mut backends = match self.0.filter(|(of, _)| *of == words) {
             Some((_, backends)) => backends,
-            None => KeptBackends::new(opened(words)?),
+            None => KeptBackends::new(opened(&words, listener)?),
         };
         let done = job(&mut backends)?;
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some((words.clone(), backends));
-        Ok(done)
+        Ok((done, OpenBackends(Some((words, backends)))))
     }
 }

@@ -31,7 +31,7 @@ pub(crate) fn search(
     let (choose, begin) = (asked(study)?, Instant::now());
     examine(study, choose, worlds)?;
     let folder = Chosen::folder(out, study)?;
-    let mut backends = opened(words)?;
+    let mut backends = opened(words, listener)?;
     let prepare_s = begin.elapsed().as_secs_f64();
     let evidence = cast(study, choose, worlds, &mut backends, listener)?;
     let problem = Problem::new(study, choose, worlds, &evidence);
@@ -62,7 +62,7 @@ pub(crate) fn check(
     let choose = asked(study)?;
     examine(study, choose, worlds)?;
     let claims = Claims::read(folder, study, choose, worlds)?;
-    let evidence = cast(study, choose, worlds, &mut opened(words)?, listener)?;
+    let evidence = cast(study, choose, worlds, &mut opened(words, listener)?, listener)?;
     let (mut oracle, given) = (Oracle::default(), (study, choose, worlds));
     let Verified { sets, proven, bounded, open, .. } =
         verify(&claims, given, &evidence, &mut oracle, listener)?;

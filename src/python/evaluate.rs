@@ -1,58 +1,68 @@
 //! Counts of poses that Python asks for, again and again; the backend is kept open between.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use numpy::ndarray::{Array6, ArrayView1, ArrayView2};
 use perirobot::backend::factory::BackendFactory;
 use perirobot::error::Issue;
 use perirobot::pose::Frame;
 use perirobot::sweep::run_on;
 use perirobot::world::World;
-use perirobot::{Error, Pose, Result, Study};
+use perirobot::{Pose, Result, Study};
 
 use crate::watch::Listener;
 
 /// Counters of a choice in a region, labels and detection.
 pub(crate) const COUNTERS: usize = perirobot::metrics::COUNTERS + perirobot::metrics::DETECTION_COUNTERS;
 
-/// Rows of x, y, z in metres and the quaternion w, x, y, z as poses; quaternions are made one long.
-pub(crate) fn poses(rows: ArrayView2<f64>) -> Result<Vec<Pose>> {
-    let shape = rows.shape();
-    if shape[1] != 7 || shape[0] == 0 {
-        return Err(wrong(
-            "poses",
-            format!("has shape {shape:?}"),
-            "must have 7 columns: x, y, z, qw, qx, qy, qz",
-        ));
-    }
+/// Lengths of quaternions and axes are so near to one.
+const ROUNDED: f64 = 1e-3;
+
+/// Poses of rows: x, y, z in metres and the quaternion w, x, y, z, or the 16 numbers of a matrix that leads from the
+/// sensor's frame to the world.
+pub(crate) fn poses(rows: ArrayView2<f64>, frame: Frame) -> Result<Vec<Pose>, Issue> {
     let one = |(number, row): (usize, ArrayView1<f64>)| {
-        let what = || format!("is {:?}", row.to_vec());
-        pose(std::array::from_fn(|i| row[i])).ok_or_else(|| {
-            wrong(&format!("poses[{number}]"), what(), "must be finite, with a quaternion that is not 0")
+        let row = row.to_vec();
+        let pose = match row[..] {
+            _ if row.iter().any(|value| !value.is_finite()) => Err("must be finite"),
+            [x, y, z, qw, qx, qy, qz] => quaternion(DVec3 { x, y, z }, [qw, qx, qy, qz], frame),
+            _ => matrix(&row, frame),
+        };
+        pose.map_err(|wanted| {
+            Issue::says(format!("is {row:?}")).wanted(wanted).at(format!("poses[{number}]"))
         })
     };
     rows.outer_iter().enumerate().map(one).collect()
 }
 
-/// The pose at x, y, z in metres, turned by the quaternion w, x, y, z, if that is one.
-pub(crate) fn pose([x, y, z, qw, qx, qy, qz]: [f64; 7]) -> Option<Pose> {
-    let at = DVec3 { x, y, z };
-    Pose::from_quaternion(at, [qw, qx, qy, qz], Frame::Link).filter(|_| at.is_finite())
+fn quaternion(at: DVec3, wxyz: [f64; 4], frame: Frame) -> Result<Pose, &'static str> {
+    let length = wxyz.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let pose = Pose::from_quaternion(at, wxyz, frame).filter(|_| (length - 1.0).abs() <= ROUNDED);
+    pose.ok_or("must be x, y, z in metres and a quaternion w, x, y, z of length 1 (within 0.001)")
 }
 
-fn wrong(place: &str, what: String, wanted: &str) -> Error {
-    Error::from(Issue::says(what).wanted(wanted).at(place))
+fn matrix(row: &[f64], frame: Frame) -> Result<Pose, &'static str> {
+    let rotation = DMat3::from_cols_array(&std::array::from_fn(|i| row[4 * (i % 3) + i / 3]));
+    let product = rotation.transpose() * rotation;
+    if !product.abs_diff_eq(DMat3::IDENTITY, ROUNDED) || rotation.determinant() < 0.0 {
+        return Err(
+            "its upper left 3 × 3 must be a rotation: axes of length 1, at right angles, right-handed",
+        );
+    }
+    if row[12..] != [0.0, 0.0, 0.0, 1.0] {
+        return Err("its last row must be 0, 0, 0, 1, and its last column x, y, z in metres and 1");
+    }
+    Ok(Pose::turned(DVec3::new(row[3], row[7], row[11]), rotation, frame))
 }
 
-/// The counts of a study whose combinations have one choice each: combinations, moments, repeats, representations, regions,
-/// counters.
+/// The counts of a study whose combinations have one choice each, in so many representations: combinations, moments, repeats,
+/// representations, regions, counters.
 pub(crate) fn counts(
-    study: &Study,
+    (study, ways): (&Study, usize),
     worlds: &[World],
     backends: &mut dyn BackendFactory,
     mut listener: &Listener,
 ) -> Result<Array6<i64>> {
     let (choices, repeats) = (study.combinations.len(), study.repeats as usize);
-    let ways = study.combinations[0].representation_count(&study.sensors);
     let mut counts = Array6::zeros([choices, worlds.len(), repeats, ways, study.regions.len(), COUNTERS]);
     for row in run_on(study, worlds, backends, &mut listener)? {
         let here = |world: &World| (world.scene, world.snapshot) == (row.scene, row.snapshot);

@@ -24,13 +24,13 @@ pub(crate) fn judge(
     let (study, worlds) = as_swept(folder, study.clone(), worlds.to_vec())?;
     let choices = leaders(&study.requirements, &results, 1, Among::default())?;
     let judging = Judging::new(&study, &worlds, &results, &choices)?;
-    warnings.iter().chain(&judging.warnings).for_each(|warning| listener.warns(warning.clone()));
+    warnings.iter().chain(&judging.warnings).for_each(|warning| listener.warns_of_study(warning.clone()));
     for (scene, warnings) in &judging.cut_off {
-        warnings.iter().for_each(|warning| listener.warns(format!("{scene}: {warning}")));
+        warnings.iter().for_each(|warning| listener.warns_of_study(format!("{scene}: {warning}")));
     }
     forget(folder, None)?;
     listener.begins("cases", judging.total());
-    let judged = judging.judged(&|| opened(words), &mut listener)?;
-    judged.warnings.iter().for_each(|warning| listener.warns(warning.clone()));
+    let judged = judging.judged(&|| opened(words, listener), &mut listener)?;
+    judged.warnings.iter().for_each(|warning| listener.warns_of_study(warning.clone()));
     judging.write(folder, &judged)
 }

@@ -7,18 +7,24 @@ mod cell;
 mod choose;
 mod error;
 mod evaluate;
+mod folder;
 mod judge;
 mod labels;
 mod origin;
+mod process;
 mod recorded;
 mod study;
 mod table;
 mod watch;
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use numpy::PyReadonlyArray3;
+use perirobot::backend::adapter::adapters;
+use perirobot::study::Overrides;
+use perirobot::sweep::reopen;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule};
 
@@ -30,9 +36,17 @@ mod _perirobot {
     #[pymodule_export]
     use super::cell_map;
     #[pymodule_export]
+    use super::open_drivers;
+    #[pymodule_export]
+    use super::origin_of;
+    #[pymodule_export]
+    use super::results;
+    #[pymodule_export]
     use super::run;
     #[pymodule_export]
     use super::study::Study;
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
 }
 
 /// Runs a command line, the program's name its first word, and returns the exit code.
@@ -61,6 +75,26 @@ fn arrow_stream<'py>(
     columns: Vec<(String, arrow::Given<'py>)>,
 ) -> PyResult<Bound<'py, PyCapsule>> {
     arrow::stream(py, columns)
+}
+
+/// The columns of a finished sweep in a folder.
+#[pyfunction]
+fn results(py: Python<'_>, folder: PathBuf) -> PyResult<table::Columns> {
+    watch::run(py, None, |listener| folder::results(&folder, listener))
+}
+
+/// The study file of a folder of results, and how it was changed: edge of a voxel in metres, whether without noise.
+#[pyfunction]
+fn origin_of(py: Python<'_>, folder: PathBuf) -> PyResult<(PathBuf, Option<f64>, bool)> {
+    let (file, Overrides { voxel_size_m, noiseless }) = watch::run(py, None, |_| reopen::origin(&folder))?;
+    Ok((file, voxel_size_m, noiseless))
+}
+
+/// Opens the drivers of GPUs, which stay open as long as the process. No other thread of Python runs meanwhile, so that the
+/// process is not forked.
+#[pyfunction]
+fn open_drivers() {
+    adapters();
 }
 
 /// The number of an exit code, which the standard library does not tell.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use perirobot::source::Sources;
-use perirobot::study::Overrides;
+use perirobot::study::{IN_MEMORY, Overrides};
 use perirobot::{Error, Result, Study};
 use pyo3::FromPyObject;
 
@@ -19,7 +19,7 @@ pub(crate) struct Origin {
     /// Whether the user's `xacro` may be run.
     xacro: bool,
     /// Files that are in memory only, by their paths.
-    files: Vec<(PathBuf, Vec<u8>)>,
+    pub(crate) files: Vec<(PathBuf, Vec<u8>)>,
 }
 
 /// A file in memory.
@@ -46,10 +46,10 @@ impl Origin {
     /// Keys as JSON, beside files in memory that are named from a folder.
     pub(crate) fn memory(keys: &str, folder: &Path, files: Vec<(PathBuf, File)>) -> Result<Origin> {
         let mut origin = Origin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false, false);
-        origin.files.push((origin.path.clone(), text(&table(keys)?)?.into_bytes()));
+        origin.files.push((origin.path.clone(), text("keys", keys)?));
         for (name, file) in files {
             let bytes = match file {
-                File::Keys(keys) => text(&table(&keys)?)?.into_bytes(),
+                File::Keys(keys) => text(&name.display().to_string(), &keys)?,
                 File::Bytes(bytes) => bytes,
             };
             origin.files.push((folder.join(name), bytes));
@@ -58,11 +58,12 @@ impl Origin {
     }
 
     /// Reads and checks the study.
-    pub(crate) fn read(self) -> Result<Study> {
+    pub(crate) fn read(&self) -> Result<Study> {
         let named = self.packages.iter().map(|(name, folder)| (name.as_str(), folder.as_path()));
         let beside = Sources::beside(&self.path);
         let sources = named.clone().fold(beside, |all, (name, folder)| all.with_package(name, folder));
-        let sources = self.files.into_iter().fold(sources, |all, (path, bytes)| all.with_file(&path, bytes));
+        let sources =
+            self.files.iter().fold(sources, |all, (path, bytes)| all.with_file(path, bytes.clone()));
         let sources = if self.allow_outside { sources.allow_outside() } else { sources };
         let sources = if self.xacro { sources.allow_xacro() } else { sources };
         let mut study = Study::read(&self.path, &self.overrides, sources)?;
@@ -73,10 +74,21 @@ impl Origin {
 
 /// Keys from JSON.
 pub(crate) fn table(json: &str) -> Result<toml::Table> {
-    serde_json::from_str(json).map_err(|e| Error::input("keys", e.to_string()))
+    read("keys", json)
 }
 
-/// Keys as a file has them.
-fn text(keys: &toml::Table) -> Result<String> {
-    toml::to_string(keys).map_err(|e| Error::input("keys", e.to_string()))
+/// Keys of something from JSON.
+fn read(of: &str, json: &str) -> Result<toml::Table> {
+    serde_json::from_str(json).map_err(|e| {
+        // The place in the JSON, which the user has never seen, is left out.
+        let what = e.to_string();
+        let what = what.split(" at line ").next().unwrap_or(&what);
+        Error::input(of, format!("cannot be the keys of a file: {what}"))
+    })
+}
+
+/// Keys from JSON as a file has them.
+fn text(of: &str, json: &str) -> Result<Vec<u8>> {
+    let text = toml::to_string(&read(of, json)?).map_err(|e| Error::input(of, e.to_string()))?;
+    Ok(format!("{IN_MEMORY}{text}").into_bytes())
 }

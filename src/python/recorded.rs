@@ -55,7 +55,7 @@ pub(crate) fn score(
     let view = map.view()?;
     let mut rows = map.rows(&view);
     rows.retain(|row| region.as_ref().is_none_or(|name| regions[row.region] == name));
-    Ok([columns(&map.study, &rows), reasons(&map, &view, &rows)])
+    Ok([columns((&map.study).into(), &rows), reasons(&map, &view, &rows)])
 }
 
 /// Why voxels of the rows' regions are overlooked: region, reason, what hides them, how many, and of those a person's.

@@ -5,14 +5,17 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::ndarray::ArrayView2;
 use numpy::{IntoPyArray, PyArray3, PyArray6, PyReadonlyArray2, PyReadonlyArray3};
-use perirobot::Pose;
 use perirobot::backend::factory::{BackendFactory, Fallback};
+use perirobot::error::Issue;
+use perirobot::pose::Frame;
 use perirobot::results::columns::{pose_names, representation_names};
 use perirobot::results::jobs;
+use perirobot::source;
 use perirobot::study::Overrides;
 use perirobot::sweep;
 use perirobot::view::{Choice, Names, find};
 use perirobot::world::World;
+use perirobot::{Error, Pose};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -22,12 +25,16 @@ use crate::origin::{File, Origin, table};
 use crate::recorded::{AskedWords, RecordedWords};
 use crate::table::{Columns, columns};
 use crate::watch::{run, warn};
-use crate::{choose, evaluate, judge, labels, recorded};
+use crate::{choose, evaluate, folder, judge, labels, recorded};
 
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
 pub(crate) struct Study {
     study: perirobot::Study,
+    /// Its files that are in memory only.
+    files: Arc<Vec<(PathBuf, Vec<u8>)>>,
+    /// Files and their hashes as they were when the study was pickled.
+    before: Vec<ReadFile>,
     /// Those of the study that this one came from, where it only asks for something else.
     worlds: Arc<OnceLock<Vec<World>>>,
     backends: LastBackends,
@@ -35,6 +42,9 @@ pub(crate) struct Study {
 
 /// A choice of poses in one world: the world's number, and those of combination, choice, representation and repeat.
 type View = (usize, [usize; 4]);
+
+/// A file that was read, and its SHA-256.
+type ReadFile = (String, String);
 
 /// The numbers of a scene and a snapshot, and their grid.
 type WorldGrid = (usize, usize, [f64; 3], [u32; 3]);
@@ -60,6 +70,31 @@ impl Study {
         Study::made(py, || Ok(origin))
     }
 
+    /// The same study after it was pickled: its files must be those of that time, now and when they are read.
+    fn after(&self, before: Vec<ReadFile>) -> PyResult<Study> {
+        let (study, files) = (self.study.clone(), self.files.clone());
+        let study = Study { study, files, before, worlds: Arc::default(), backends: LastBackends::default() };
+        study.check_files()?;
+        Ok(study)
+    }
+
+    /// The files that were read so far, and their hashes.
+    fn read_files(&self) -> Vec<ReadFile> {
+        let name = |file: source::ReadFile| (file.path.display().to_string(), file.sha256);
+        self.study.sources.read_files().into_iter().map(name).collect()
+    }
+
+    /// Writes a study that was made in memory into a folder, with the files that it reads.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        self.worlds(py)?;
+        run(py, None, |_| folder::save(&self.study, &self.files, &folder))
+    }
+
+    /// What is odd about the scenes, as pairs of a scene's name and words.
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<(&str, &str)>> {
+        Ok(odd(self.worlds(py)?))
+    }
+
     /// Checks a study whose keys are given as JSON, beside files in memory that are named from a folder.
     #[staticmethod]
     fn of(py: Python<'_>, keys: &str, folder: PathBuf, files: Vec<(PathBuf, File)>) -> PyResult<Study> {
@@ -69,7 +104,8 @@ impl Study {
     /// The same study with some keys of `[choose]`, given as JSON, instead of its own.
     fn asking(&self, py: Python<'_>, keys: &str) -> PyResult<Study> {
         let study = run(py, None, |_| self.study.asking(table(keys)?))?;
-        Ok(Study { study, worlds: self.worlds.clone(), backends: LastBackends::default() })
+        let (files, before) = (self.files.clone(), self.before.clone());
+        Ok(Study { study, files, before, worlds: self.worlds.clone(), backends: LastBackends::default() })
     }
 
     /// Finds the best set of sensors, and writes it into a folder.
@@ -177,8 +213,9 @@ impl Study {
         let worlds = self.worlds(py)?;
         run(py, progress.as_ref(), |mut listener| {
             listener.begins("poses", jobs(&self.study));
-            let rows = sweep::run_on(&self.study, worlds, &mut opened(&backend)?, &mut listener)?;
-            Ok(columns(&self.study, &rows))
+            let mut backends = opened(&backend, listener)?;
+            let rows = sweep::run_on(&self.study, worlds, &mut backends, &mut listener)?;
+            Ok(columns((&self.study).into(), &rows))
         })
     }
 
@@ -200,23 +237,35 @@ impl Study {
         Ok((names.collect(), rows.collect()))
     }
 
-    /// Counts sensors at poses of Python's choice: the first of each together, the second of each and so on.
+    /// Counts sensors at poses of Python's choice: the first of each entry together, the second of each and so on.
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
         poses: Vec<(String, PyReadonlyArray2<'py, f64>)>,
+        is_optical: bool,
         backend: BackendWords,
     ) -> PyResult<Bound<'py, PyArray6<i64>>> {
         let worlds = self.worlds(py)?;
-        let each = poses.iter().map(|(sensor, rows)| Ok((self.sensor(sensor)?, rows.as_array())));
-        let each: Vec<(usize, ArrayView2<f64>)> = each.collect::<PyResult<_>>()?;
-        let counts = run(py, None, |listener| {
-            let poses = each.into_iter().map(|(sensor, rows)| Ok((sensor, evaluate::poses(rows)?)));
-            let study = self.study.elsewhere(&poses.collect::<perirobot::Result<Vec<_>>>()?)?;
+        let each = poses.iter().map(|(sensor, rows)| Ok((sensor, self.sensor(sensor)?, rows.as_array())));
+        let each: Vec<(&String, usize, ArrayView2<f64>)> = each.collect::<PyResult<_>>()?;
+        let frame = if is_optical { Frame::Optical } else { Frame::Link };
+        let open = self.backends.take();
+        let (counts, open) = run(py, None, |listener| {
+            let poses = each.into_iter().map(|(name, sensor, rows)| {
+                let poses = evaluate::poses(rows, frame);
+                Ok((sensor, poses.map_err(|issue| issue.at(format!("sensor {name:?}")))?))
+            });
+            let poses: Vec<(usize, Vec<Pose>)> = poses.collect::<perirobot::Result<_>>()?;
+            let study = self.study.elsewhere(&poses)?;
+            let ways = |(sensor, _): &(usize, _)| study.sensors[*sensor].kind.representations().len();
+            let ways = poses.iter().map(ways).product();
             worlds.iter().try_for_each(|world| world.examine_sensors(&study))?;
             let moved: Vec<World> = worlds.iter().map(|world| world.with_sensors(&study.sensors)).collect();
-            self.backends.with(&backend, |backends| evaluate::counts(&study, &moved, backends, listener))
+            open.with(backend, listener, |backends| {
+                evaluate::counts((&study, ways), &moved, backends, listener)
+            })
         })?;
+        self.backends.put(py, open);
         Ok(counts.into_pyarray(py))
     }
 
@@ -249,14 +298,16 @@ impl Study {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
         let worlds = self.worlds(py)?;
-        let all = run(py, progress.as_ref(), |listener| {
-            self.backends.with(&backend, |backends| {
+        let open = self.backends.take();
+        let (all, open) = run(py, progress.as_ref(), |listener| {
+            open.with(backend, listener, |backends| {
                 let mut backend = backends.open(Fallback::None)?;
                 let all = labels::all(&self.study, worlds, &views, &mut *backend, listener)?;
                 backends.take_back(backend);
                 Ok(all)
             })
         })?;
+        self.backends.put(py, open);
         all.into_iter().map(|(size, bytes)| labels::array(py, size, bytes)).collect()
     }
 }
@@ -264,8 +315,26 @@ impl Study {
 impl Study {
     /// Reads and checks what comes from somewhere.
     fn made(py: Python<'_>, origin: impl FnOnce() -> perirobot::Result<Origin> + Send) -> PyResult<Study> {
-        let study = run(py, None, |_| origin()?.read())?;
-        Ok(Study { study, worlds: Arc::default(), backends: LastBackends::default() })
+        let (study, files) = run(py, None, |_| {
+            let origin = origin()?;
+            Ok((origin.read()?, Arc::new(origin.files)))
+        })?;
+        let (before, worlds, backends) = Default::default();
+        Ok(Study { study, files, before, worlds, backends })
+    }
+
+    /// Fails if a file is another than when the study was pickled.
+    fn check_files(&self) -> PyResult<()> {
+        let now = self.read_files();
+        let differs =
+            |(path, sha256): &&ReadFile| now.iter().any(|file| file.0 == *path && file.1 != *sha256);
+        match self.before.iter().find(differs) {
+            None => Ok(()),
+            Some((path, _)) => {
+                let what = Issue::says("has changed since the study was pickled").wanted("pickle it again");
+                Err(raised(&Error::from(what.at(path.as_str()))))
+            }
+        }
     }
 
     /// The number of a sensor that takes poses.
@@ -281,12 +350,23 @@ impl Study {
     fn worlds(&self, py: Python<'_>) -> PyResult<&[World]> {
         if self.worlds.get().is_none() {
             let made = run(py, None, |listener| World::prepare_all_unless(&self.study, &|| listener.stop()))?;
-            for world in &made {
-                world.warnings.iter().try_for_each(|text| warn(py, &format!("{}: {text}", world.name)))?;
+            self.check_files()?;
+            let odd = odd(&made);
+            if !odd.is_empty() {
+                warn(py, "of_scenes", (odd,))?;
             }
             // Another thread may have been quicker; its worlds are the same.
             let _ = self.worlds.set(made);
         }
         Ok(self.worlds.get().expect("they were made"))
     }
+}
+
+/// What is odd about scenes: a scene's name and words, for each thing.
+fn odd(worlds: &[World]) -> Vec<(&str, &str)> {
+    let mut odd = Vec::new();
+    for world in worlds {
+        odd.extend(world.warnings.iter().map(|text| (world.name.as_str(), text.as_str())));
+    }
+    odd
 }

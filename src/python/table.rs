@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use numpy::IntoPyArray;
 use perirobot::Study;
+use perirobot::results::Subject;
 use perirobot::results::columns::{
     COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN, pose_names, representation_names,
 };
@@ -39,34 +40,69 @@ impl<'py> IntoPyObject<'py> for Column {
     }
 }
 
+/// The names of what rows have by number.
+pub(crate) struct Titles {
+    scenes: Vec<String>,
+    regions: Vec<String>,
+    /// Of each combination its name, its choices of poses and its representations.
+    combinations: Vec<(String, Vec<String>, Vec<String>)>,
+}
+
+impl From<&Study> for Titles {
+    fn from(study: &Study) -> Titles {
+        let combinations = study.combinations.iter().map(|combination| {
+            let poses = (0..combination.choices()).map(|choice| pose_names(study, combination, choice));
+            (combination.name.clone(), poses.collect(), representation_names(study, combination))
+        });
+        Titles {
+            scenes: study.scenes.iter().map(|scene| scene.name.clone()).collect(),
+            regions: study.regions.iter().map(|(name, _)| name.clone()).collect(),
+            combinations: combinations.collect(),
+        }
+    }
+}
+
+impl From<&Subject> for Titles {
+    fn from(swept: &Subject) -> Titles {
+        let combinations = swept.combinations.iter().map(|combination| {
+            let poses = (0..combination.choices()).map(|choice| combination.name_of(choice));
+            (combination.name.clone(), poses.collect(), combination.representations.clone())
+        });
+        Titles {
+            scenes: swept.scenes.iter().map(|scene| scene.name.clone()).collect(),
+            regions: swept.regions.clone(),
+            combinations: combinations.collect(),
+        }
+    }
+}
+
 /// The columns of `results.csv`.
-pub(crate) fn columns(study: &Study, rows: &[Row]) -> Columns {
+pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
     let counts =
         |number: &dyn Fn(&Row) -> u64| Column::Counts(rows.iter().map(|row| number(row) as i64).collect());
     let named = |names: Names, number: &dyn Fn(&Row) -> usize| {
         Column::Names(rows.iter().map(|row| names.of[number(row)]).collect(), names.all)
     };
-    let combinations = &study.combinations;
-    let choices = before(combinations.iter().map(|combination| combination.choices()));
-    let poses = combinations.iter().flat_map(|combination| {
-        (0..combination.choices()).map(|choice| pose_names(study, combination, choice))
-    });
-    let ways: Vec<Vec<String>> = combinations.iter().map(|c| representation_names(study, c)).collect();
-    let firsts = before(ways.iter().map(Vec::len));
-    let of_scenes = Names::of(study.scenes.iter().map(|scene| scene.name.clone()));
-    let of_combinations = Names::of(combinations.iter().map(|combination| combination.name.clone()));
-    let of_regions = Names::of(study.regions.iter().map(|(name, _)| name.clone()));
+    let Titles { scenes, regions, combinations } = titles;
+    let choices = before(combinations.iter().map(|(_, poses, _)| poses.len()));
+    let firsts = before(combinations.iter().map(|(.., ways)| ways.len()));
+    let (mut names, mut poses, mut ways) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, of_poses, of_ways) in combinations {
+        names.push(name);
+        poses.extend(of_poses);
+        ways.extend(of_ways);
+    }
     let mut columns: Columns = vec![
-        ("scene", named(of_scenes, &|row| row.scene)),
+        ("scene", named(Names::of(scenes.into_iter()), &|row| row.scene)),
         ("snapshot", counts(&|row| row.snapshot as u64)),
         ("repeat", counts(&|row| row.repeat as u64)),
-        ("combination", named(of_combinations, &|row| row.combination)),
-        ("poses", named(Names::of(poses), &|row| choices[row.combination] + row.choice)),
+        ("combination", named(Names::of(names.into_iter()), &|row| row.combination)),
+        ("poses", named(Names::of(poses.into_iter()), &|row| choices[row.combination] + row.choice)),
         (
             "representation",
-            named(Names::of(ways.into_iter().flatten()), &|row| firsts[row.combination] + row.representation),
+            named(Names::of(ways.into_iter()), &|row| firsts[row.combination] + row.representation),
         ),
-        ("region", named(of_regions, &|row| row.region)),
+        ("region", named(Names::of(regions.into_iter()), &|row| row.region)),
     ];
     for (number, name) in COUNT_COLUMNS.into_iter().enumerate() {
         columns.push((name, counts(&|row| row.counts.counts()[number])));

@@ -1,12 +1,11 @@
-//! Runs jobs for Python, each on a thread of its own. The thread that called stays with Python: ten times a second it
-//! asks whether somebody pressed Ctrl-C, and tells how far the job is. No other thread takes the interpreter's lock, so
-//! that a job never waits for it.
+//! Runs jobs for Python, each on threads of its own. The thread that called stays with Python: ten times a second it
+//! checks for Ctrl-C, and reports how far the job is. No other thread takes the interpreter's lock, so that a job never
+//! waits for it.
 
 use std::mem;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 use std::time::Duration;
 
 use perirobot::backend::Backend;
@@ -18,15 +17,13 @@ use perirobot::{Error, Result};
 use pyo3::prelude::*;
 
 use crate::error::raised;
+use crate::process;
 
 /// Why a job ends that Python stopped; what Python raised is told instead.
 const STOPPED: &str = "stopped by Python";
 
 /// Time between two looks at Python.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
-
-/// As much as a main thread has.
-const STACK_BYTES: usize = 8 << 20;
 
 /// What Python is told of a job.
 enum Event {
@@ -36,8 +33,10 @@ enum Event {
     Finished(u64),
     /// Something about it in words.
     Says(String),
-    /// Something is wrong.
-    Warns(String),
+    /// Something about the study or about results that its user may not expect.
+    WarnsOfStudy(String),
+    /// A device failed or is not used.
+    WarnsOfDevice(String),
 }
 
 /// Takes what a job says, until Python is told of it, and knows whether the job is to stop.
@@ -55,19 +54,17 @@ pub(crate) fn run<T: Send>(
     job: impl FnOnce(&Listener) -> Result<T> + Send,
 ) -> PyResult<T> {
     let listener = &Listener::default();
-    let (mut told, done) = py.detach(|| {
-        thread::scope(|scope| {
+    let threads = process::threads().map_err(|error| raised(&error))?;
+    let mut done = None;
+    let mut told = py.detach(|| {
+        threads.in_place_scope(|scope| {
             let (ending, end) = mpsc::channel::<()>();
-            let with_end = move || {
+            let done = &mut done;
+            scope.spawn(move |_| {
                 // Dropped when the job has ended, also where it panics.
                 let _ending = ending;
-                job(listener)
-            };
-            let thread = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, with_end);
-            let thread = match thread {
-                Ok(thread) => thread,
-                Err(e) => return (Ok(()), Err(Error::device(format!("cannot start a thread: {e}")))),
-            };
+                *done = Some(job(listener));
+            });
             let mut told = Ok(());
             while end.recv_timeout(BETWEEN_LOOKS) == Err(RecvTimeoutError::Timeout) {
                 if told.is_ok() {
@@ -75,16 +72,17 @@ pub(crate) fn run<T: Send>(
                     listener.is_stopped.store(told.is_err(), Ordering::Relaxed);
                 }
             }
-            (told, thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            told
         })
     });
+    process::keep(threads);
     match &told {
         Ok(()) => told = listener.tell(py, progress),
         // Shown is how far it came; what is raised stays what it is.
         Err(_) => drop(listener.pass_on(py, progress)),
     }
     told?;
-    done.map_err(|error| raised(&error))
+    done.expect("the job has ended").map_err(|error| raised(&error))
 }
 
 impl Listener {
@@ -109,12 +107,17 @@ impl Listener {
     }
 
     fn failed(&self, Fault { what, instead, .. }: &Fault) {
-        self.warns(format!("{what}; the next poses were done by {instead}"));
+        self.warns_of_device(format!("{what}; the next poses were done by {instead}"));
     }
 
-    /// Something is wrong.
-    pub(crate) fn warns(&self, text: String) {
-        self.take(Event::Warns(text));
+    /// Something about the study or about results that its user may not expect.
+    pub(crate) fn warns_of_study(&self, text: String) {
+        self.take(Event::WarnsOfStudy(text));
+    }
+
+    /// A device failed or is not used.
+    pub(crate) fn warns_of_device(&self, text: String) {
+        self.take(Event::WarnsOfDevice(text));
     }
 
     /// Keeps an event for Python. Of those that follow each other one is enough to tell how far a job is.
@@ -138,7 +141,8 @@ impl Listener {
         let events = mem::take(&mut *self.events.lock().unwrap_or_else(PoisonError::into_inner));
         for event in events {
             match (event, progress) {
-                (Event::Warns(text), _) => warn(py, &text)?,
+                (Event::WarnsOfStudy(text), _) => warn(py, "of_input", (text,))?,
+                (Event::WarnsOfDevice(text), _) => warn(py, "of_device", (text,))?,
                 (_, None) => {}
                 (Event::Begins(what, of), Some(shown)) => {
                     drop(shown.call_method1(py, "begin", (what, of))?)
@@ -201,7 +205,11 @@ impl RefineWatch for Listener {
     }
 }
 
-/// Warns as Python does: once a place, and as an exception where the user wants that.
-pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    py.import("warnings")?.call_method1("warn", (text,)).map(drop)
+/// Warns by a function of `perirobot/warned.py`. What it raises is the error: a user may want that.
+pub(crate) fn warn<'py, A: pyo3::call::PyCallArgs<'py>>(
+    py: Python<'py>,
+    how: &str,
+    words: A,
+) -> PyResult<()> {
+    py.import("perirobot.warned")?.call_method1(how, words).map(drop)
 }

@@ -296,7 +296,7 @@ impl CombinationResults {
     }
 
     /// A choice, as in the column `poses` of results.csv: `camera:right-wall/8/1;pads:floor/3/0`.
-    pub(crate) fn name_of(&self, choice: usize) -> String {
+    pub fn name_of(&self, choice: usize) -> String {
         let names = self.poses(choice).map(|(member, pose)| format!("{}:{}", member.sensor, pose.name));
         names.collect::<Vec<_>>().join(columns::BETWEEN_MEMBERS)
     }

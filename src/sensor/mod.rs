@@ -68,6 +68,8 @@ pub struct Sensor {
     pub on: Option<MountLink>,
     /// Candidates in study order.
     pub candidates: Vec<Candidate>,
+    /// The candidate words of what is drawn for its candidates, if they are not their numbers.
+    pub(crate) draw_words: Vec<u32>,
     /// The groups of candidates between which others are possible.
     pub spreads: Vec<Spread>,
     /// What the study says of its noise.
@@ -121,6 +123,11 @@ pub enum Setting {
 }
 
 impl Sensor {
+    /// The candidate word of what is drawn for a candidate: noise, loss, and how far its mount is off.
+    pub(crate) fn draw_word(&self, candidate: usize) -> usize {
+        self.draw_words.get(candidate).map_or(candidate, |&word| word as usize)
+    }
+
     /// The settings of its candidates, with poses in the world; the carrier is the link that carries it, if one does.
     pub(crate) fn settings(&self, carrier: Option<&Pose>) -> Vec<Setting> {
         self.candidates.iter().map(|candidate| candidate.setting.carried_by(carrier)).collect()

@@ -2,7 +2,7 @@
 
 use super::file::StudyFile;
 use super::place::Place;
-use super::{Study, choose, parse, top_keys};
+use super::{IN_MEMORY, Study, choose, parse, top_keys};
 use crate::{Error, Result};
 
 impl Study {
@@ -18,6 +18,7 @@ impl Study {
             asked.extend(keys);
         }
         let text = toml::to_string(&whole).map_err(|e| Error::input("choose", e.to_string()))?;
+        let text = format!("{IN_MEMORY}{text}");
         let file: StudyFile = parse(&self.path, &text).map_err(|(shown, _)| shown)?;
         let at = Place { file: &self.path, prefix: String::new() };
         let known = choose::Known { fusion: file.fusion, regions: &self.regions, sensors: &self.sensors };

@@ -55,6 +55,7 @@ pub use require::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, MountingError, Nearness, Requirement,
 };
 pub use stopping::{AtSpeed, Formula, Stopping};
+pub use written::IN_MEMORY;
 
 /// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
 const FARTHEST_M: f64 = 1e6;
@@ -160,6 +161,7 @@ impl Study {
             kind: Arc::new(recorded),
             on: None,
             candidates,
+            draw_words: Vec::new(),
             spreads: Vec::new(),
             noise: SaidOfNoise::Nothing,
             terms: Terms::default(),

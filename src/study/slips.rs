@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use toml::de::DeTable;
 use toml::{Table, Value};
 
-use super::written::{Step, line_at, place_of};
+use super::written::{IN_MEMORY, Step, line_at, place_of};
 
 /// Positions and sizes of robot cells are smaller, in metres.
 const LARGE_M: f64 = 100.0;
@@ -33,7 +33,11 @@ pub(super) fn warnings(text: &str) -> Vec<String> {
         .collect();
     slips.sort();
     let more = slips.len().saturating_sub(MOST_TOLD);
-    let told = slips.iter().take(MOST_TOLD).map(|(at, what)| format!("line {}: {what}", line_at(text, *at)));
+    let line = |at| match text.starts_with(IN_MEMORY) {
+        true => String::new(),
+        false => format!("line {}: ", line_at(text, at)),
+    };
+    let told = slips.iter().take(MOST_TOLD).map(|(at, what)| format!("{}{what}", line(*at)));
     let rest = (more > 0).then(|| format!("{more} more numbers look like radians or millimetres"));
     told.chain(rest).collect()
 }

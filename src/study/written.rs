@@ -12,6 +12,10 @@ use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
 
 use super::unreadable::{Unread, Unreadable};
 
+/// The first line of a text that was made from keys in memory. Users have never seen its lines, so errors name its keys
+/// only.
+pub const IN_MEMORY: &str = "# made in memory\n";
+
 /// A step from a file's top towards one of its values.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
@@ -33,7 +37,8 @@ impl<'a> Written<'a> {
     }
 
     fn table(&self) -> Option<&Spanned<DeTable<'a>>> {
-        self.table.get_or_init(|| DeTable::parse(self.text).ok()).as_ref()
+        let parse = || DeTable::parse(self.text).ok().filter(|_| !self.text.starts_with(IN_MEMORY));
+        self.table.get_or_init(parse).as_ref()
     }
 
     /// The line on which the last key stands.
@@ -45,8 +50,8 @@ impl<'a> Written<'a> {
     /// what may be meant.
     pub(super) fn shown(&self, error: &Unreadable) -> String {
         let bytes = self.table().and_then(|table| bytes_of(table, error));
-        let shown = bytes.map(|bytes| below_line(self.text, bytes, &error.message));
-        format!("{}{}", shown.as_ref().unwrap_or(&error.message).trim_end(), error.meant())
+        let shown = bytes.map_or(error.to_string(), |bytes| below_line(self.text, bytes, &error.message));
+        format!("{}{}", shown.trim_end(), error.meant())
     }
 }
 

@@ -274,7 +274,10 @@ impl World {
             setting,
             rays: None,
             truly: true_pose(study, setting, [sensor, candidate, repeat]),
-            draws: sensor::draws(study.seed, [self.scene, self.snapshot, sensor, candidate, repeat]),
+            draws: sensor::draws(
+                study.seed,
+                [self.scene, self.snapshot, sensor, study.sensors[sensor].draw_word(candidate), repeat],
+            ),
         }
     }
 
@@ -296,9 +299,11 @@ impl World {
 
 /// Where a sensor truly is in a repeat, if it has a pose and its mount may be off.
 fn true_pose(study: &Study, setting: Setting, [sensor, candidate, repeat]: [usize; 3]) -> Option<Pose> {
-    let calibration = study.sensors[sensor].kind.calibration()?;
+    let spec = &study.sensors[sensor];
+    let calibration = spec.kind.calibration()?;
+    let words = [sensor, spec.draw_word(candidate), repeat];
     match setting {
-        Setting::Pose(pose) => Some(calibration.true_pose(&pose, study.seed, [sensor, candidate, repeat])),
+        Setting::Pose(pose) => Some(calibration.true_pose(&pose, study.seed, words)),
         _ => None,
     }
 }

@@ -27,8 +27,9 @@ impl World {
     /// The first candidate that is wrong, by its name.
     pub fn examine_sensors(&self, study: &Study) -> Result<()> {
         let (truth, window) = (self.truth(), self.grid.window());
-        for (sensor, settings) in study.sensors.iter().zip(&self.with_sensors(&study.sensors).settings) {
-            for (candidate, &setting) in sensor.candidates.iter().zip(settings.iter()) {
+        let settings = self.with_sensors(&study.sensors).settings;
+        for (number, (sensor, settings)) in study.sensors.iter().zip(&settings).enumerate() {
+            for (index, (candidate, &setting)) in sensor.candidates.iter().zip(settings.iter()).enumerate() {
                 let station = Station {
                     moment: [self.scene, self.snapshot],
                     truth: &truth,
@@ -38,13 +39,16 @@ impl World {
                     truly: None,
                     draws: 0,
                 };
-                let at = setting.pose().position_m;
-                let is_inside = window.contains(Grid::voxel_of(self.grid.position_q16(at)));
-                let checked = match is_inside || !matches!(setting, Setting::Pose(_)) {
-                    true => sensor.kind.check(&station),
-                    false => Err(self.outside(at)),
+                let voxel = |pose: &Pose| Grid::voxel_of(self.grid.position_q16(pose.position_m));
+                let is_outside = |pose: &Pose| !window.contains(voxel(pose));
+                let believed = matches!(setting, Setting::Pose(_)).then(|| setting.pose());
+                let off = true_poses(study, setting, [number, index]).find(is_outside);
+                let (checked, mount) = match (believed.filter(is_outside), off) {
+                    (Some(pose), _) => (Err(self.outside(pose.position_m)), ""),
+                    (None, Some(pose)) => (Err(self.outside(pose.position_m)), " with its mount off"),
+                    (None, None) => (sensor.kind.check(&station), ""),
                 };
-                let name = Site::Subject(format!("pose {}", candidate.name));
+                let name = Site::Subject(format!("pose {}{mount}", candidate.name));
                 checked.map_err(|e| e.at(name).at(format!("sensor {:?}", sensor.name)))?;
             }
         }

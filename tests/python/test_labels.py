@@ -8,6 +8,7 @@ import warnings
 
 import numpy as np
 import pandas as pd
+import polars
 
 import perirobot as pr
 from shared import ROOT, program
@@ -216,28 +217,149 @@ class Evaluate(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "sensor: belongs to an array of poses"):
             study.evaluate({"lidar 0": poses["lidar 0"]}, "lidar 0")
 
-    def test_quaternions_need_not_be_one_long(self):
-        study = pr.Study.load(ROOT / "scenes/tiny.toml")
-        _, poses = study.poses("camera")
-        longer = poses * [1, 1, 1, 3, 3, 3, 3]
+    def noisy(self, *, equal: int = 0) -> pr.Study:
+        """The tiny cell with a lidar whose returns are noisy and lost and whose mount is off, or also a pair of them."""
+        keys = tomllib.loads((ROOT / "scenes/tiny.toml").read_text())
+        lidar = next(sensor for sensor in keys["sensor"] if sensor["name"] == "lidar")
+        lidar.update(noise={"std_m": 0.05}, dropout=0.1, calibration={"position_m": 0.02, "angle_deg": 1.0})
+        keys.update(sensor=[lidar], repeats=2)
+        if equal:
+            equal_ones = {"name": "equal", "sensors": ["lidar"], "count": {"lidar": equal}}
+            keys["combination"] = [{**equal_ones, "fusion": "octomap"}]
+        return pr.Study(keys, folder=ROOT / "scenes")
+
+    def test_noise_belongs_to_the_pose(self):
+        study = self.noisy()
+        listed = study.poses("lidar")[1]
+        free = listed[:1] + [0.0123, 0, 0.02, 0, 0, 0, 0]
+        poses = np.vstack([listed, free])
+        expected = study.evaluate(poses, backend="cpu")
+        self.assertFalse((expected[:, :, 0] == expected[:, :, 1]).all(), "there is no noise")
+        for backend, adapter in BACKENDS:
+            for order in [[3, 2, 1, 0], [3], [1, 3, 3, 0, 1]]:
+                counts = study.evaluate(poses[order], backend=backend, adapter=adapter)
+                np.testing.assert_array_equal(counts, expected[order])
+        # A rotation is the same with all signs turned, and the listed poses have the noise of the sweep in any order.
+        turned = poses[[2, 0]] * [1, 1, 1, -1, -1, -1, -1]
+        np.testing.assert_array_equal(study.evaluate(turned, backend="cpu"), expected[[2, 0]])
+        frame = study.sweep("cpu", progress=False).to_pandas()
+        for number, name in enumerate(study.poses("lidar")[0]):
+            told = frame[frame.poses == f"lidar:{name}"][list(pr.COUNTERS)].to_numpy()
+            np.testing.assert_array_equal(expected[number].reshape(told.shape), told)
+
+    def test_equal_sensors_are_counted_together(self):
+        study = self.noisy(equal=2)
+        names, poses = study.poses("lidar")
+        frame = study.sweep("cpu", progress=False).to_pandas()
+        pairs = [(0, 1), (0, 2), (1, 2)]
+        together = np.array([poses[list(pair)] for pair in pairs])
+        for backend, adapter in BACKENDS:
+            counts = study.evaluate(together, backend=backend, adapter=adapter)
+            for number, (one, other) in enumerate(pairs):
+                told = frame[frame.poses == f"lidar:{names[one]};lidar:{names[other]}"][list(pr.COUNTERS)].to_numpy()
+                np.testing.assert_array_equal(counts[number].reshape(told.shape), told)
+            # Which of two equal sensors comes first is the same.
+            swapped = study.evaluate({"lidar": together[:, ::-1]}, backend=backend, adapter=adapter)
+            np.testing.assert_array_equal(swapped, counts)
+
+    def test_a_pose_may_be_given_in_any_form(self):
+        study = self.noisy()
+        poses = study.poses("lidar")[1]
+        expected = study.evaluate(poses, backend="cpu")
+        matrices = np.tile(np.eye(4), (len(poses), 1, 1))
+        for matrix, (*at, w, x, y, z) in zip(matrices, poses):
+            matrix[:3, 3] = at
+            matrix[:3, :3] = [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        # The optical frame is z forward, x right, y down: its axes in those of the link.
+        optical = matrices.copy()
+        optical[:, :3, :3] = matrices[:, :3, :3] @ [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
+        table = pd.DataFrame(poses, columns=["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"])
+        table.insert(0, "sensor", "lidar")
+        shuffled = table[["qz", "qw", "z_m", "sensor", "y_m", "x_m", "qy", "qx"]]
+        along_x = [*poses[0][:3], 0.5, -0.5, 0.5, -0.5]
+        for given, frame, rows in [
+            (poses.tolist(), "link", slice(None)),
+            (matrices, "link", slice(None)),
+            (optical, "optical", slice(None)),
+            (shuffled, "link", slice(None)),
+            (polars.from_pandas(shuffled), "link", slice(None)),
+            (poses[1], "link", slice(1, 2)),
+            (matrices[2], "link", slice(2, 3)),
+            (np.empty((0, 7)), "link", slice(0)),
+            ([], "link", slice(0)),
+            (matrices[:0], "link", slice(0)),
+        ]:
+            counts = study.evaluate(given, frame=frame, backend="cpu")
+            np.testing.assert_array_equal(counts, expected[rows])
+        # Looking along x with the optical axis, as a quaternion.
+        level = [*poses[0][:3], 1, 0, 0, 0]
         np.testing.assert_array_equal(
-            study.evaluate(poses, "camera", backend="cpu"), study.evaluate(longer, "camera", backend="cpu")
+            study.evaluate(along_x, frame="optical", backend="cpu"), study.evaluate(level, backend="cpu")
         )
+
+    def test_quaternions_in_the_other_order_are_warned_of(self):
+        study = pr.Study.load(ROOT / "scenes/tiny.toml")
+        at = study.poses("camera")[1][0, :3]
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            study.sweep("cpu", progress=False)
+            for yaw_deg in range(-170, 180, 20):
+                half = np.radians(yaw_deg) / 2
+                first = [*at, np.cos(half), 0, 0, np.sin(half)]
+                caught.clear()
+                study.evaluate(first, "camera", backend="cpu")
+                self.assertEqual(caught, [], yaw_deg)
+                study.evaluate([*at, 0, 0, np.sin(half), np.cos(half)], "camera", backend="cpu")
+                # At small angles it is upright either way.
+                if abs(yaw_deg) > 10:
+                    [warning] = caught
+                    self.assertIs(warning.category, pr.InputWarning)
+                    self.assertIn("read as x, y, z, w they are upright", str(warning.message))
+                    self.assertEqual(warning.filename, __file__)
 
     def test_poses_that_are_wrong_are_refused(self):
         study = pr.Study.load(ROOT / "scenes/tiny.toml")
         good = study.poses("camera")[1][:1]
+        table = pd.DataFrame(good, columns=["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"])
+        matrix = np.eye(4)
+        matrix[:3, 3] = good[0, :3]
         for poses, message in [
-            (good[:, :6], "must have 7 columns"),
-            (good[0], r"has shape \(7,\), must be \(n, 7\)"),
-            (good * [1, 1, 1, 0, 0, 0, 0], r"poses\[0\]: .*quaternion that is not 0"),
-            (good * [np.nan, 1, 1, 1, 1, 1, 1], r"poses\[0\]: .*must be finite"),
+            (good[:, :6], r"has shape \(1, 6\), must be \(n, 7\)"),
+            (good[0, 0], r"has shape \(\), must be"),
+            (np.ones((2, 3)), r"has shape \(2, 3\), must be"),
+            ([[1, 2], [3]], "poses: must be an array of numbers, with rows of one length"),
+            ("here", "poses: must be an array of numbers"),
+            (np.ones((2, 0, 7)), "with no sensor in it"),
+            (good * [1, 1, 1, 0, 0, 0, 0], r"poses\[0\]: .*a quaternion w, x, y, z of length 1"),
+            (good * [1, 1, 1, 3, 3, 3, 3], r"poses\[0\]: .*a quaternion w, x, y, z of length 1"),
+            (np.vstack([good, good * [np.nan, 1, 1, 1, 1, 1, 1]]), r"poses\[1\]: .*must be finite"),
             (good + [99, 0, 0, 0, 0, 0, 0], r'pose 0 is at .* outside of the voxels of scene "tiny"'),
+            (matrix * 2, r"poses\[0\]: .*must be a rotation"),
+            (matrix[:, [1, 0, 2, 3]], r"poses\[0\]: .*right-handed"),
+            (matrix.T, r"poses\[0\]: .*its last row must be 0, 0, 0, 1"),
+            (table.rename(columns={"qw": "w"}), "poses: has no column 'qw': needs x_m, y_m, z_m, qw"),
+            (table.assign(sensor="lidar"), "poses: has rows of sensor 'lidar': keep those of 'camera' only"),
         ]:
-            with self.assertRaisesRegex(ValueError, message):
+            with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 study.evaluate(poses, "camera", backend="cpu")
         with self.assertRaisesRegex(ValueError, 'sensor = "camra": must be one that takes poses'):
             study.evaluate(good, "camra")
+        with self.assertRaisesRegex(ValueError, "frame = 'world': must be \"link\""):
+            study.evaluate(good, "camera", frame="world")
+
+    def test_a_true_pose_outside_of_the_grid_is_refused(self):
+        study = self.noisy()
+        poses = study.poses("lidar")[1]
+        beside = poses[:1].copy()
+        beside[0, 0] = study.labels("lidar:posts/upright").origin_m[0] + 0.001
+        # Half of all mounts are off to the outside.
+        rows = np.vstack([beside + [0, step, 0, 0, 0, 0, 0] for step in np.linspace(0, 0.1, 11)])
+        with self.assertRaisesRegex(ValueError, r"pose \d+ with its mount off is at"):
+            study.evaluate(rows, backend="cpu")
 
 
 if __name__ == "__main__":

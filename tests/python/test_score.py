@@ -145,7 +145,7 @@ class Scores(unittest.TestCase):
             (array * 1.0, place, "recorded: is of float64, must be int8, uint8 or bool"),
             (array * 7, place, r"recorded: labels: \[0, 0, 0\] = 7: must be 1 \(occupied\)"),
             (array * 255, place, "recorded: labels: has no voxel that is occupied or free"),
-            (array, {**place, "voxel_size_m": 0}, "recorded: voxel_size_m: must be one positive length"),
+            (array, {**place, "voxel_size_m": 0}, "voxel_size_m = 0: must be a length above 0"),
         ]:
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 self.scored(recorded, **keys)

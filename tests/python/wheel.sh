@@ -19,7 +19,15 @@ maturin="$work/build/bin/maturin"
 # Here pip installs what the package declares, and nothing else.
 python3 -m venv "$work/bare"
 "$work/bare/bin/pip" install "$work"/wheel/perirobot-*.whl
-"$work/bare/bin/python" -c 'import perirobot; assert len(perirobot.Study.load("scenes/tiny.toml").sweep("cpu")) > 0'
+"$work/bare/bin/python" - <<'END'
+import importlib.metadata
+import perirobot
+assert len(perirobot.Study.load("scenes/tiny.toml").sweep("cpu")) > 0
+about = importlib.metadata.metadata("perirobot")
+assert about["Version"] == perirobot.__version__ and about["Author"] and about.get_all("Classifier"), about
+assert "pip install perirobot" in about.get_payload(), about
+END
+timeout 300 "$work/bare/bin/python" tests/python/processes.py fork cpu
 "$work/bare/bin/perirobot" sweep scenes/tiny.toml --out "$work/out" >/dev/null
 [ "${1:-}" = all ] || exit 0
 shift

@@ -6,14 +6,22 @@
 >>> result.to_pandas().nlargest(3, "f1")
 
 What is wrong with a study, a scene or an argument is a ``ValueError`` that names file, key and what would be right. A disk
-that fails is an ``OSError``, a device that fails a ``RuntimeError``.
+that fails is an ``OSError``, a device that fails a ``RuntimeError``. Warnings are of the classes :class:`InputWarning` and
+:class:`DeviceWarning`.
 """
 
+from ._perirobot import VERSION as __version__
 from .best import Best
 from .cell import Cell
+from .device import Backend
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels
 from .result import Result
 from .score import ScoredMap, score_map
 from .study import COUNTERS, Study
+from .warned import DeviceWarning, InputWarning
 
-__all__ = ["COUNTERS", "FREE", "OCCUPIED", "UNKNOWN", "Best", "Cell", "Labels", "Result", "ScoredMap", "Study", "score_map"]
+__all__ = [
+    *("COUNTERS", "FREE", "OCCUPIED", "UNKNOWN"),
+    *("Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Result", "ScoredMap", "Study"),
+    *("__version__", "score_map"),
+]

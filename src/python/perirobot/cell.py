@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _perirobot
+from .checks import array, length, three
 
 _Files = list[tuple[str, Union[str, bytes]]]
 
@@ -19,7 +20,7 @@ class Cell:
     :param occupied: bool, shape (nx, ny, nz): where anything is, people and robot included or not. Voxel [i, j, k] is the
         i-th along x, the j-th along y, the k-th along z (up).
     :param voxel_size_m: edge of a voxel in metres; a study of cells has the same.
-    :param people: the voxels of a person, or a list with those of each.
+    :param people: the voxels of a person, or those of each: a list of arrays, or an array of shape (people, nx, ny, nz).
     :param robot: the voxels of the robot.
     :param origin_m: lowest corner of voxel [0, 0, 0] in metres, a multiple of the voxel's edge along each axis.
     :raises ValueError: if an array has no voxel, or not the shape of the others.
@@ -36,12 +37,13 @@ class Cell:
     ) -> None:
         rest = _voxels("occupied", occupied, None)
         self.shape: tuple[int, ...] = rest.shape
-        self.voxel_size_m = float(voxel_size_m)
-        if not (self.voxel_size_m > 0 and np.isfinite(self.voxel_size_m)):
-            raise ValueError(f"voxel_size_m = {voxel_size_m}: must be a length above 0, in metres")
-        self.key: list[int] = [round(corner / self.voxel_size_m) for corner in origin_m]
-        if not np.allclose(np.multiply(self.key, self.voxel_size_m), origin_m, rtol=0, atol=1e-6 * self.voxel_size_m):
-            raise ValueError(f"origin_m = {tuple(origin_m)}: must be multiples of voxel_size_m = {voxel_size_m}")
+        self.voxel_size_m = length("voxel_size_m", voxel_size_m)
+        corner = three("origin_m", origin_m)
+        if corner is None or not np.isfinite(corner).all():
+            raise ValueError(f"origin_m = {corner}: must be x, y, z in metres")
+        self.key: list[int] = [round(edge / self.voxel_size_m) for edge in corner]
+        if not np.allclose(np.multiply(self.key, self.voxel_size_m), corner, rtol=0, atol=1e-6 * self.voxel_size_m):
+            raise ValueError(f"origin_m = {corner}: must be multiples of voxel_size_m = {voxel_size_m}")
         self._parts: list[tuple[str, str, bytes]] = []
         bodies = [("robot", "robot", robot)] if robot is not None else []
         bodies += [(f"person {number}", "human", person) for number, person in enumerate(_each(people))]
@@ -74,17 +76,19 @@ class Cell:
 
 
 def _each(people: Any) -> Sequence[Any]:
+    """The voxels of each person."""
     if people is None:
         return []
-    if isinstance(people, (list, tuple)) and np.ndim(people[0] if people else 0) == 3:
+    if isinstance(people, (list, tuple)) and all(isinstance(person, np.ndarray) for person in people):
         return people
-    return [people]
+    together = array("people", people)
+    return list(together) if together.ndim == 4 else [together]
 
 
 def _voxels(name: str, voxels: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[np.bool_]:
-    array = np.asarray(voxels)
-    if array.ndim != 3 or array.size == 0 or (shape is not None and array.shape != shape):
-        raise ValueError(f"{name}: has shape {array.shape}, must be {shape or '(nx, ny, nz)'}")
-    if array.dtype != np.bool_:
-        raise ValueError(f"{name}: is of {array.dtype}, must be bool")
-    return array
+    given = array(name, voxels)
+    if given.ndim != 3 or given.size == 0 or (shape is not None and given.shape != shape):
+        raise ValueError(f"{name}: has shape {given.shape}, must be {shape or '(nx, ny, nz)'}")
+    if given.dtype != np.bool_:
+        raise ValueError(f"{name}: is of {given.dtype}, must be bool")
+    return given

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 FREE, OCCUPIED, UNKNOWN = 0, 1, 255
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Labels:
-    """The labels of one choice of poses at one moment, over the whole grid."""
+    """The labels of one choice of poses at one moment, over the whole grid.
+
+    Two are equal if all that they have is.
+    """
 
     #: uint8, shape (nx, ny, nz): FREE, OCCUPIED or UNKNOWN; [i, j, k] along x, y, z, x the fastest in memory.
     labels: NDArray[np.uint8]
@@ -28,3 +31,8 @@ class Labels:
     combination: str
     poses: str
     representation: str
+
+    def __eq__(self, other: object) -> bool:
+        # An array would compare itself with this, entry by entry.
+        names = (field.name for field in fields(self))
+        return isinstance(other, Labels) and all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)

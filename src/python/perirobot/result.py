@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _perirobot
+from .checks import needed
+from .page import table
 
 if TYPE_CHECKING:
     import pandas
@@ -30,6 +34,10 @@ _AXES = {
 }
 
 
+#: Rows that a notebook shows.
+_SHOWN_ROWS = 10
+
+
 class Result:
     """The rows of a sweep, in the order of ``results.csv`` and with its columns.
 
@@ -39,11 +47,24 @@ class Result:
     def __init__(self, columns: dict[str, _Column]) -> None:
         self._columns = columns
 
+    @staticmethod
+    def load(folder: str | PathLike[str]) -> Result:
+        """The rows of a finished sweep in a folder that ``perirobot sweep`` or ``choose`` has written.
+
+        :raises ValueError: what is missing there, or does not fit together.
+        """
+        return Result(dict(_perirobot.results(os.fspath(folder))))
+
     def __len__(self) -> int:
         return len(self._columns["snapshot"])
 
     def __repr__(self) -> str:
-        return f"<perirobot.Result: {len(self)} rows>"
+        return f"<perirobot.{type(self).__name__}: {len(self)} rows>"
+
+    def _repr_html_(self) -> str:
+        """The first rows, as notebooks show them."""
+        shown = {name: _values(column, slice(_SHOWN_ROWS)) for name, column in self._columns.items()}
+        return table(f"{type(self).__name__}: {len(self)} rows", list(shown), zip(*shown.values()))
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -52,15 +73,13 @@ class Result:
 
     def to_pandas(self) -> pandas.DataFrame:
         """The rows as pandas reads them from ``results.csv``; needs pandas."""
-        import pandas
-
-        return pandas.DataFrame(self.columns, copy=False)
+        frame: pandas.DataFrame = needed("pandas", "tables").DataFrame(self.columns, copy=False)
+        return frame
 
     def to_arrow(self) -> pyarrow.Table:
         """The rows as an Arrow table; names are dictionary-encoded, a score without a value is null. Needs pyarrow."""
-        import pyarrow
-
-        return pyarrow.table(self)
+        rows: pyarrow.Table = needed("pyarrow", "tables").table(self)
+        return rows
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """Hands the rows to whatever takes Arrow's PyCapsules, such as polars or DuckDB, always in the same types."""
@@ -74,8 +93,7 @@ class Result:
         :param combination: its name; may be left out where the study has one.
         :raises ValueError: if there is no such combination, or several and none is named.
         """
-        import xarray
-
+        module = needed("xarray", "tables")
         known = _values(self._columns["combination"])
         names = list(dict.fromkeys(known))
         if combination is None and len(names) > 1:
@@ -98,15 +116,16 @@ class Result:
             whole = np.full([len(there) for there in coordinates.values()], empty, values.dtype)
             whole[tuple(places)] = values
             variables[key] = (list(_AXES), whole)
-        return xarray.Dataset(variables, coordinates, {"combination": name})
+        cube: xarray.Dataset = module.Dataset(variables, coordinates, {"combination": name})
+        return cube
 
 
-def _values(column: _Column) -> NDArray[Any]:
-    """Numbers as they are, names as objects."""
+def _values(column: _Column, rows: slice = slice(None)) -> NDArray[Any]:
+    """Numbers as they are, names as objects; of some rows."""
     if isinstance(column, tuple):
         numbers, names = column
-        return np.array(names, object)[numbers]
-    return column
+        return np.array(names, object)[numbers[rows]]
+    return column[rows]
 
 
 def _places(column: _Column, rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], list[Any]]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .checks import array, index, length, three
 from .labels import Labels
 from .result import Result, _Column
 from .study import Study
@@ -70,36 +71,29 @@ def score_map(
     :returns: a row for each region, with the columns of ``results.csv``, and :meth:`ScoredMap.reasons`.
     :raises ValueError: what is wrong with the file or an argument.
     """
-    words = ([float(number) for number in pose], scene, snapshot, region)
+    frame = [float(number) for number in array("pose", pose, np.float64).ravel()]
+    words = (frame, scene, index("snapshot", snapshot), region)
     native = truth._native
     if isinstance(recorded, (str, PathLike)):
         if origin_m is not None or voxel_size_m is not None:
             raise ValueError("origin_m, voxel_size_m: belong to arrays, a file says both itself")
-        asked = (_three("sensor_m", sensor_m), topic, message)
+        asked = (three("sensor_m", sensor_m), topic, None if message is None else index("message", message))
         return ScoredMap(*map(dict, native.score_file(os.fspath(recorded), asked, words)))
-    if (sensor_m, topic, message) != (None, None, None):
+    if any(word is not None for word in (sensor_m, topic, message)):
         raise ValueError("sensor_m, topic, message: belong to files, and this is an array")
     labels: Any = recorded
     if isinstance(recorded, Labels):
         labels = recorded.labels
         origin_m = recorded.origin_m.tolist() if origin_m is None else origin_m
         voxel_size_m = recorded.voxel_size_m if voxel_size_m is None else voxel_size_m
-    array = np.asarray(labels)
-    if array.ndim != 3:
-        raise ValueError(f"recorded: has shape {array.shape}, must be (nx, ny, nz)")
-    if array.dtype not in (np.bool_, np.int8, np.uint8):
-        raise ValueError(f"recorded: is of {array.dtype}, must be int8, uint8 or bool")
-    corner_m = _three("origin_m", origin_m)
+    voxels = array("recorded", labels)
+    if voxels.ndim != 3:
+        raise ValueError(f"recorded: has shape {voxels.shape}, must be (nx, ny, nz)")
+    if voxels.dtype not in (np.bool_, np.int8, np.uint8):
+        raise ValueError(f"recorded: is of {voxels.dtype}, must be int8, uint8 or bool")
+    corner_m = three("origin_m", origin_m)
     if corner_m is None or voxel_size_m is None:
         raise ValueError("origin_m, voxel_size_m: say where voxel [0, 0, 0] begins and how large a voxel is, in metres")
+    edge_m = length("voxel_size_m", voxel_size_m)
     # As unsigned bytes, -1 is 255.
-    return ScoredMap(*map(dict, native.score_labels(array.view(np.uint8), corner_m, float(voxel_size_m), words)))
-
-
-def _three(name: str, numbers: Sequence[float] | None) -> list[float] | None:
-    if numbers is None:
-        return None
-    three = [float(number) for number in numbers]
-    if len(three) != 3:
-        raise ValueError(f"{name} = {three}: must be x, y, z in metres")
-    return three
+    return ScoredMap(*map(dict, native.score_labels(voxels.view(np.uint8), corner_m, edge_m, words)))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from . import _perirobot
 from .best import Best
 from .cell import Cell
+from .checks import index, json_of, needed, texts
+from .device import Backend, words
 from .labels import Labels
+from .memory import in_memory
+from .page import table
+from .poses import Frame, each
 from .progress import Bars, shown
 from .result import Result
 
@@ -33,10 +37,16 @@ COUNTERS = (
 _BATCH_BYTES = 64 << 20
 
 
+#: How a study was made: the constructor of the compiled half, and what it was given.
+_Origin = tuple[Literal["of", "load"], tuple[Any, ...]]
+
+
 class Study:
     """A checked study, from a file (:meth:`load`) or made of Python objects.
 
-    Its scenes are put into voxels when they are first needed, and kept.
+    Its scenes are put into voxels when they are first needed, and kept. A study does not change, so a copy is the study
+    itself. Pickled, one that was loaded is read again from its files, which must not have changed; one that was made of
+    objects is pickled whole.
 
     :param keys: the keys of a study file, as dicts and lists; ``scene`` may be left out.
     :param scenes: scenes by their names: cells in voxels, or the keys of a scene file. Where all are cells of one size and
@@ -52,18 +62,10 @@ class Study:
         scenes: Mapping[str, Cell | Mapping[str, Any]] | None = None,
         folder: str | PathLike[str] = ".",
     ) -> None:
-        whole, files = dict(keys), list[tuple[str, Union[str, bytes]]]()
-        whole["scene"] = list(keys.get("scene", []))
-        for name, scene in (scenes or {}).items():
-            if isinstance(scene, Cell):
-                scene, maps = scene.files(name)
-                files += maps
-            files.append((f"{name}.toml", _json(scene)))
-            whole["scene"].append({"name": name, "file": f"{name}.toml"})
-        cells = [scene for scene in (scenes or {}).values() if isinstance(scene, Cell)]
-        if cells and len(cells) == len(whole["scene"]):
-            whole["grid"] = {**_grid(cells), **keys.get("grid", {})}
-        self._native = _perirobot.Study.of(_json(whole), folder, files)
+        whole, files = in_memory(keys, scenes)
+        self._native = _perirobot.Study.of(whole, folder, files)
+        # Another process may work in another folder.
+        self._origin: _Origin = ("of", (whole, os.path.abspath(folder), files))
 
     @classmethod
     def load(
@@ -89,7 +91,47 @@ class Study:
         named = list((packages or {}).items())
         study = cls.__new__(cls)
         study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, named, allow_outside, xacro)
+        there = [(name, os.path.abspath(folder)) for name, folder in named]
+        study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro))
         return study
+
+    def save(self, folder: str | PathLike[str]) -> str:
+        """Writes a study that was made of objects into a folder, for the command line and for :meth:`load`.
+
+        :param folder: gets ``study.toml``, the scenes, and the files that they read; made if needed.
+        :returns: the path of the study file.
+        :raises ValueError: if the study was loaded, or another file is in the place of one of these.
+        """
+        kind, (first, *_) = self._origin
+        if kind == "load":
+            raise ValueError(f"{first}: the study is in this file already")
+        self._native.save(os.fspath(folder))
+        return os.path.join(folder, "study.toml")
+
+    def __copy__(self) -> Study:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Study:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (*self._origin, self._native.read_files())
+
+    def __repr__(self) -> str:
+        file = self._origin[1][0] if self._origin[0] == "load" else "made in memory"
+        counts = {"scenes": self.scenes, "regions": self.regions, "combinations": self.combinations}
+        return f"<perirobot.Study {file}: {', '.join(f'{what} {len(names)}' for what, names in counts.items())}>"
+
+    def _repr_html_(self) -> str:
+        """What it has by name, as notebooks show it."""
+        rows = {"scenes": self.scenes, "regions": self.regions, "combinations": self.combinations}
+        named = [(what, len(names), ", ".join(names[:20]) + ", …" * (len(names) > 20)) for what, names in rows.items()]
+        return table(repr(self)[1:-1], ("", "count", "names"), named)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is odd about the study and its scenes, all that :class:`InputWarning` tells a part of."""
+        return [f"{scene}: {text}" for scene, text in self._native.warnings()]
 
     @property
     def voxel_size_m(self) -> float:
@@ -118,7 +160,7 @@ class Study:
 
     def sweep(
         self,
-        backend: str = "auto",
+        backend: Backend = "auto",
         *,
         adapter: str | None = None,
         threads: int | None = None,
@@ -136,7 +178,7 @@ class Study:
         :raises RuntimeError: if the device fails.
         """
         with shown(progress) as bars:
-            return Result(dict(self._native.sweep((backend, adapter, threads), bars)))
+            return Result(dict(self._native.sweep(words(backend, adapter, threads), bars)))
 
     @property
     def sensors(self) -> list[str]:
@@ -156,29 +198,35 @@ class Study:
         poses: ArrayLike | Mapping[str, ArrayLike],
         sensor: str | None = None,
         *,
-        backend: str = "auto",
+        frame: Frame = "link",
+        backend: Backend = "auto",
         adapter: str | None = None,
         threads: int | None = None,
     ) -> NDArray[np.int64]:
         """Counts sensors at poses that the study need not list: what an optimiser asks again and again.
 
-        :param poses: of one sensor: float, shape (n, 7): position x, y, z in metres and quaternion w, x, y, z of the sensor's
-            frame (x forward, y left, z up) in the world, or on the link that carries it. Quaternions are made one long. Of
-            several sensors, whose evidence is fused: a dict of their names and such arrays, all of n rows.
+        :param poses: of one sensor, in the world, or on the link that carries it: float, shape (n, 7), position x, y, z in
+            metres and quaternion w, x, y, z of length 1; or shape (n, 4, 4), matrices that lead from the sensor's frame
+            there; or one such pose, shape (7,) or (4, 4); or a table of pandas or polars with the columns x_m, y_m, z_m, qw,
+            qx, qy and qz of ``poses.csv``, in any order. Shape (n, k, 7) or (n, k, 4, 4) is k equal sensors, whose evidence
+            is fused. Of several different sensors: a dict of their names and such poses, n of each.
         :param sensor: its name; may be left out where one sensor takes poses, or where a dict names them.
+        :param frame: which frame of the sensor is turned: "link" (x forward, y left, z up) or "optical" (z forward, x right,
+            y down).
         :returns: int64, shape (n, moments, repeats, representations, regions, 17). A moment is a snapshot of a scene, scene by
-            scene; representations are those of a combination of the sensors in the order of the study, those of the last
-            varying fastest; the last axis is :data:`COUNTERS`. At the listed poses these are the counts of :meth:`sweep`; noise
-            is drawn by the number of a pose.
+            scene; representations are those of a combination of the sensors in the order of the study, equal ones in that of
+            their listed poses, those of the last varying fastest; the last axis is :data:`COUNTERS`. At the listed poses these
+            are the counts of :meth:`sweep`; noise belongs to the pose, whatever other poses are evaluated with it.
         :raises ValueError: if a pose is outside the grid, or the sensor cannot work there.
         """
         if isinstance(poses, Mapping):
             if sensor is not None or not poses:
                 raise ValueError("sensor: belongs to an array of poses; a dict has the name of each sensor")
-            named = [(name, _rows(rows)) for name, rows in poses.items()]
+            named = [(name, rows) for name, of_one in poses.items() for rows in each(of_one, name, frame)]
         else:
-            named = [(self._sensor(sensor), _rows(poses))]
-        return self._native.evaluate(named, (backend, adapter, threads))
+            name = self._sensor(sensor)
+            named = [(name, rows) for rows in each(poses, name, frame)]
+        return self._native.evaluate(named, frame == "optical", words(backend, adapter, threads))
 
     def labels(
         self,
@@ -189,7 +237,7 @@ class Study:
         scene: str | None = None,
         snapshot: int = 0,
         repeat: int = 0,
-        backend: str = "auto",
+        backend: Backend = "auto",
         adapter: str | None = None,
         threads: int | None = None,
     ) -> Labels:
@@ -201,8 +249,9 @@ class Study:
         :param scene: the scene's name; the first by default.
         :raises ValueError: for a name that is unknown, with the nearest one that is.
         """
-        found = self._native.find((poses, combination, representation, scene, snapshot, repeat))
-        return next(self._labels([found], (backend, adapter, threads), None))
+        moment = (index("snapshot", snapshot), index("repeat", repeat))
+        found = self._native.find((poses, combination, representation, scene, *moment))
+        return next(self._labels([found], words(backend, adapter, threads), None))
 
     def each_labels(
         self,
@@ -211,7 +260,7 @@ class Study:
         combination: str | None = None,
         representation: str | None = None,
         scenes: Iterable[str] | None = None,
-        backend: str = "auto",
+        backend: Backend = "auto",
         adapter: str | None = None,
         threads: int | None = None,
         progress: bool = True,
@@ -232,9 +281,10 @@ class Study:
             if name not in self.combinations:
                 raise ValueError(f"combination = {name!r}: must be one of {self.combinations}")
             poses = self._native.choices(self.combinations.index(name))[0]
-        found = [self._native.find((name, combination, representation, None, 0, 0))[1] for name in poses]
+        names = texts("poses", poses)
+        found = [self._native.find((name, combination, representation, None, 0, 0))[1] for name in names]
         known = self.scenes
-        wanted = known if scenes is None else list(scenes)
+        wanted = known if scenes is None else texts("scenes", scenes)
         unknown = [name for name in wanted if name not in known]
         if unknown:
             raise ValueError(f"scenes: {unknown[0]!r} must be one of {known}")
@@ -250,7 +300,7 @@ class Study:
             with shown(progress) as bars:
                 if bars:
                     bars.begin("labels", len(worlds) * self.repeats * len(found))
-                yield from self._labels(views, (backend, adapter, threads), bars)
+                yield from self._labels(views, words(backend, adapter, threads), bars)
 
         return all_labels()
 
@@ -258,7 +308,7 @@ class Study:
         self,
         out: str | PathLike[str] | None = None,
         *,
-        backend: str = "auto",
+        backend: Backend = "auto",
         adapter: str | None = None,
         threads: int | None = None,
         progress: bool = True,
@@ -270,17 +320,16 @@ class Study:
         :param keys: keys of ``[choose]`` instead of the study's: ``at_most=3``, ``objective="f1"``, ``region="robot"``, ``refine=True``.
         :raises ValueError: if nothing is asked, or what is asked is wrong.
         """
-        asking = self._native.asking(_json(keys)) if keys else self._native
-        best = Best(asking, out)
+        best = Best(self, keys, out)
         with shown(progress) as bars:
-            asking.choose(best.folder, (backend, adapter, threads), bars)
+            best._asking().choose(best.folder, words(backend, adapter, threads), bars)
         return best
 
     def judge(
         self,
         best: Best,
         *,
-        backend: str = "auto",
+        backend: Backend = "auto",
         adapter: str | None = None,
         threads: int | None = None,
         progress: bool = True,
@@ -292,11 +341,11 @@ class Study:
         :returns: a row for each requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
         :raises ValueError: if nothing is required, or the study is not the one of the set.
         """
-        import pandas
-
+        tables = needed("pandas", "tables")
         with shown(progress) as bars:
-            self._native.judge(best.folder, (backend, adapter, threads), bars)
-        return pandas.read_csv(os.path.join(best.folder, "requirements.csv"))
+            self._native.judge(best.folder, words(backend, adapter, threads), bars)
+        verdicts: pandas.DataFrame = tables.read_csv(os.path.join(best.folder, "requirements.csv"))
+        return verdicts
 
     def _labels(
         self,
@@ -333,33 +382,17 @@ class Study:
         return known[0] if name is None else name
 
 
-def _rows(poses: ArrayLike) -> NDArray[np.float64]:
-    rows = np.ascontiguousarray(poses, np.float64)
-    if rows.ndim != 2:
-        raise ValueError(f"poses: has shape {rows.shape}, must be (n, 7)")
-    return rows
+#: The study that was unpickled last, and of what: a pool of processes pickles it with each of its tasks.
+_last: tuple[tuple[Any, ...], Study] | None = None
 
 
-def _grid(cells: list[Cell]) -> dict[str, Any]:
-    """The keys of a grid for cells in voxels."""
-    sizes = {cell.voxel_size_m for cell in cells}
-    if len(sizes) > 1:
-        raise ValueError(f"scenes: cells have voxels of {sorted(sizes)} m, must have one size")
-    bounds = [cell.bounds_m() for cell in cells]
-    grid: dict[str, Any] = {"voxel_size_m": sizes.pop()}
-    if all(other == bounds[0] for other in bounds):
-        grid["bounds_m"] = bounds[0]
-    return grid
-
-
-def _json(keys: Mapping[str, Any]) -> str:
-    """Keys as text; arrays of numpy are lists in it, paths are texts."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, (np.ndarray, np.generic)):
-            return value.tolist()
-        if isinstance(value, PathLike):
-            return os.fspath(value)
-        raise ValueError(f"keys: {value!r} is no number, text, list or dict")
-
-    return json.dumps(keys, default=plain, allow_nan=False)
+def _again(kind: Literal["of", "load"], words: tuple[Any, ...], files: list[tuple[str, str]]) -> Study:
+    """A study that was pickled; `files` are the hashes of what it had read then."""
+    global _last
+    made_of = (kind, words, files)
+    if _last is None or _last[0] != made_of:
+        study = Study.__new__(Study)
+        study._origin = (kind, words)
+        study._native = getattr(_perirobot.Study, kind)(*words).after(files)
+        _last = (made_of, study)
+    return _last[1]

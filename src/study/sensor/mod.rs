@@ -171,7 +171,17 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     let like = common.same_poses_as.as_deref();
     let source = CandidateSource { like, context };
     let (candidates, spreads) = candidates(at, &common.name, &*kind, &common.poses, &source)?;
-    Ok(Sensor { name: common.name, kind, on, candidates, spreads, noise, terms, warnings })
+    Ok(Sensor {
+        name: common.name,
+        kind,
+        on,
+        candidates,
+        draw_words: Vec::new(),
+        spreads,
+        noise,
+        terms,
+        warnings,
+    })
 }
 
 /// What one of them costs, and how many a set may have.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use super::enumerate::enumerate;
+use super::enumerate::{enumerate, refuse_forked};
 use super::kernels::most_storage_buffers;
 use crate::backend::adapter::{AdapterChoice, AdapterReport, select};
 use crate::backend::lost::unless_lost;
@@ -50,6 +50,7 @@ pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
     let found = enumerate();
     let reports: Vec<AdapterReport> = found.iter().map(|(report, _)| report.clone()).collect();
     let index = select(&reports, choice)?;
+    refuse_forked()?;
     let (report, adapter) = &found[index];
     let needed = most_storage_buffers();
     if report.max_storage_buffers < needed {
