@@ -162,6 +162,7 @@ impl Study {
             candidates,
             spreads: Vec::new(),
             noise: SaidOfNoise::Nothing,
+            thinned: None,
             terms: Terms::default(),
             warnings: Vec::new(),
             name,
