@@ -66,6 +66,7 @@ fn line(model: &DeviceModel) -> String {
     let resolution = match (key("resolution_px"), around, key("rings")) {
         (Some(pixels), ..) => format!("{} px", numbers(pixels)),
         (None, Some(around), Some(rings)) => format!("{around} x {}", plain(rings)),
+        (None, Some(around), None) if key("beams").is_some() => format!("{around} beams"),
         (None, around, _) => around.unwrap_or_default(),
     };
     let range = match key("range_m") {

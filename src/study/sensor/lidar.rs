@@ -90,8 +90,8 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
     }
     let span = file.fov_deg.map_or(360.0, |fov| fov.horizontal);
     at.number("fov_deg", span, f64::MIN_POSITIVE..=360.0, "above 0 and at most 360 around the spin axis")?;
-    let elevations = elevations(at, &file)?;
     let azimuths = azimuths(at, &file, span)?;
+    let elevations = elevations(at, &file)?;
     let rays = azimuths.len().saturating_mul(elevations.len());
     if rays == 0 || rays > MAX_RAYS {
         let rule = format!("from 1 to {MAX_RAYS} are possible: write a larger step or fewer beams and rings");
@@ -206,7 +206,7 @@ fn number(at: &Place, key: &str, count: u32, least: u32) -> Result<()> {
     }
 }
 
-/// Warns of an interval whose last angle would be the next in its steps, and is left out.
+/// Warns of an interval whose end lies on a step, and is left out.
 pub(super) fn left_out(file: &LidarFile) -> Vec<String> {
     let mut warnings = Vec::new();
     let mut look = |key: &str, from: f64, span: f64, step: f64, instead: &str| {
@@ -221,15 +221,11 @@ pub(super) fn left_out(file: &LidarFile) -> Vec<String> {
         }
     };
     let Some(step) = file.resolution_deg else { return warnings };
-    let vertical = step.vertical.unwrap_or(step.horizontal);
     if let Some(fov) = file.fov_deg.filter(|_| file.beams.is_none()) {
         look("fov_deg", -fov.horizontal / 2.0, fov.horizontal, step.horizontal, "beams");
     }
-    let up = file.fov_deg.and_then(|fov| fov.vertical).map(|up| ("fov_deg", -up / 2.0, up));
-    let rise = file.elevation_deg.map(|[from, to]| ("elevation_deg", from, to - from));
-    if let Some((key, from, span)) = up.or(rise).filter(|_| file.rings.is_none() && file.rings_deg.is_none())
-    {
-        look(key, from, span, vertical, "rings");
+    if let Some([from, to]) = file.elevation_deg.filter(|_| file.rings.is_none()) {
+        look("elevation_deg", from, to - from, step.vertical.unwrap_or(step.horizontal), "rings");
     }
     warnings
 }
