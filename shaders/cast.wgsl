@@ -24,26 +24,41 @@ struct Finish {
     hit: vec3<i32>,
 }
 
+// How a ray is slanted to what its sensor measures along, and its longest range.
+struct Slant {
+    axial_q16: u32,
+    period_q16: u32,
+    range_max_q16: u32,
+}
+
+fn slant_of(dir: vec2<u32>) -> Slant {
+    let axial_q16 = axial_of(dir);
+    let period_q16 = period_q16(axial_q16);
+    return Slant(axial_q16, period_q16, along_q16(table.range_max_q16, period_q16));
+}
+
 // What a return at a distance is off by: the unit table comes first in the buffer.
-fn off_by_q16(drawn: u32, t_q16: u32) -> i32 {
+fn off_by_q16(slant: Slant, drawn: u32, t_q16: u32) -> i32 {
     if table.noisy == 0u {
         return 0;
     }
-    return step_q16(noise[entry(drawn)], u32(noise[NOISE_STEPS + (t_q16 >> 16u)]));
+    let rate = rate3(vec3<i32>(i32(slant.axial_q16))).x;
+    let std_q16 = u32(noise[NOISE_STEPS + periods_in(t_q16, slant.period_q16, rate)]);
+    return step_q16(noise[entry(drawn)], std_along_q16(std_q16, slant.period_q16));
 }
 
 // `sent` is the ray that is truly cast; `begin` the same as it is believed to go, another where the mount is
 // off.
-fn finish(sent: March, begin: March, is_off: bool, found: u32, drawn: u32) -> Finish {
+fn finish(sent: March, begin: March, is_off: bool, slant: Slant, found: u32, drawn: u32) -> Finish {
     let size = vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z);
     let hit_q16 = found >> 2u;
-    let blind = found != NO_HIT && hit_q16 < table.range_min_q16;
+    let blind = found != NO_HIT && hit_q16 < along_q16(table.range_min_q16, slant.period_q16);
     let lost = is_lost(drawn, table.lost_below) && !blind;
     let nothing = found == NO_HIT || lost;
     var kind = select(RETURN, BLIND, blind);
     var step_q16 = 0;
     if !nothing {
-        step_q16 = off_by_q16(drawn, hit_q16);
+        step_q16 = off_by_q16(slant, drawn, hit_q16);
     }
     // Where it is read: at the crossing into the blocker; with noise, or on a ray that is only believed,
     // after all crossings up to there.
@@ -53,12 +68,12 @@ fn finish(sent: March, begin: March, is_off: bool, found: u32, drawn: u32) -> Fi
     let stand = made_until(
         begin,
         room(begin, size),
-        select(read_q16, table.range_max_q16, nothing),
+        select(read_q16, slant.range_max_q16, nothing),
         select(read_axis, 2, nothing),
     );
     var stopped = stand.stopped;
     if is_off {
-        stopped = made_until(sent, room(sent, size), table.range_max_q16, 2).stopped;
+        stopped = made_until(sent, room(sent, size), slant.range_max_q16, 2).stopped;
     }
     let left = stopped && table.backdrop != 0u && !lost;
     kind = select(kind, select(NOTHING, LEFT, left), nothing);
@@ -123,7 +138,8 @@ fn cast_ray(placement: GridPose, ray: u32, end_word: u32) {
     if is_off {
         sent = launch(placement.truly, dir);
     }
-    var last_q16 = table.range_max_q16;
+    let slant = slant_of(dir);
+    var last_q16 = slant.range_max_q16;
     var found = NO_HIT;
     if !PLAIN && placement.first_hits != NO_SLOT {
         found = first_hits[placement.first_hits * setup.first_hits_stride + ray];
@@ -134,7 +150,7 @@ fn cast_ray(placement: GridPose, ray: u32, end_word: u32) {
     // What is hit lies elsewhere than the ray is believed to go if the mount is off.
     if PLAIN || part.tiles != 0u || part.every_ray != 0u || is_off || comes_near(begin) {
         found = min(found, first_hit(sent_on(sent, clear_q16(begin)), last_q16));
-        let finish = finish(sent, begin, is_off, found, draw(placement.draws, ray));
+        let finish = finish(sent, begin, is_off, slant, found, draw(placement.draws, ray));
         end = finish.end;
         if end.kind == RETURN {
             mark(2u * placement.slot, finish.voxel);

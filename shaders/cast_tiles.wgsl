@@ -44,6 +44,8 @@ struct Cone {
     origin: vec3<f32>,
     along: vec3<f32>,
     spread: f32,
+    // How much farther than its depth the most slanted of them is, where the sensor measures depths.
+    slant: f32,
 }
 
 // Voxels from `low` to `high`, both included.
@@ -75,7 +77,9 @@ fn cone_of(place: GridFrame, tile: vec2<u32>) -> Cone {
         dot(vec3<f32>(vec3_of(place.axis_q15[1])), middle),
         dot(vec3<f32>(vec3_of(place.axis_q15[2])), middle),
     ) / 32768.0;
-    return Cone(vec3<f32>(vec3_of(place.origin_q16)) / 65536.0, along, spread * 1.001 + 1e-4);
+    let axial = max(min(min(a.z, b.z), min(c.z, d.z)), f32(LEAST_AXIAL_Q15) / 32768.0);
+    let slant = select(1.0, 1.001 / axial, table.along_axis != 0u);
+    return Cone(vec3<f32>(vec3_of(place.origin_q16)) / 65536.0, along, spread * 1.001 + 1e-4, slant);
 }
 
 // How far a ray may be from the middle of its cone.
@@ -254,7 +258,7 @@ fn is_clear_before(cone: Cone, begin: f32, found: Across) -> bool {
 
 // Up to which distance no ray of a cone has entered a blocker, as far as a few looks tell.
 fn clear_of(cone: Cone) -> f32 {
-    let range = f32(table.range_max_q16) / 65536.0;
+    let range = min(f32(table.range_max_q16) / 65536.0 * cone.slant, f32(MAX_RANGE_VOXELS));
     var t = 0.0;
     var sections = 0u;
     var turns = 0u;
@@ -294,8 +298,9 @@ fn clear_of(cone: Cone) -> f32 {
 // What is known of the rays of a tile that sees something.
 fn word_of(cone: Cone, seen: u32) -> u32 {
     let clear = clear_of(cone);
-    let least = f32(max(table.range_min_q16, table.near_ignore_q16)) / 65536.0;
+    let least = max(f32(table.range_min_q16) * cone.slant, f32(table.near_ignore_q16)) / 65536.0;
     let behind = max(f32(seen) + table.nearer, least) + 1.0;
+    // The least slanted ray measures no farther than that, at worst.
     let limit = f32(table.range_max_q16) / 65536.0 - 1.0;
     let found = across(cone, clear, limit);
     if !found.stops {

@@ -44,6 +44,21 @@ fn first_q16(f: u32, period: u32) -> u32 {
     return (period >> 16u) * f + (((period & 0xffffu) * f) >> 16u);
 }
 
+// How much of a ray goes along what its sensor measures along, in Q16: of a depth, the ray's component along the sensor's axis.
+fn axial_q16(z_q15: i32, along_axis: bool) -> u32 {
+    return select(0x10000u, 2u * u32(max(z_q15, LEAST_AXIAL_Q15)), along_axis);
+}
+
+// How far along a ray a depth is, for the period of what it goes along the sensor's axis.
+fn along_q16(depth_q16: u32, period_q16: u32) -> u32 {
+    let along_q16 = (depth_q16 >> 16u) * period_q16 + first_q16(depth_q16 & 0xffffu, period_q16);
+    return min(along_q16, MAX_RANGE_VOXELS << 16u);
+}
+
+fn std_along_q16(std_q16: u32, period_q16: u32) -> u32 {
+    return min(along_q16(std_q16, period_q16), MAX_STD_VOXELS << 16u);
+}
+
 fn direction_q16(axis_q15: vec3<i32>, dir_q15: vec3<i32>) -> i32 {
     let sum = axis_q15.x * dir_q15.x + axis_q15.y * dir_q15.y + axis_q15.z * dir_q15.z;
     return (sum + 8192) >> 14u;

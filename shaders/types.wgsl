@@ -33,6 +33,8 @@ struct Table {
     ends_stride: u32,
     range_min_q16: u32,
     range_max_q16: u32,
+    // Whether these, and the deviations of noise, are depths.
+    along_axis: u32,
     near_ignore_q16: u32,
     no_return_is_free: u32,
     backdrop: u32,
@@ -97,6 +99,11 @@ struct GridPose {
 fn unpacked_dir(dir: vec2<u32>) -> vec3<i32> {
     let words = bitcast<vec2<i32>>(dir);
     return vec3<i32>(words >> vec2<u32>(15u), ((words.y << 30u) >> 15u) | (words.x & 0x7fff));
+}
+
+// How much of a ray of a table goes along what its sensor measures along (`axial_q16`).
+fn axial_of(dir: vec2<u32>) -> u32 {
+    return axial_q16(unpacked_dir(dir).z, table.along_axis != 0u);
 }
 
 // What is fused: readings from `first` to `end`, exclusive.

@@ -8,7 +8,7 @@ use crate::metrics::{BodyPart, Confusion};
 use crate::pose::Pose;
 use crate::results::columns;
 use crate::scene::Role;
-use crate::sensor::range::Range;
+use crate::sensor::range::{Along, Range};
 use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::{Camera, Kind, MEASURES, Scale, noise::Deviation, placement};
 use crate::study::Study;
@@ -95,7 +95,7 @@ pub struct DepthCamera {
     pub fov_deg: [f64; 2],
     /// Pixels across and down.
     pub resolution_px: [u32; 2],
-    /// Nearest and farthest distance that it measures, in metres. Without a return a ray says nothing.
+    /// Nearest and farthest distance that it measures along each ray, in metres. Without a return a ray says nothing.
     pub range_m: [f64; 2],
 }
 
@@ -127,6 +127,7 @@ impl DepthCamera {
             camera: Camera { fov_rad: fov_deg.map(f64::to_radians), resolution_px },
             range: Range {
                 range_m,
+                along: Along::Ray,
                 near_ignore_m: 0.0,
                 no_return_is_free: false,
                 noise: Deviation::NONE,

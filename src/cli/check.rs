@@ -150,7 +150,8 @@ fn cure(study: &Study, ends: &EndCounts) -> Option<&'static str> {
         ),
         EndCounts { too_far, .. } if most(*too_far) => Some(
             "most rays find nothing within range_m's second number and say nothing: move the poses nearer, take a sensor with a \
-             longer range, or, if it certifies what is empty, write no_return = \"free\"",
+             longer range, write range_along = \"axis\" for a depth camera whose data sheet gives depth, or, if it certifies what is \
+             empty, write no_return = \"free\"",
         ),
         EndCounts { left, .. } if most(*left) && !study.backdrop => Some(
             "most rays leave the grid without a hit and say nothing: model floor and walls (an object with room = { size_m = ... \

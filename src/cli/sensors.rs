@@ -61,10 +61,13 @@ fn line(model: &DeviceModel) -> String {
         (Some(around), _, Some(Value::Array(rise))) => format!("{} x {}", plain(around), spread(rise)),
         (around, ..) => around.map_or_else(String::new, numbers),
     };
-    let resolution = match (key("resolution_px"), key("resolution_deg")) {
-        (Some(pixels), _) => format!("{} px", numbers(pixels)),
-        (None, Some(degrees)) => format!("{} deg", numbers(degrees)),
-        (None, None) => String::new(),
+    let around =
+        key("beams").map(plain).or(key("resolution_deg").map(|step| format!("{} deg", numbers(step))));
+    let resolution = match (key("resolution_px"), around, key("rings")) {
+        (Some(pixels), ..) => format!("{} px", numbers(pixels)),
+        (None, Some(around), Some(rings)) => format!("{around} x {}", plain(rings)),
+        (None, Some(around), None) if key("beams").is_some() => format!("{around} beams"),
+        (None, around, _) => around.unwrap_or_default(),
     };
     let range = match key("range_m") {
         Some(Value::Array(range)) => range.iter().map(plain).collect::<Vec<_>>().join("-"),

@@ -13,6 +13,13 @@ pub const NEVER: u32 = 0x7fff_ffff;
 /// running sum of crossings leaves 32 bits.
 pub const MAX_RANGE_VOXELS: u32 = 2047;
 
+/// The least of a ray's length that is taken to go along the sensor's axis, in Q15: a sixteenth, as 86 degrees off it. So no
+/// product with a ray's slant leaves 32 bits.
+pub const LEAST_AXIAL_Q15: i32 = 1 << 11;
+
+/// Largest standard deviation of a distance in voxels; a larger one would say nothing of any grid.
+pub const MAX_STD_VOXELS: u32 = 64;
+
 /// Deviations of the unit table: a standard normal distribution cut into so many equal shares.
 pub const NOISE_STEPS: u32 = 4096;
 
@@ -47,19 +54,81 @@ impl End {
     }
 }
 
-/// What decides how a ray ends, in 1/65536 voxels.
+/// What decides how a ray ends, in 1/65536 voxels. Of a table, ranges may be depths; [`Gates::of_ray`] makes distances of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gates {
     /// A first blocker entered before this distance blinds the ray.
     pub range_min_q16: u32,
     /// Nothing is entered after this distance; at most [`MAX_RANGE_VOXELS`].
     pub range_max_q16: u32,
+    /// Whether ranges and noise are those of depth, which is measured along the sensor's axis (`range_along = "axis"`).
+    pub along_axis: bool,
     /// Voxels entered before this distance are not tested: they are the sensor's own housing.
     pub near_ignore_q16: u32,
     /// Whether a ray that ends in nothing certifies that what it passed is free (`no_return = "free"`).
     pub no_return_is_free: bool,
     /// Whether a ray that leaves the grid returns from just outside (`outside = "backdrop"`).
     pub backdrop: bool,
+}
+
+impl Gates {
+    /// The slant of a ray with `z_q15` of its length along the sensor's axis.
+    pub fn slant(&self, z_q15: i32) -> Slant {
+        Slant::new(axial_q16(z_q15, self.along_axis))
+    }
+
+    /// The gates of a ray with `z_q15` of its length along the sensor's axis: its ranges as distances along it.
+    pub fn of_ray(&self, z_q15: i32) -> Gates {
+        let slant = self.slant(z_q15);
+        Gates {
+            range_min_q16: along_q16(self.range_min_q16, slant.period_q16),
+            range_max_q16: along_q16(self.range_max_q16, slant.period_q16),
+            along_axis: false,
+            ..*self
+        }
+    }
+}
+
+/// How far a ray goes to come a voxel farther along what ranges and noise are measured along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slant {
+    /// The ray's component along it, Q16 ([`axial_q16`]).
+    pub axial_q16: u32,
+    /// The distance for a voxel, as if it were an axis that the ray crosses: [`period_q16`] of the component.
+    pub period_q16: u32,
+}
+
+impl Slant {
+    /// From the component.
+    pub fn new(axial_q16: u32) -> Slant {
+        Slant { axial_q16, period_q16: period_q16(axial_q16) }
+    }
+
+    /// What a depth is along the ray ([`along_q16`]).
+    pub fn along_q16(&self, depth_q16: u32) -> u32 {
+        along_q16(depth_q16, self.period_q16)
+    }
+}
+
+/// How much of a ray goes along what its sensor measures along, in Q16: all, or with `along_axis` the component `z_q15` (Q15) of
+/// its direction along the sensor's axis, [`LEAST_AXIAL_Q15`] at least.
+#[inline(always)]
+pub fn axial_q16(z_q15: i32, along_axis: bool) -> u32 {
+    if along_axis { 2 * z_q15.max(LEAST_AXIAL_Q15) as u32 } else { 1 << 16 }
+}
+
+/// How far along a ray a depth is: ⌊depth · period / 2¹⁶⌋ for the period of its slant, and at most [`MAX_RANGE_VOXELS`], as the
+/// depth.
+#[inline(always)]
+pub fn along_q16(depth_q16: u32, period_q16: u32) -> u32 {
+    let along_q16 = (depth_q16 >> 16) * period_q16 + first_q16(depth_q16 & 0xffff, period_q16);
+    along_q16.min(MAX_RANGE_VOXELS << 16)
+}
+
+/// The standard deviation along a ray whose depth has `std_q16`: at most [`MAX_STD_VOXELS`].
+#[inline(always)]
+pub fn std_along_q16(std_q16: u32, period_q16: u32) -> u32 {
+    along_q16(std_q16, period_q16).min(MAX_STD_VOXELS << 16)
 }
 
 /// A ray on its way: the voxel it is in and when it next crosses a boundary of each axis.

@@ -105,6 +105,7 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: MAX_RANGE_VOXELS << 16,
+        along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,
         backdrop: false,

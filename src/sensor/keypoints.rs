@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::look::{self, Return, Way};
-use super::{Camera, Station};
+use super::{Camera, Station, quantise_q15};
 use crate::backend::{GridPose, Rays};
 use crate::error::Issue;
 use crate::scene::Role;
@@ -103,8 +103,9 @@ fn seen(
     let truly_q16 = dir_q16(way_f64);
     // The joint is read as seen from the believed pose of the camera.
     let believed_q16 = if at.truly.is_some() { dir_q16(at.pose().optical() * seen) } else { truly_q16 };
+    let z_q15 = quantise_q15(seen.z / way_f64.length());
     let found =
-        look::look(&at.truth.blockers, eye.rays, eye.placement, Way { truly_q16, believed_q16 }, ray)?;
+        look::look(&at.truth.blockers, eye.rays, eye.placement, Way { truly_q16, believed_q16, z_q15 }, ray)?;
     let distance = way.iter().map(|&x| x as i128 * x as i128).sum::<i128>().isqrt();
     let off = (i128::from(found.distance_q16) - distance).abs();
     let near = off <= i128::from(length_q16(eye.tolerance_m, grid.voxel_size_m));

@@ -60,6 +60,11 @@ pub(crate) fn angles(start: f64, span: f64, step: f64) -> Vec<f64> {
     (0..count).map(|i| start + i as f64 * step).collect()
 }
 
+/// So many angles, two at least, spread evenly over a span from its start to its end, both included.
+pub(crate) fn spread(start: f64, span: f64, count: u32) -> Vec<f64> {
+    (0..count).map(|i| start + span * f64::from(i) / f64::from(count - 1)).collect()
+}
+
 impl Lidar {
     /// Directions in the LIDAR's frame (z is the spin axis, x azimuth 0), column by column.
     pub(crate) fn dirs_q15(&self) -> Vec<[i32; 3]> {
@@ -215,6 +220,7 @@ impl Kind for Lidar {
 mod tests {
     use super::*;
     use crate::sensor::noise::Deviation;
+    use crate::sensor::range::Along;
 
     #[test]
     fn spans_have_their_start_and_not_their_end() {
@@ -226,6 +232,13 @@ mod tests {
     }
 
     #[test]
+    fn spread_angles_have_both_ends() {
+        assert_eq!(spread(-15.0, 30.0, 16)[..2], [-15.0, -13.0]);
+        assert_eq!(spread(-135.0, 270.0, 1081).last(), Some(&135.0));
+        assert_eq!(spread(-5.0, 5.0, 2), [-5.0, 0.0]);
+    }
+
+    #[test]
     fn rays_go_column_by_column() {
         let quarter = std::f64::consts::FRAC_PI_2;
         let lidar = Lidar {
@@ -234,6 +247,7 @@ mod tests {
             mount: LidarMount::Upright,
             range: Range {
                 range_m: [0.0, 1.0],
+                along: Along::Ray,
                 near_ignore_m: 0.0,
                 no_return_is_free: false,
                 noise: Deviation::NONE,

@@ -23,19 +23,21 @@ pub struct Way {
     pub truly_q16: [i32; 3],
     /// Where it is believed to go; the same, unless the sensor's mount is off.
     pub believed_q16: [i32; 3],
+    /// How much of it goes along the sensor's third axis, Q15.
+    pub z_q15: i32,
 }
 
 impl Way {
     /// The direction of a ray of a table.
     pub(crate) fn of(from: &GridPose, dir_q15: [i32; 3]) -> Way {
         let way = |from: &GridPose| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
-        Way { truly_q16: way(&from.caster()), believed_q16: way(from) }
+        Way { truly_q16: way(&from.caster()), believed_q16: way(from), z_q15: dir_q15[2] }
     }
 }
 
 /// Casts a ray with the gates and the noise of a table, as ray number `ray` of it.
 pub(crate) fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32) -> Option<Return> {
-    let (gates, size) = (&rays.gates, blockers.window().size);
+    let (gates, size) = (rays.gates.of_ray(way.z_q15), blockers.window().size);
     let inside = |crossing: &march::Crossing| {
         crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.voxel)
     };
@@ -60,7 +62,7 @@ pub(super) fn read(
     to: &march::Crossing,
     size: [u32; 3],
 ) -> [i32; 3] {
-    match rays.noise.step_q16(drawn, to.t_q16) {
+    match rays.noise.step_q16(rays.gates.slant(way.z_q15), drawn, to.t_q16) {
         0 if from.truly.is_none() => to.voxel,
         step => {
             let begin = march::start(from.origin_q16, way.believed_q16);

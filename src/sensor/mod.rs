@@ -74,6 +74,8 @@ pub struct Sensor {
     pub spreads: Vec<Spread>,
     /// What the study says of its noise.
     pub noise: SaidOfNoise,
+    /// That it casts fewer rays than the device of the catalogue that it is, if so: `casts …`.
+    pub thinned: Option<String>,
     /// What one of them costs, and how many a set may have.
     pub terms: Terms,
     /// What was assumed about it that the user may not expect.

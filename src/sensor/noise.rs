@@ -4,11 +4,8 @@
 use std::sync::LazyLock;
 
 use crate::backend::Noise;
-use crate::march::NOISE_STEPS;
+use crate::march::{MAX_STD_VOXELS, NOISE_STEPS};
 use crate::voxel::grid::{ONE_Q16, length_q16};
-
-/// Largest standard deviation in voxels; a larger one would say nothing of any grid.
-pub const MAX_STD_VOXELS: i64 = 64;
 
 /// The standard deviation of a measured distance of t metres: std_m + t · (per_m + t · per_m2).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,7 +29,7 @@ impl Deviation {
 
     /// The same in 1/65536 voxels, at most [`MAX_STD_VOXELS`].
     pub(crate) fn at_q16(&self, t_m: f64, voxel_size_m: f64) -> u32 {
-        length_q16(self.at_m(t_m), voxel_size_m).clamp(0, MAX_STD_VOXELS * ONE_Q16) as u32
+        length_q16(self.at_m(t_m), voxel_size_m).clamp(0, i64::from(MAX_STD_VOXELS) * ONE_Q16) as u32
     }
 }
 

@@ -8,11 +8,25 @@ use crate::voxel::grid::length_q16;
 use super::noise::{self, Deviation};
 use super::{Calibration, Scale};
 
+/// What the range and the noise of a sensor are measured along.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Along {
+    /// Along each ray: its length.
+    #[default]
+    Ray,
+    /// Along the optical axis: depth.
+    Axis,
+}
+
 /// The distances that a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Nearest and farthest distance it can measure, in metres.
     pub range_m: [f64; 2],
+    /// What these, and noise, are measured along.
+    pub along: Along,
     /// Blockers entered before this distance are the sensor's own housing.
     pub near_ignore_m: f64,
     /// Whether a ray without a return certifies that what it passed is free.
@@ -33,6 +47,7 @@ impl Range {
         Gates {
             range_min_q16: range_q16(self.range_m[0]),
             range_max_q16: range_q16(self.range_m[1]),
+            along_axis: self.along == Along::Axis,
             near_ignore_q16: range_q16(self.near_ignore_m),
             no_return_is_free: self.no_return_is_free,
             backdrop: scale.backdrop,

@@ -54,13 +54,13 @@ pub(crate) fn is_always_on(kind: &dyn Kind, representation: usize, at: &Station)
 
 /// The voxels that rays watch; only those whose return would be read in a field, if one is given.
 pub(super) fn by_rays(rays: &Rays, from: &GridPose, blockers: &BitGrid, field: Option<&BitGrid>) -> BitGrid {
-    let (gates, window) = (&rays.gates, blockers.window());
+    let window = blockers.window();
     let follow = |plane: &mut BitGrid, ray: u32| {
         let drawn = march::draw(from.draws, ray);
         if march::is_lost(drawn, rays.noise.lost_below) {
             return;
         }
-        let way = Way::of(from, rays.dirs_q15[ray as usize]);
+        let (way, gates) = (Way::of(from, rays.dirs_q15[ray as usize]), rays.gates_of(ray as usize));
         let entered = march::crossings(march::start(from.caster().origin_q16, way.truly_q16));
         for to in entered.take_while(|to| to.t_q16 <= gates.range_max_q16 && window.contains(to.voxel)) {
             if to.t_q16 < gates.near_ignore_q16 {

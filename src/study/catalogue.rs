@@ -2,6 +2,8 @@
 //! keys that the study itself writes take precedence. The keys are checked afterwards, as if the user had
 //! written them all.
 
+mod contradiction;
+
 use std::sync::LazyLock;
 
 use serde::Deserialize;
@@ -78,9 +80,12 @@ impl DeviceModel {
 
 /// Keys that exclude each other: if a study writes the one on the left, those on the right are not taken from
 /// the device.
-const INSTEAD: [(&str, &[&str]); 3] = [
-    ("rings_deg", &["elevation_deg"]),
+const INSTEAD: [(&str, &[&str]); 6] = [
+    ("rings_deg", &["elevation_deg", "rings"]),
     ("elevation_deg", &["rings_deg"]),
+    ("rings", &["rings_deg"]),
+    ("beams", &["resolution_deg"]),
+    ("resolution_deg", &["beams"]),
     ("camera_info", &["fov_deg", "resolution_px"]),
 ];
 
@@ -114,9 +119,18 @@ pub(crate) fn written_out(mut study: Table) -> Table {
     study
 }
 
+/// What a sensor has from a device of the catalogue.
+#[derive(Default)]
+pub(super) struct FromModel {
+    /// How its own keys contradict the device's, a sentence each.
+    pub(super) contradictions: Vec<String>,
+    /// That it casts fewer rays than the device has, if so.
+    pub(super) thinned: Option<String>,
+}
+
 /// Replaces `model` in the keys of a sensor by the keys that it stands for.
-pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<()> {
-    let Some(written) = keys.remove("model") else { return Ok(()) };
+pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<FromModel> {
+    let Some(written) = keys.remove("model") else { return Ok(FromModel::default()) };
     let Some(name) = written.as_str() else {
         return Err(at.wrong("model", written, "must be a name, as in model = \"realsense-d435\""));
     };
@@ -124,11 +138,15 @@ pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<()> {
     match keys.get("kind") {
         Some(kind) if kind.as_str() != Some(model.kind()) => {
             let rule = format!("the model {name:?} is of kind {:?}: take kind or model away", model.kind());
-            return Err(at.wrong("kind", kind, &rule));
+            Err(at.wrong("kind", kind, &rule))
         }
-        _ => complete(keys, model),
+        _ => {
+            let contradictions = contradiction::contradictions(model, keys);
+            let thinned = contradiction::thinned(model, keys);
+            complete(keys, model);
+            Ok(FromModel { contradictions, thinned })
+        }
     }
-    Ok(())
 }
 
 fn find(name: &str) -> Option<&'static DeviceModel> {
@@ -140,9 +158,11 @@ fn complete(keys: &mut Table, model: &DeviceModel) {
     let written = keys.clone();
     let said_otherwise = |key: &str| {
         // A pair of numbers includes the vertical angle, which a lidar otherwise has from its rings.
-        let pair = model.kind() == "lidar" && written.get("fov_deg").is_some_and(Value::is_array);
+        let is_pair = |key: &str| model.kind() == "lidar" && written.get(key).is_some_and(Value::is_array);
         let instead = INSTEAD.iter().any(|(new, old)| written.contains_key(*new) && old.contains(&key));
-        instead || pair && ["rings_deg", "elevation_deg"].contains(&key)
+        instead
+            || is_pair("fov_deg") && ["rings_deg", "elevation_deg"].contains(&key)
+            || is_pair("resolution_deg") && key == "rings"
     };
     for (key, value) in &model.keys {
         if !written.contains_key(key) && !said_otherwise(key) {

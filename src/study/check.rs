@@ -47,10 +47,6 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         let variants = problems.keep(candidates::expand(&at, file.candidate, scenes.clone()));
         scenes = variants.unwrap_or(scenes);
     }
-    let stopping = file.stopping.map(|file| stopping::check(&at, file)).transpose();
-    let stopping = problems.keep(stopping);
-    let known = stopping.as_ref().map(Option::as_ref);
-    let regions = regions(&at, file.region, is_whole, known, &mut problems);
     let (seed, noiseless) = (file.seed, overrides.noiseless);
     let written = written::Written::new(&text);
     let context = sensor::Context {
@@ -63,7 +59,13 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         scenes: &scenes,
         line_of: &|steps| written.line_of(steps),
     };
-    let sensors = sensors(&at, file.sensor, context, &mut problems);
+    let mut of_sensors = Problems::default();
+    let sensors = sensors(&at, file.sensor, context, &mut of_sensors);
+    let stopping = file.stopping.map(|file| stopping::check(&at, file, &sensors)).transpose();
+    let stopping = problems.keep(stopping);
+    let known = stopping.as_ref().map(Option::as_ref);
+    let regions = regions(&at, file.region, is_whole, known, &mut problems);
+    problems.keep_all(of_sensors.none());
     problems.keep(at.unique("scene", scenes.iter().map(|s| s.name.as_str())));
     problems.keep(at.unique("region", regions.iter().map(|(name, _)| name.as_str())));
     problems.keep(at.unique("sensor", sensors.iter().map(|s| s.name.as_str())));
@@ -120,6 +122,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
     let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose()?;
     let mut warnings = slips::warnings(&text);
+    warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
     if has_candidates {
         warnings.extend(candidates::warnings(&regions));
     }

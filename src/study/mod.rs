@@ -164,6 +164,7 @@ impl Study {
             draw_words: Vec::new(),
             spreads: Vec::new(),
             noise: SaidOfNoise::Nothing,
+            thinned: None,
             terms: Terms::default(),
             warnings: Vec::new(),
             name,

@@ -7,23 +7,32 @@
 //! machine stands. `speed_and_separation` adds that the robot itself comes nearer, as public pages tell of
 //! ISO/TS 15066 (Marvel and Norcross, 2017): S = human + robot + stopping + C + Z_d + Z_r.
 //!
+//! People walk with K = 1.6 m/s; where the distance is at most 0.5 m an arm is faster than that, K = 2 m/s: the distance is that with 2
+//! m/s up to 0.5 m, else that with 1.6 m/s, but at least 0.5 m. C depends on the sensor and on the direction of approach
+//! (`stopping/intrusion.rs`); the largest of all sensors of a study holds.
+//!
 //! # Practice
 //! What depends on devices and on the robot has no default. The defaults are what public pages tell of the
 //! standards, not the standards: whoever uses them has to check them, and every report says so.
 
+mod intrusion;
+
 use serde::Deserialize;
 
+use self::intrusion::{Intrusion, NORMAL_M, PARALLEL_M};
 use super::Place;
 use super::poses::numbers;
 use super::value::Axis;
 use crate::Result;
 use crate::error::Issue;
 use crate::metrics::Ratio;
+use crate::sensor::Sensor;
 
 /// The walking speed of people.
 const HUMAN_SPEED_M_S: f64 = 1.6;
-/// How far an arm reaches in before anything of its owner is noticed.
-const INTRUSION_M: f64 = 0.85;
+/// The speed of arms, and up to which distance it holds.
+const ARM_SPEED_M_S: f64 = 2.0;
+const ARMS_UP_TO_M: f64 = 0.5;
 
 /// An example for whoever has none of it.
 pub(super) const EXAMPLE: &str = "[stopping] formula = \"speed_and_separation\", robot_speeds_m_s = [0.25, 0.5], \
@@ -50,12 +59,12 @@ pub(super) struct StoppingFile {
     robot_stopping_s: Option<Axis>,
     /// How the robot brakes, in metres a second squared, instead of robot_stopping_s.
     robot_deceleration_m_s2: Option<f64>,
-    /// How fast people come, in metres a second. Default 1.6, to be checked: some editions use another speed at short
-    /// distances, which the program does not.
+    /// K: how fast people come, in metres a second, at any distance. Default 1.6, and 2 where the distance is then at most
+    /// 0.5 m; to be checked.
     human_speed_m_s: Option<f64>,
     /// C: how far somebody reaches in before anything notices it, in metres; for "speed_and_separation" and the
-    /// edition of 2010. Default 0.85, to be checked: some editions use another for a device whose plane of detection
-    /// is horizontal, which the program does not.
+    /// edition of 2010. Default the largest of all sensors, to be checked: 1.2 - 0.4 H, at least 0.85, for pads and for level
+    /// scanners H metres above z = 0, else 0.85.
     intrusion_m: Option<f64>,
     /// D_DS: the distance that belongs to the protective device, in metres; for the edition of 2024.
     device_distance_m: Option<f64>,
@@ -95,8 +104,10 @@ pub struct Stopping {
     /// Each speed, the slowest first; at least one.
     pub speeds: Vec<AtSpeed>,
     terms: Terms,
-    /// Defaults that nobody wrote: what they are, and where they come from.
+    /// Defaults that nobody wrote, and values below them: what they are, and where they come from.
     defaults: Vec<String>,
+    /// What is written and less than the formula asks for.
+    pub(super) warnings: Vec<String>,
 }
 
 /// What a speed asks for.
@@ -119,7 +130,8 @@ impl AtSpeed {
 /// What the formulas are made of, in metres and seconds.
 #[derive(Clone, Debug, PartialEq)]
 struct Terms {
-    human_speed_m_s: f64,
+    /// `None` for the default, which depends on the distance.
+    human_speed_m_s: Option<f64>,
     reaction_s: f64,
     brakes: Brakes,
     /// What is added whatever the speed is, with its key.
@@ -198,7 +210,11 @@ impl Stopping {
             "The robot is commanded to stop {reaction_s:.3} s after a sensor could notice somebody; {brakes}; {moves}."
         ));
         let added: Vec<String> = added.iter().map(|(key, metres)| format!("{key} = {metres}")).collect();
-        said.push(format!("People come with {human_speed_m_s} m/s; added are {}.", added.join(", ")));
+        let comes = match human_speed_m_s {
+            Some(speed) => format!("{speed} m/s"),
+            None => format!("{HUMAN_SPEED_M_S} m/s, up to {ARMS_UP_TO_M} m with {ARM_SPEED_M_S} m/s"),
+        };
+        said.push(format!("People come with {comes}; added are {}.", added.join(", ")));
         said.extend(self.defaults.iter().map(|default| format!("To be checked: {default}.")));
         said.push(
             "Distances are between centres of voxels, and sizes are rounded: surfaces may be nearer by up to the \
@@ -209,8 +225,8 @@ impl Stopping {
     }
 }
 
-/// Checks the table.
-pub(super) fn check(at: &Place, file: StoppingFile) -> Result<Stopping> {
+/// Checks the table, for the sensors of a study.
+pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor]) -> Result<Stopping> {
     let at = &at.key("stopping");
     let formula = formula(at, &file)?;
     refuse_others(at, &file, formula)?;
@@ -226,23 +242,57 @@ pub(super) fn check(at: &Place, file: StoppingFile) -> Result<Stopping> {
         return Err(at.wrong("robot_speeds_m_s", format!("{speeds:?}"), "each must be above the one before"));
     }
     let brakes = brakes(at, &file, speeds.len())?;
-    let human = file.human_speed_m_s.unwrap_or_else(|| {
-        let from = "what public pages tell of ISO 13855 as the speed of somebody who walks; some editions use \
-                    another at short distances, which the program does not";
-        defaults.push(format!("human_speed_m_s = {HUMAN_SPEED_M_S} is a default, {from}"));
-        HUMAN_SPEED_M_S
-    });
-    let human_speed_m_s =
-        at.number("human_speed_m_s", human, f64::MIN_POSITIVE..=10.0, "a speed in m/s above 0 and up to 10")?;
+    let speed_rule = "a speed in m/s above 0 and up to 10";
+    let human_speed_m_s = file
+        .human_speed_m_s
+        .map(|speed| at.number("human_speed_m_s", speed, f64::MIN_POSITIVE..=10.0, speed_rule));
+    let human_speed_m_s = human_speed_m_s.transpose()?;
+    match human_speed_m_s {
+        None => defaults.push(format!(
+            "human_speed_m_s = {HUMAN_SPEED_M_S} is a default, what public pages tell of ISO 13855 as the speed of somebody who \
+             walks; where the distance is at most {ARMS_UP_TO_M} m it is {ARM_SPEED_M_S}, that of an arm"
+        )),
+        Some(speed) if speed < HUMAN_SPEED_M_S => {
+            defaults.push(format!("human_speed_m_s = {speed} is less than the {HUMAN_SPEED_M_S} of somebody who walks"));
+        }
+        Some(_) => {}
+    }
+    let intrusions: Vec<Intrusion> = sensors.iter().filter_map(Intrusion::of).collect();
+    let farther = |a: &&Intrusion, b: &&Intrusion| a.metres().total_cmp(&b.metres());
+    let farthest = intrusions.iter().max_by(farther);
+    let least_m = farthest.map_or(NORMAL_M, Intrusion::metres);
+    let case = farthest.map_or("a device that an arm passes unnoticed".to_string(), Intrusion::to_string);
+    let mut warnings = Vec::new();
     let mut added = Vec::new();
     for &key in formula.keys() {
         let metres = match (file.added(key), key) {
+            (Some(metres), "intrusion_m") if metres < least_m => {
+                let less = format!(
+                    "intrusion_m = {metres} is less than the {least_m:.2} m that public pages tell of ISO 13855:2010 for {case}"
+                );
+                if farthest.is_some_and(Intrusion::is_parallel) {
+                    warnings.push(format!("stopping: {less}: distances may be too small"));
+                }
+                defaults.push(less);
+                metres
+            }
+            (Some(metres), "device_distance_m") if metres < PARALLEL_M => {
+                if let Some(along) = intrusions.iter().find(|one| one.is_parallel()) {
+                    let less = format!(
+                        "device_distance_m = {metres} is less than the {PARALLEL_M} m that public pages tell of ISO 13855:2024 for {along}"
+                    );
+                    warnings.push(format!("stopping: {less}: distances may be too small"));
+                    defaults.push(less);
+                }
+                metres
+            }
             (Some(metres), _) => metres,
             (None, "intrusion_m") => {
-                let from = "what public pages tell of ISO 13855:2010 for devices that an arm passes unnoticed; \
-                            some editions use another for a horizontal plane of detection, which the program does not";
-                defaults.push(format!("intrusion_m = {INTRUSION_M} is a default, {from}"));
-                INTRUSION_M
+                defaults.push(format!(
+                    "intrusion_m = {least_m:.2} is a default, what public pages tell of ISO 13855:2010 for {case}{}",
+                    by_sensor(&intrusions, least_m)
+                ));
+                least_m
             }
             (None, _) => {
                 let cure = format!("{} needs it, also where it is 0, as in {key} = 0.1", formula.name());
@@ -255,7 +305,17 @@ pub(super) fn check(at: &Place, file: StoppingFile) -> Result<Stopping> {
     let at_speed =
         |(number, speed_m_s)| AtSpeed { speed_m_s, needed_m: terms.needed_m(formula, number, speed_m_s) };
     let speeds = speeds.into_iter().enumerate().map(at_speed).collect();
-    Ok(Stopping { formula, speeds, terms, defaults })
+    Ok(Stopping { formula, speeds, terms, defaults, warnings })
+}
+
+/// Which sensors ask for less than the farthest intrusion, in words.
+fn by_sensor(intrusions: &[Intrusion], least_m: f64) -> String {
+    let less = intrusions.iter().filter(|one| one.metres() < least_m);
+    let less: Vec<String> = less.map(|one| format!("{:.2} for {one}", one.metres())).collect();
+    match less.is_empty() {
+        true => String::new(),
+        false => format!("; it would be {}, and the largest holds for all", less.join(", ")),
+    }
 }
 
 impl Terms {
@@ -270,12 +330,19 @@ impl Terms {
                 (speed_m_s / deceleration, speed_m_s * speed_m_s / (2.0 * deceleration))
             }
         };
-        let human_m = self.human_speed_m_s * (self.reaction_s + stopping_s);
         let robot_m = match formula {
             Formula::SpeedAndSeparation => speed_m_s * self.reaction_s + stopping_m,
             _ => 0.0,
         };
-        human_m + robot_m + self.added.iter().map(|(_, metres)| metres).sum::<f64>()
+        let time_s = self.reaction_s + stopping_s;
+        let with = |human_m_s: f64| {
+            human_m_s * time_s + robot_m + self.added.iter().map(|(_, metres)| metres).sum::<f64>()
+        };
+        match self.human_speed_m_s {
+            Some(speed) => with(speed),
+            None if with(ARM_SPEED_M_S) <= ARMS_UP_TO_M => with(ARM_SPEED_M_S),
+            None => with(HUMAN_SPEED_M_S).max(ARMS_UP_TO_M),
+        }
     }
 }
 

@@ -34,7 +34,7 @@ impl View<'_> {
             let way = Way::of(from, rays.dirs_q15[ray]);
             let found = look::look(&self.truth.blockers, rays, from, way, ray as u32)?;
             let drawn = march::draw(from.draws, ray as u32);
-            let step_q16 = rays.noise.step_q16(drawn, found.distance_q16);
+            let step_q16 = rays.noise.step_q16(rays.gates.slant(way.z_q15), drawn, found.distance_q16);
             let voxels = f64::from(march::noisy_q16(found.distance_q16, step_q16)) / 65536.0;
             let along = way.believed_q16.map(|d| f64::from(d) / 65536.0);
             let begin = from.origin_q16.map(|o| f64::from(o) / 65536.0);

@@ -118,8 +118,9 @@ impl<'a> Watchers<'a> {
                 let Some(ray) = sight.look(voxel).ray else { continue };
                 let Some(entered_q16) = leap::entry_q16(&sight.start(ray), voxel) else { continue };
                 let way = Way::of(from, rays.dirs_q15[ray as usize]);
-                let Some(hit) = search.first(begin, way.truly_q16, &rays.gates) else { continue };
-                let is_before = hit.t_q16 < entered_q16 && entered_q16 <= rays.gates.range_max_q16;
+                let gates = rays.gates_of(ray as usize);
+                let Some(hit) = search.first(begin, way.truly_q16, &gates) else { continue };
+                let is_before = hit.t_q16 < entered_q16 && entered_q16 <= gates.range_max_q16;
                 let stops =
                     |object: usize| objects[object].stops_rays && objects[object].voxels.get(hit.voxel);
                 if let Some(object) = (0..objects.len()).find(|&object| is_before && stops(object)) {

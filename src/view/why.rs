@@ -269,7 +269,9 @@ impl<'a> Witness<'a> {
                 let begin = ray.map(|ray| (ray, sight.start(ray)));
                 let crosses =
                     begin.and_then(|(ray, begin)| Some((ray, begin, leap::entry_q16(&begin, voxel)?)));
-                let range_q16 = rays.gates.range_max_q16;
+                // Of a voxel that no ray crosses, the ray nearest to it.
+                let gates = ray.map_or(rays.gates, |ray| rays.gates_of(ray as usize));
+                let range_q16 = gates.range_max_q16;
                 match crosses {
                     None if !in_view => because(Reason::OutOfView),
                     None if squared_q32 > i128::from(range_q16).pow(2) => because(Reason::OutOfRange),
@@ -277,7 +279,7 @@ impl<'a> Witness<'a> {
                     Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
                     Some((ray, begin, entered_q16)) => {
                         let way = Way::of(&self.member.placement, rays.dirs_q15[ray as usize]);
-                        let hit = search.first(from, way.truly_q16, &rays.gates);
+                        let hit = search.first(from, way.truly_q16, &gates);
                         self.ended((ray, hit), &begin, rays, (voxel, entered_q16))
                     }
                 }
@@ -297,7 +299,7 @@ impl<'a> Witness<'a> {
         let because = |reason| Cause { reason, object: None };
         let from = &self.member.placement;
         let Some(hit) = hit else { return because(Reason::NoReturn) };
-        let reason = if hit.t_q16 < rays.gates.range_min_q16 {
+        let reason = if hit.t_q16 < rays.gates_of(ray as usize).range_min_q16 {
             Reason::Blind
         } else if march::is_lost(march::draw(from.draws, ray), rays.noise.lost_below) {
             return because(Reason::NoReturn);

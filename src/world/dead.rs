@@ -28,7 +28,7 @@ const RAYS_IN_ALL: usize = 1 << 22;
 /// Most enclosed spaces that are distinguished in a scene; poses beyond count as not walled in.
 const MOST_PLACES: usize = 32;
 /// A space is closed if it has no larger share of all free voxels than this, and neither people nor robots in
-/// it or beside it.
+/// it or beside it, or if it is inside a person.
 pub(super) const SMALL: f64 = 0.1;
 /// A pose is dead where a larger share of its rays is blind. People do not count, since they go away.
 const BLIND: f64 = 0.75;
@@ -150,7 +150,8 @@ impl SampledRays<'_> {
         for (left, &dir_q15) in (0..all).rev().zip(&self.dirs_q15) {
             match self.cast(&truth.blockers, from, dir_q15) {
                 Met::Blocker(voxel, t_q16) => {
-                    let (is_person, is_blind) = (truth.human.get(voxel), t_q16 < self.gates.range_min_q16);
+                    let nearest_q16 = self.gates.of_ray(dir_q15[2]).range_min_q16;
+                    let (is_person, is_blind) = (truth.human.get(voxel), t_q16 < nearest_q16);
                     returns += usize::from(!is_blind);
                     someone |= is_person;
                     if !is_person {
@@ -193,8 +194,9 @@ impl SampledRays<'_> {
     }
 
     fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> Met {
+        let gates = self.gates.of_ray(dir_q15[2]);
         let within = march::crossings(from.launch(dir_q15))
-            .take_while(|crossing| crossing.t_q16 <= self.gates.range_max_q16);
+            .take_while(|crossing| crossing.t_q16 <= gates.range_max_q16);
         for march::Crossing { t_q16, voxel, .. } in within {
             if !blockers.window().contains(voxel) {
                 return if self.gates.backdrop { Met::Backdrop } else { Met::Nothing };
@@ -295,9 +297,17 @@ impl Hollows {
         let place = flood(&self.open, &seed);
         let with_walls = with_neighbours(&place);
         let is_small = place.count() as f64 <= SMALL * self.volume as f64;
+        // People go away, but not from around what they have inside.
+        let is_in_person = || {
+            let mut walls = with_walls.clone();
+            walls.remove(&place);
+            walls.remove(&self.truth.human);
+            let around = place.bounds().grown(1);
+            walls.is_empty() && around.intersection(&place.window()) == around
+        };
         let is_closed = is_small
-            && !with_walls.intersects(&self.truth.human)
-            && !with_walls.intersects(&self.truth.robot);
+            && (is_in_person()
+                || !with_walls.intersects(&self.truth.human) && !with_walls.intersects(&self.truth.robot));
         let walls = is_closed.then(|| {
             let share = |object: &&std::sync::Arc<crate::truth::ObjectVoxels>| {
                 let mut shared = object.voxels.clone();

@@ -27,6 +27,7 @@ fn camera(random: &mut Random) -> Rays {
     let gates = Gates {
         range_min_q16: random.of(&[0, 0, 3 << 16, near]),
         range_max_q16: random.of(&[2047 << 16, 40 << 16, far]),
+        along_axis: random.one_in(2),
         near_ignore_q16: random.of(&[0, 0, housing]),
         no_return_is_free: random.one_in(2),
         backdrop: random.one_in(2),
@@ -154,6 +155,7 @@ fn large_cameras_equal_the_cpu() {
     let gates = Gates {
         range_min_q16: 12 << 16,
         range_max_q16: 120 << 16,
+        along_axis: true,
         near_ignore_q16: 0,
         no_return_is_free: false,
         backdrop: true,
@@ -254,6 +256,7 @@ fn rooms_equal_the_oracle() {
         let gates = Gates {
             range_max_q16: random.of(&[2047 << 16, 2047 << 16, 60 << 16]),
             range_min_q16: random.of(&[0, 0, 5 << 16]),
+            along_axis: random.one_in(2),
             near_ignore_q16: random.of(&[0, 0, 5 << 16]),
             no_return_is_free: random.one_in(2),
             backdrop: random.one_in(3),

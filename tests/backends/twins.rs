@@ -78,7 +78,7 @@ fn march_of(words: &[u32]) -> March {
     }
 }
 
-const TWINS: [Twin; 24] = [
+const TWINS: [Twin; 27] = [
     Twin {
         name: "packed",
         inputs: 2,
@@ -106,6 +106,27 @@ const TWINS: [Twin; 24] = [
         outputs: 1,
         wgsl: "out(0u, first_q16(in(0u), in(1u)));",
         rust: |w| vec![march::first_q16(w[0], w[1])],
+    },
+    Twin {
+        name: "axial_q16",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, axial_q16(sin(0u), in(1u) != 0u));",
+        rust: |w| vec![march::axial_q16(w[0] as i32, w[1] != 0)],
+    },
+    Twin {
+        name: "along_q16",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, along_q16(in(0u), period_q16(in(1u))));",
+        rust: |w| vec![march::along_q16(w[0], march::period_q16(w[1]))],
+    },
+    Twin {
+        name: "std_along_q16",
+        inputs: 2,
+        outputs: 1,
+        wgsl: "out(0u, std_along_q16(in(0u), period_q16(in(1u))));",
+        rust: |w| vec![march::std_along_q16(w[0], march::period_q16(w[1]))],
     },
     Twin {
         name: "direction_q16",
@@ -332,6 +353,24 @@ fn cases(name: &str, random: &mut Random) -> Vec<u32> {
             }
             for _ in 0..4000 {
                 out.extend([random.below(65_537), random.below(NEVER)]);
+            }
+        }
+        // Every part of a unit vector.
+        "axial_q16" => {
+            for z_q15 in -32_768..=32_768 {
+                out.extend([z_q15 as u32, 0, z_q15 as u32, 1]);
+            }
+        }
+        "along_q16" | "std_along_q16" => {
+            let axial = |random: &mut Random| 2 * (2048 + random.below(30_721));
+            for depth_q16 in [0, 1, 0xffff, 0x1_0000, 0x1_0001, (64 << 16) - 1, 64 << 16, 2047 << 16] {
+                for axial in [4096, 4098, 37_838, 65_534, 65_536] {
+                    out.extend([depth_q16, axial]);
+                }
+            }
+            for _ in 0..4000 {
+                let most = random.of(&[1 << 16, 100 << 16, (2047 << 16) + 1]);
+                out.extend([random.below(most), axial(random)]);
             }
         }
         "direction_q16" => {

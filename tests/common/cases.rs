@@ -79,6 +79,8 @@ fn table(random: &mut Random, scene: &VoxelScene, placement: &GridPose) -> Rays 
     };
     rays.gates = gates(random, scene, &rays, placement);
     rays.noise = noise(random);
+    // Steps that no table has would leave 32 bits along slanted rays.
+    rays.gates.along_axis &= rays.noise.unit_q12.iter().all(|step| step.abs() <= 5 << 16);
     rays
 }
 
@@ -171,6 +173,7 @@ pub(crate) fn open_gates() -> Gates {
     Gates {
         range_min_q16: 0,
         range_max_q16: MAX_RANGE_VOXELS << 16,
+        along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,
         backdrop: false,
@@ -416,6 +419,7 @@ fn gates(random: &mut Random, scene: &VoxelScene, rays: &Rays, placement: &GridP
             1 => random.below(60 << 16),
             _ => near_an_end(random),
         },
+        along_axis: random.one_in(3),
         near_ignore_q16: match random.below(4) {
             0 => near_an_end(random),
             1 => random.below(4 << 16),

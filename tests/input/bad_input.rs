@@ -158,7 +158,7 @@ fn things_that_are_missing_or_twice() {
             "fov_deg = [87, 58]\nmount = \"facing\"",
             "unknown field `mount`, expected one of `fov_deg`",
         ),
-        (STUDY, "resolution_deg = [8, 12]", "", "missing field `resolution_deg`, as in"),
+        (STUDY, "resolution_deg = [8, 12]", "", "neither resolution_deg nor beams: give the step"),
         (
             STUDY,
             "resolution_deg = [8, 12]",

@@ -357,6 +357,41 @@ fn numbers_and_choices() {
         ),
         ("[\"points\", \"field\"]", "[]", "sensor \"scanner\": no representations: add"),
         (
+            "rings_deg = [0]\nresolution_deg = 4",
+            "rings_deg = [0]",
+            "sensor \"scanner\": neither resolution_deg nor beams: give the step",
+        ),
+        (
+            "resolution_deg = 4",
+            "resolution_deg = 4\nbeams = 90",
+            "sensor \"scanner\".beams = 90: and resolution_deg: give one of them",
+        ),
+        (
+            "resolution_deg = 4",
+            "resolution_deg = 4\nrings = 3",
+            "\"scanner\".rings = 3: and rings_deg: give one",
+        ),
+        (
+            "rings_deg = [0]\nresolution_deg = 4",
+            "elevation_deg = [-5, 5]\nresolution_deg = [4, 1]\nrings = 3",
+            "\"scanner\".rings = 3: and a vertical resolution_deg",
+        ),
+        (
+            "rings_deg = [0]\nresolution_deg = 4",
+            "elevation_deg = [-5, 5]\nbeams = 90",
+            "\"scanner\": neither rings nor a vertical step",
+        ),
+        (
+            "rings_deg = [0]\nresolution_deg = 4",
+            "elevation_deg = [-5, 5]\nbeams = 90\nrings = 1",
+            "\"scanner\".rings = 1: must be from 2 to",
+        ),
+        (
+            "keypoint_tolerance_m = 0.15",
+            "range_along = \"depth\"",
+            "unknown variant `depth`, expected `ray` or `axis`",
+        ),
+        (
             "[\"points\", \"field\"]",
             "[\"field\", \"field\"]",
             "representations[1] is there already: name each once",

@@ -76,7 +76,7 @@ fn a_device_gives_what_the_study_does_not_say() {
     assert_eq!(sensor["model"], "azure-kinect-nfov-binned");
     // The same keys, written out, cast the same rays.
     let written = Folder::new();
-    let keys = "kind = \"rgbd\"\nfov_deg = [75, 65]\nrange_m = [0.5, 5.46]\nnoise = { std_m = 0.017 }\nresolution_px = [16, 9]\n";
+    let keys = "kind = \"rgbd\"\nfov_deg = [75, 65]\nrange_m = [0.5, 5.46]\nrange_along = \"axis\"\nnoise = { std_m = 0.017 }\nresolution_px = [16, 9]\n";
     written.edit(STUDY, CAMERA, keys);
     assert_eq!(written.sweep(&[]).code, Some(0));
     let other = manifest(&written);
@@ -186,7 +186,7 @@ fn devices_are_listed_with_their_sources() {
     for expected in [
         "realsense-d435                rgbd  87 x 58      848 x 480 px   0.3-3      1.4 cm",
         "velodyne-vlp-16               lidar 360 x 30     0.2 deg        0.5-100    3.0 cm",
-        "sick-s300                     lidar 270 x 0      0.5 deg        0.05-2     unknown",
+        "sick-s300                     lidar 270 x 0      541 beams      0.05-2     unknown",
         "safety-mat                    pad",
     ] {
         assert!(outcome.stdout.lines().any(|line| line == expected), "{expected}\n{}", outcome.stdout);

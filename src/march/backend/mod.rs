@@ -16,7 +16,7 @@ mod self_test;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::march::{self, End, Gates, March};
+use crate::march::{self, End, Gates, March, Slant};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, People, Window};
 pub use fuse::{Saying, settled};
@@ -57,7 +57,7 @@ pub struct OverTime {
 /// One table of rays, as the backends see it: where they go, what ends them, and what chance does to them.
 #[derive(Clone, Debug)]
 pub struct Rays {
-    /// Unit directions in the sensor's frame, Q15, in ray order.
+    /// Unit directions in the sensor's frame, Q15, in ray order. Depth is measured along its third axis.
     pub dirs_q15: Vec<[i32; 3]>,
     /// Where the rays come from, if they are the pixels of a camera, row by row.
     pub image: Option<Image>,
@@ -67,42 +67,60 @@ pub struct Rays {
     pub noise: Noise,
 }
 
+impl Rays {
+    /// The gates of a ray of the table, along it.
+    pub fn gates_of(&self, ray: usize) -> Gates {
+        self.gates.of_ray(self.dirs_q15[ray][2])
+    }
+
+    /// The slant of the ray that is the most slanted.
+    pub fn most_slant(&self) -> Slant {
+        self.gates.slant(self.dirs_q15.iter().map(|dir| dir[2]).min().unwrap_or(0))
+    }
+
+    /// The farthest before its distance that a return may be read.
+    pub(crate) fn nearest_q16(&self) -> u32 {
+        self.noise.most_q16(self.most_slant(), i32::min).unsigned_abs()
+    }
+
+    /// The farthest behind its distance that a return may be read.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn farthest_q16(&self) -> u32 {
+        self.noise.most_q16(self.most_slant(), i32::max) as u32
+    }
+}
+
 /// What chance does to returns. The default does nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Noise {
     /// Equally likely deviations of unit width in 1/4096: [`march::NOISE_STEPS`] of them, or none where returns are exact.
     pub unit_q12: Vec<i32>,
-    /// Width by which those are multiplied, in 1/65536 voxels: an entry for each whole voxel of distance up to the longest
-    /// range; empty with the other table.
+    /// Width by which those are multiplied, in 1/65536 voxels: an entry for each whole voxel of distance, or of depth, up to the
+    /// longest range; empty with the other table.
     pub std_q16: Vec<u32>,
     /// A return is lost where its ray's number, hashed again, is below this ([`march::is_lost`]).
     pub lost_below: u32,
 }
 
 impl Noise {
-    /// The error in distance of a return within the range whose ray drew this number.
+    /// The error in distance of a return within the range whose ray has this slant and drew this number.
     #[inline]
-    pub fn step_q16(&self, drawn: u32, t_q16: u32) -> i32 {
+    pub fn step_q16(&self, slant: Slant, drawn: u32, t_q16: u32) -> i32 {
         match self.unit_q12.is_empty() {
             true => 0,
             false => {
                 let unit_q12 = self.unit_q12[march::entry(drawn) as usize];
-                march::step_q16(unit_q12, self.std_q16[(t_q16 >> 16) as usize])
+                let std_q16 = self.std_q16[(t_q16 / slant.period_q16) as usize];
+                march::step_q16(unit_q12, march::std_along_q16(std_q16, slant.period_q16))
             }
         }
     }
 
-    /// The farthest before its distance that a return may be read.
-    pub(crate) fn nearest_q16(&self) -> u32 {
-        let unit_q12 = self.unit_q12.iter().copied().min().unwrap_or(0).min(0);
-        march::step_q16(unit_q12, self.std_q16.iter().copied().max().unwrap_or(0)).unsigned_abs()
-    }
-
-    /// The farthest behind its distance that a return may be read.
-    #[cfg(feature = "gpu")]
-    pub(crate) fn farthest_q16(&self) -> u32 {
-        let unit_q12 = self.unit_q12.iter().copied().max().unwrap_or(0).max(0);
-        march::step_q16(unit_q12, self.std_q16.iter().copied().max().unwrap_or(0)) as u32
+    /// The largest error of either sign along a ray of a slant.
+    fn most_q16(&self, slant: Slant, largest: fn(i32, i32) -> i32) -> i32 {
+        let unit_q12 = self.unit_q12.iter().copied().fold(0, largest);
+        let std_q16 = self.std_q16.iter().copied().max().unwrap_or(0);
+        march::step_q16(unit_q12, march::std_along_q16(std_q16, slant.period_q16))
     }
 }
 

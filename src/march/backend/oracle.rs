@@ -294,15 +294,16 @@ struct Pathend {
 fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, path: &mut Path) -> Pathend {
     let words = scene.blockers.words();
     let gates = &rays.gates;
+    let slant = slant(rays, number);
+    let [least_q16, range_q16] = [gates.range_min_q16, gates.range_max_q16].map(|q16| along_q16(q16, slant));
     let mut ray = Ray::start(&scene.blockers, placement, rays.dirs_q15[number]);
-    let out_of_range = after(gates.range_max_q16.into());
+    let out_of_range = after(range_q16);
     let limit = ray.exit.min(out_of_range);
     let mut crossings = 0;
     let ended = |kind, crossings: usize, blocker: u32, t_q16: u64| {
         let end = End { kind, crossings: crossings as u32 };
         Pathend { end, blocker, t_q16 }
     };
-    let range_q16 = u64::from(gates.range_max_q16);
     path.voxels[0] = ray.bit as u32;
     path.entered[0] = 0;
     while let Some(crossing) = ray.cross(limit) {
@@ -311,14 +312,14 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
         path.entered[crossings] = crossing;
         let t = crossing >> 2;
         if is_set(words, ray.bit as usize) && t >= u64::from(gates.near_ignore_q16) {
-            if t < u64::from(gates.range_min_q16) {
+            if t < least_q16 {
                 return ended(BLIND, crossings, 0, t);
             }
             let drawn = hash(placement.draws as u64 ^ number as u64);
             if hash(drawn) < rays.noise.lost_below.into() {
                 return ended(NOTHING, unhindered(ray, limit, path, crossings), 0, range_q16);
             }
-            let noise_q16 = noise_q16(rays, drawn, t);
+            let noise_q16 = noise_q16(rays, slant, drawn, t);
             let read_q16 = (t as i64 + noise_q16).max(0) as u64;
             let read = match noise_q16 {
                 0 => crossings,
@@ -368,11 +369,25 @@ fn endpoint(ray: Ray, read_q16: u64, path: &mut Path, mut crossings: usize) -> u
     unhindered(ray, ray.exit.min(limit), path, crossings)
 }
 
+/// How far a ray goes for a voxel of what it measures, which is depth or distance.
+fn slant(rays: &Rays, number: usize) -> u64 {
+    let axial_q15 = if rays.gates.along_axis { rays.dirs_q15[number][2].max(1 << 11) } else { 1 << 15 };
+    (1 << 31) / axial_q15 as u64
+}
+
+/// How far along a ray of a slant a depth is.
+fn along_q16(depth_q16: u32, slant: u64) -> u64 {
+    ((u64::from(depth_q16) * slant) >> 16).min(2047 << 16)
+}
+
 /// What a return at a distance is off by.
-fn noise_q16(rays: &Rays, drawn: u64, t: u64) -> i64 {
+fn noise_q16(rays: &Rays, slant: u64, drawn: u64, t: u64) -> i64 {
     match rays.noise.unit_q12.get((drawn >> 20) as usize) {
         None => 0,
-        Some(&unit) => (i64::from(unit) * i64::from(rays.noise.std_q16[(t >> 16) as usize]) + 2048) >> 12,
+        Some(&unit) => {
+            let std_q16 = along_q16(rays.noise.std_q16[(t / slant) as usize], slant).min(64 << 16);
+            (i64::from(unit) * std_q16 as i64 + 2048) >> 12
+        }
     }
 }
 

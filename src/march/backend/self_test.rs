@@ -65,6 +65,7 @@ fn camera() -> Rays {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: 150 << 16,
+        along_axis: true,
         near_ignore_q16: 0,
         no_return_is_free: false,
         backdrop: false,

@@ -23,10 +23,10 @@ pub(super) fn field(
     voxel_size_m: f64,
 ) -> Vec<DVec2> {
     let at = pose.position_m;
-    let range_m = f64::from(rays.gates.range_max_q16) / 65536.0 * voxel_size_m;
     let world_from_rays = kind.frame(pose);
     let (low, high) = (low.min(at), high.max(at));
     let end = |ray: usize| {
+        let range_m = f64::from(rays.gates_of(ray).range_max_q16) / 65536.0 * voxel_size_m;
         let along = world_from_rays * DVec3::from_array(rays.dirs_q15[ray].map(f64::from)).normalize();
         let leaves = (0..3).map(|axis| match along[axis] {
             0.0 => f64::INFINITY,

@@ -160,9 +160,9 @@ function showSensors(scene, cell, isShown, isViewShown) {
       corners.forEach((corner, n) => edge.push(...corner, ...corners[(n + 1) % corners.length]));
     }
     if (!sensor.rays) continue;
-    const ends = sensor.rays.directions.map(direction => {
+    const ends = sensor.rays.directions.map((direction, n) => {
       const along = turn(direction);
-      return plus(at, times(along, Math.min(sensor.rays.range_m[1], farthest(at, along, box))));
+      return plus(at, times(along, Math.min(sensor.rays.reach_m[n], farthest(at, along, box))));
     });
     ends.forEach(end => (sensor.rays.is_picture ? edge : ray).push(...at, ...end));
     if (sensor.rays.is_picture) ends.forEach((end, n) => edge.push(...end, ...ends[(n + 1) % ends.length]));

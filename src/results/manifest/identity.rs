@@ -171,7 +171,8 @@ fn rays_sha256(rays: &Rays) -> String {
     let gates = &rays.gates;
     let numbers = [gates.range_min_q16, gates.range_max_q16, gates.near_ignore_q16]
         .into_iter()
-        .chain([gates.no_return_is_free as u32, gates.backdrop as u32]);
+        .chain([gates.no_return_is_free as u32, gates.backdrop as u32])
+        .chain(gates.along_axis.then_some(1));
     let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
     let Noise { unit_q12, std_q16, lost_below } = &rays.noise;
     let unit = unit_q12.iter().map(|&unit| unit as u32);

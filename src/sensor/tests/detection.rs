@@ -8,7 +8,7 @@ use crate::scene::keypoints::JOINTS;
 use crate::sensor::keypoints::{Detected, KeypointCamera, detect};
 use crate::sensor::look::Return;
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::Range;
+use crate::sensor::range::{Along, Range};
 use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::{Camera, Scale};
 
@@ -71,6 +71,7 @@ pub(super) fn camera(random: &mut DetectionRandom) -> Rgbd {
     let near = [0.0, 0.0, 0.5][random.below(3) as usize];
     let range = Range {
         range_m: [near, random.between(0.8, 4.0)],
+        along: Along::Ray,
         near_ignore_m: [0.0, 0.3][random.below(2) as usize],
         no_return_is_free: false,
         noise: [

@@ -5,7 +5,7 @@ use super::*;
 use crate::sensor::lidar::{Lidar, LidarMount, ProtectiveField};
 use crate::sensor::noise::Deviation;
 use crate::sensor::prism::Prism;
-use crate::sensor::range::Range;
+use crate::sensor::range::{Along, Range};
 use crate::sensor::{Extent, MEASURES, SWITCHES, Scale};
 use glam::DVec2;
 
@@ -18,6 +18,7 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
         mount: LidarMount::Upright,
         range: Range {
             range_m: [0.0, 9.0],
+            along: Along::Ray,
             near_ignore_m: 0.0,
             no_return_is_free: false,
             noise: Deviation::NONE,

@@ -4,13 +4,14 @@ use super::*;
 use crate::march;
 use crate::sensor::look::{self, Return};
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::Range;
+use crate::sensor::range::{Along, Range};
 use crate::sensor::ray_set::RaySet;
 use crate::sensor::{Scale, placement};
 
 fn ring(range_m: [f64; 2], near_ignore_m: f64) -> RaySet {
     let range = Range {
         range_m,
+        along: Along::Ray,
         near_ignore_m,
         no_return_is_free: false,
         noise: Deviation::NONE,

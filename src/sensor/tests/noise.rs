@@ -3,7 +3,7 @@
 use super::*;
 use crate::march;
 use crate::sensor::noise::{self, Deviation};
-use crate::sensor::range::Range;
+use crate::sensor::range::{Along, Range};
 use crate::sensor::ray_set::RaySet;
 use crate::sensor::{Scale, draws, look, placement};
 
@@ -48,6 +48,7 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
     put(&mut truth, Role::Environment, &[[50, 0, 0]], None);
     let range = Range {
         range_m: [0.0, 2.0],
+        along: Along::Ray,
         near_ignore_m: 0.0,
         no_return_is_free: false,
         noise: Deviation { std_m: STD_VOXELS * 0.02, ..Deviation::NONE },
@@ -89,6 +90,7 @@ fn distances_scatter_as_much_as_the_model_says_where_they_are_measured() {
     let noise = Deviation { std_m: 0.05, per_m: 0.01, per_m2: 0.001 };
     let range = Range {
         range_m: [0.0, 100.0],
+        along: Along::Ray,
         near_ignore_m: 0.0,
         no_return_is_free: false,
         noise,
@@ -103,7 +105,8 @@ fn distances_scatter_as_much_as_the_model_says_where_they_are_measured() {
     let mut off = [Vec::new(), Vec::new()];
     for (found, ray) in look::returns(&truth.blockers, &rays, &from).zip(0..) {
         let drawn = march::draw(from.draws, ray);
-        let step_m = 0.1 * f64::from(rays.noise.step_q16(drawn, found.distance_q16)) / 65_536.0;
+        let step_m =
+            0.1 * f64::from(rays.noise.step_q16(rays.gates.slant(0), drawn, found.distance_q16)) / 65_536.0;
         off[(found.hit[0] > 0) as usize].push(step_m);
     }
     for (off, expected) in off.iter().zip([0.25, 6.4]) {
@@ -119,6 +122,7 @@ fn as_many_returns_are_lost_as_the_study_says_whatever_their_noise() {
     let noise = Deviation { std_m: 0.06, ..Deviation::NONE };
     let range = |dropout| Range {
         range_m: [0.0, 2.0],
+        along: Along::Ray,
         near_ignore_m: 0.0,
         no_return_is_free: false,
         noise,
@@ -140,4 +144,34 @@ fn as_many_returns_are_lost_as_the_study_says_whatever_their_noise() {
     assert!((some.len() as f64 / n - 0.7).abs() < 4.0 * (0.21 / n).sqrt(), "{} of {RAYS}", some.len());
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     assert!((mean(&all) - mean(&some)).abs() < 4.0 * STD_VOXELS / n.sqrt(), "{} {}", mean(&all), mean(&some));
+}
+
+/// Along a ray at 60 degrees to the axis a metre of depth is two of distance: at a depth of 5 m the deviation of depth is 0.05 + 0.05
+/// m, of distance twice that.
+#[test]
+fn the_noise_of_depth_is_that_of_depth_along_the_ray() {
+    let deviation = Deviation { std_m: 0.05, per_m: 0.01, per_m2: 0.0 };
+    let range = Range {
+        range_m: [0.0, 6.0],
+        along: Along::Axis,
+        near_ignore_m: 0.0,
+        no_return_is_free: false,
+        noise: deviation,
+        dropout: 0.0,
+        calibration: None,
+    };
+    let rays =
+        range.rays(vec![[28_378, 0, 16_384], [0, 0, 32_768]], &Scale { voxel_size_m: 0.1, backdrop: false });
+    let drawn = 0xc000_0000;
+    let [slanted, straight] = [0, 1].map(|ray| {
+        let slant = rays.gates.slant(rays.dirs_q15[ray][2]);
+        rays.noise.step_q16(slant, drawn, slant.along_q16(50 << 16))
+    });
+    assert_eq!(rays.gates_of(0).range_max_q16, 120 << 16);
+    // 0.1005 m, at the middle of the voxel, are 1.005 voxels.
+    let expected = march::step_q16(noise::unit_q12()[3072], 65_864);
+    assert!(
+        (straight - expected).abs() <= 1 && (slanted - 2 * expected).abs() <= 2,
+        "{slanted} {straight} {expected}"
+    );
 }

@@ -3,13 +3,14 @@
 use super::*;
 use crate::sensor::Camera;
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::Range;
+use crate::sensor::range::{Along, Range};
 
 /// Half the image is as wide as it is far.
 pub(super) const CAMERA: Camera = Camera { fov_rad: [std::f64::consts::FRAC_PI_2; 2], resolution_px: [8, 8] };
 
 pub(super) const RANGE: Range = Range {
     range_m: [0.0, 30.0],
+    along: Along::Ray,
     near_ignore_m: 0.0,
     no_return_is_free: false,
     noise: Deviation::NONE,

@@ -2,8 +2,9 @@
 
 use super::people::{CAMERA, RANGE, person};
 use super::*;
+use crate::sensor::range::{Along, Range};
 use crate::sensor::rgbd::{KeypointShape, Rgbd};
-use crate::sensor::{Claim, MEASURES, Scale};
+use crate::sensor::{Camera, Claim, MEASURES, Scale, look};
 
 const SHAPES: [KeypointShape; 4] = [
     KeypointShape::Points,
@@ -135,4 +136,30 @@ fn only_features_need_keypoints() {
     assert_eq!(rgbd().representations(), ["points", "spheres", "cylinders", "box"]);
     assert_eq!([0, 1, 2, 3].map(|r| rgbd().adds(r)), [false, true, true, true]);
     assert_eq!(rgbd().log_odds(3), MEASURES);
+}
+
+/// A flat wall 3.05 m before a camera of 90 by 60 degrees, in voxels of 0.1 m: how many of its 3072 rays return.
+fn returns_from_a_wall(range_m: [f64; 2], along: Along) -> usize {
+    let mut truth = empty([34, 72, 48], 0.1);
+    put(&mut truth, Role::Environment, &block([31, 0, 0], [33, 71, 47]), None);
+    let fov_rad = [90f64, 60.0].map(f64::to_radians);
+    let camera = Rgbd {
+        camera: Camera { fov_rad, resolution_px: [64, 48] },
+        range: Range { range_m, along, ..RANGE },
+        ..rgbd()
+    };
+    let rays = camera.rays(&Scale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let at = facing(&truth, [0.05, 3.6, 2.4], [1.0, 0.0, 0.0]);
+    look::returns(&truth.blockers, &rays, &at.placement(&camera)).count()
+}
+
+#[test]
+fn a_flat_wall_within_the_depth_returns_every_ray() {
+    assert_eq!(returns_from_a_wall([0.3, 3.5], Along::Axis), 64 * 48);
+    assert_eq!(returns_from_a_wall([0.3, 3.0], Along::Axis), 0);
+    assert_eq!(returns_from_a_wall([3.0, 3.5], Along::Axis), 64 * 48);
+    assert_eq!(returns_from_a_wall([3.1, 3.5], Along::Axis), 0, "all are nearer than 3.1 m of depth");
+    // Of distances 43 % are within 3.5 m: a circle of π · ((3.5 / 3.05)² − 1) of 4 · tan 45° · tan 30°.
+    let of_distance = returns_from_a_wall([0.3, 3.5], Along::Ray);
+    assert!((1300..1350).contains(&of_distance), "{of_distance}");
 }

@@ -76,7 +76,7 @@ fn the_noise_of_stereo_cameras_follows_from_their_baseline() {
     assert_eq!(stereo.per_m2(90.0, 200.0), 0.01, "100 pixels of focal length");
 }
 
-/// Rays by hand: 848 · 480; 16 · 1800; 350 · 58; 1024 · 128; 275 / 0.17 = 1617.6.
+/// Rays by hand: 848 · 480; 16 · 1800; 350 · 58; 1024 · 128; 275 · 6 + 1; 1081 steps.
 #[test]
 fn known_devices_have_known_rays() {
     for (name, expected) in [
@@ -86,7 +86,8 @@ fn known_devices_have_known_rays() {
         ("livox-mid-360", 350 * 58),
         ("ouster-os0-128", 131_072),
         ("ouster-os1-128", 131_072),
-        ("sick-nanoscan3", 1_618),
+        ("sick-nanoscan3", 1_651),
+        ("hokuyo-utm-30lx", 1_081),
     ] {
         let keys = format!(
             "name = \"s\"\nmodel = {name:?}\nposes = [{{ name = \"p\", list = [{{ position_m = [0, 0, 1], facing = [1, 0, \
@@ -126,7 +127,10 @@ fn other_ways_to_say_a_key_go_before_it_too() {
     assert!(!has(&format!("{vlp}fov_deg = [360, 20]")).contains(&"rings_deg".into()));
     assert!(has(&format!("{vlp}fov_deg = 180")).contains(&"rings_deg".into()));
     let info = has("model = \"zed-2\"\ncamera_info = \"left.yaml\"");
-    assert_eq!(info, ["camera_info", "kind", "noise", "range_m"]);
+    assert_eq!(info, ["camera_info", "kind", "noise", "range_along", "range_m"]);
+    let ouster = "model = \"ouster-os0-128\"\n";
+    assert!(!has(&format!("{ouster}resolution_deg = 1")).contains(&"beams".into()));
+    assert!(!has(&format!("{ouster}resolution_deg = [1, 2]")).contains(&"rings".into()));
 }
 
 #[test]

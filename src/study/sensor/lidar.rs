@@ -24,11 +24,19 @@ const MAX_CORNERS: usize = 1000;
 pub(super) struct LidarFile {
     /// Angle about its axis, or [about its axis, vertical]. Default 360.
     fov_deg: Option<OneOrTwo>,
-    /// Between rays: one number, or [about its axis, vertical].
-    resolution_deg: OneOrTwo,
-    /// [from, to] above the plane of its rings.
+    /// Step between rays: one number, or [about its axis, vertical]. Angles go from the first on in these steps; the last angle
+    /// of an interval is left out. `beams` and `rings` give both ends instead.
+    resolution_deg: Option<OneOrTwo>,
+    /// How many rays about its axis, spread evenly over fov_deg, both ends included; of a full turn, whose end is its
+    /// begin, one of them. Instead of the step about the axis.
+    beams: Option<u32>,
+    /// [from, to] above the plane of its rings, in steps of resolution_deg without `to`, or as many rings as `rings` says with
+    /// both ends.
     #[serde(default, deserialize_with = "exactly_if_given")]
     elevation_deg: Option<[f64; 2]>,
+    /// How many rings, spread evenly over elevation_deg or the vertical angle of fov_deg, both ends included. Instead of
+    /// the vertical step.
+    rings: Option<u32>,
     /// Elevation of each ring.
     rings_deg: Option<Vec<f64>>,
     /// Default "upright".
@@ -75,25 +83,23 @@ struct FieldFile {
 }
 
 pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lidar> {
-    let step = file.resolution_deg;
-    let vertical_step = step.vertical.unwrap_or(step.horizontal);
-    for angle in [step.horizontal, vertical_step] {
-        at.number("resolution_deg", angle, 1e-3..=360.0, "angles from 0.001 to 360")?;
+    if let Some(OneOrTwo { horizontal, vertical }) = file.resolution_deg {
+        for angle in [Some(horizontal), vertical].into_iter().flatten() {
+            at.number("resolution_deg", angle, 1e-3..=360.0, "angles from 0.001 to 360")?;
+        }
     }
     let span = file.fov_deg.map_or(360.0, |fov| fov.horizontal);
     at.number("fov_deg", span, f64::MIN_POSITIVE..=360.0, "above 0 and at most 360 around the spin axis")?;
-    let elevations = elevations(at, &file, vertical_step)?;
-    let azimuths = lidar::angles(-span / 2.0, span, step.horizontal);
+    let azimuths = azimuths(at, &file, span)?;
+    let elevations = elevations(at, &file)?;
     let rays = azimuths.len().saturating_mul(elevations.len());
     if rays == 0 || rays > MAX_RAYS {
-        return Err(at.wrong(
-            "resolution_deg",
-            step.horizontal,
-            &format!("gives {rays} rays, from 1 to {MAX_RAYS} are possible"),
-        ));
+        let rule = format!("from 1 to {MAX_RAYS} are possible: write a larger step or fewer beams and rings");
+        return Err(at.says(format!("has {rays} rays")).wanted(rule));
     }
     let range = RangeKeys {
         range_m: file.range_m,
+        along: None,
         near_ignore_m: file.near_ignore_m,
         no_return: file.no_return,
         noise: file.noise,
@@ -149,14 +155,92 @@ impl FieldFile {
     }
 }
 
+/// Azimuths in degrees, by number or by step.
+fn azimuths(at: &Place, entry: &LidarFile, span: f64) -> Result<Vec<f64>> {
+    match (entry.beams, entry.resolution_deg) {
+        (Some(beams), None) if span == 360.0 => {
+            number(at, "beams", beams, 1)?;
+            Ok(lidar::angles(-180.0, 360.0, 360.0 / f64::from(beams)))
+        }
+        (Some(beams), None) => {
+            number(at, "beams", beams, 2)?;
+            Ok(lidar::spread(-span / 2.0, span, beams))
+        }
+        (None, Some(step)) => Ok(lidar::angles(-span / 2.0, span, step.horizontal)),
+        (Some(beams), Some(_)) => {
+            let rule = "and resolution_deg: give one of them; with beams, rings gives the number of rings";
+            Err(at.wrong("beams", beams, rule))
+        }
+        (None, None) => Err(at.says("neither resolution_deg nor beams").wanted(
+            "give the step between rays, as in resolution_deg = 0.5, or their number with both ends, as in beams = 1081",
+        )),
+    }
+}
+
+/// Angles from one to another in degrees, by number or by step.
+fn rings(at: &Place, entry: &LidarFile, [from, to]: [f64; 2]) -> Result<Vec<f64>> {
+    let step = entry.resolution_deg.map(|step| (step.horizontal, step.vertical));
+    match (entry.rings, step) {
+        (Some(rings), Some((_, Some(_)))) => {
+            let rule = "and a vertical resolution_deg: give one of them";
+            Err(at.wrong("rings", rings, rule))
+        }
+        (Some(rings), _) => {
+            number(at, "rings", rings, 2)?;
+            Ok(lidar::spread(from, to - from, rings))
+        }
+        (None, Some((horizontal, vertical))) => {
+            Ok(lidar::angles(from, to - from, vertical.unwrap_or(horizontal)))
+        }
+        (None, None) => Err(at
+            .says("neither rings nor a vertical step")
+            .wanted("give the number of rings with both ends, as in rings = 16, or rings_deg")),
+    }
+}
+
+/// Checks how many angles are spread over an interval.
+fn number(at: &Place, key: &str, count: u32, least: u32) -> Result<()> {
+    match (least..=MAX_RAYS as u32).contains(&count) {
+        true => Ok(()),
+        false => Err(at.wrong(key, count, &format!("must be from {least} to {MAX_RAYS}"))),
+    }
+}
+
+/// Warns of an interval whose end lies on a step, and is left out.
+pub(super) fn left_out(file: &LidarFile) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let mut look = |key: &str, from: f64, span: f64, step: f64, instead: &str| {
+        let steps = (span / step).round();
+        if span < 360.0 && steps >= 1.0 && (steps * step - span).abs() < 1e-9 * span {
+            warnings.push(format!(
+                "{key} by steps of {step} leaves its end out: {steps} angles from {from} to {}. If the device has both ends, \
+                 write {instead} = {} instead of the step",
+                from + (steps - 1.0) * step,
+                steps + 1.0
+            ));
+        }
+    };
+    let Some(step) = file.resolution_deg else { return warnings };
+    if let Some(fov) = file.fov_deg.filter(|_| file.beams.is_none()) {
+        look("fov_deg", -fov.horizontal / 2.0, fov.horizontal, step.horizontal, "beams");
+    }
+    if let Some([from, to]) = file.elevation_deg.filter(|_| file.rings.is_none()) {
+        look("elevation_deg", from, to - from, step.vertical.unwrap_or(step.horizontal), "rings");
+    }
+    warnings
+}
+
 /// Elevations above the ring plane in degrees, from whichever of three keys is given.
-fn elevations(at: &Place, entry: &LidarFile, step: f64) -> Result<Vec<f64>> {
+fn elevations(at: &Place, entry: &LidarFile) -> Result<Vec<f64>> {
     let vertical = entry.fov_deg.and_then(|fov| fov.vertical);
     let within = |key: &str, angle: f64| at.number(key, angle, -90.0..=90.0, "between -90 and 90");
     match (&entry.rings_deg, entry.elevation_deg, vertical) {
-        (Some(rings), None, None) => {
-            at.some("rings_deg", rings, "rings_deg = [-15, -13, ...]")?;
-            rings.iter().map(|&angle| within("rings_deg", angle)).collect()
+        (Some(all), None, None) => {
+            at.some("rings_deg", all, "rings_deg = [-15, -13, ...]")?;
+            if let Some(count) = entry.rings {
+                return Err(at.wrong("rings", count, "and rings_deg: give one of them"));
+            }
+            all.iter().map(|&angle| within("rings_deg", angle)).collect()
         }
         (None, Some([from, to]), None) => {
             within("elevation_deg", from)?;
@@ -164,13 +248,13 @@ fn elevations(at: &Place, entry: &LidarFile, step: f64) -> Result<Vec<f64>> {
             if from >= to {
                 return Err(at.wrong("elevation_deg", format!("[{from}, {to}]"), "must rise"));
             }
-            Ok(lidar::angles(from, to - from, step))
+            rings(at, entry, [from, to])
         }
         (None, None, Some(vertical)) => {
             let rule = "above 0 and at most 180 vertically; a scanner of one plane has one angle and one ring, as in fov_deg = \
                         270 and rings_deg = [0]";
             at.number("fov_deg", vertical, f64::MIN_POSITIVE..=180.0, rule)?;
-            Ok(lidar::angles(-vertical / 2.0, vertical, step))
+            rings(at, entry, [-vertical / 2.0, vertical / 2.0])
         }
         (None, None, None) => Err(elevation_error(at, "no elevations")),
         _ => Err(elevation_error(at, "elevations given twice")),

@@ -19,12 +19,13 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+use super::catalogue::{self, FromModel};
 use super::poses::PosesFile;
 use super::reader::read;
 use super::region_file::BoxFile;
 use super::unreadable::{Unread, Unreadable};
 use super::written::{LineOf, Step, in_words};
-use super::{Place, Problems, catalogue, poses};
+use super::{Place, Problems, poses};
 use crate::scene::spec::SceneSpec;
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
@@ -153,14 +154,15 @@ impl Context<'_> {
 pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Sensor, Vec<Error>> {
     let name = keys.get("name").and_then(|name| name.as_str());
     let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
-    catalogue::resolve(at, &mut keys).map_err(|e| vec![e])?;
+    let FromModel { contradictions, thinned } = catalogue::resolve(at, &mut keys).map_err(|e| vec![e])?;
     let mut common = Table::new();
     for key in COMMON_KEYS {
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
     }
     let common: CommonFile = read(common).map_err(|e| vec![context.unreadable(at, &e, "")])?;
     let noise = range::said(&keys);
-    let (kind, warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
+    let (kind, mut warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
+    warnings.splice(0..0, contradictions);
     let terms = terms(at, &common).map_err(|e| vec![e])?;
     let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
     if on.is_some() && !kind.takes_poses() {
@@ -179,6 +181,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
         draw_words: Vec::new(),
         spreads,
         noise,
+        thinned,
         terms,
         warnings,
     })
@@ -211,7 +214,11 @@ fn kind(
     let kind: Arc<dyn Kind> = match kind {
         KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys, context)?, noiseless)?),
         KindName::Rgb => Arc::new(rgb::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::Lidar => Arc::new(lidar::check(at, own(at, keys, context)?, noiseless)?),
+        KindName::Lidar => {
+            let file = own(at, keys, context)?;
+            warnings.extend(lidar::left_out(&file));
+            Arc::new(lidar::check(at, file, noiseless)?)
+        }
         KindName::Rays => Arc::new(rays::check(at, own(at, keys, context)?, noiseless, sources)?),
         KindName::Pad => Arc::new(pad::check(at, own(at, keys, context)?)?),
         KindName::Gate => Arc::new(gate::check(at, own(at, keys, context)?)?),
@@ -316,12 +323,14 @@ fn own<T: DeserializeOwned>(at: &Place, keys: Table, context: &Context) -> Resul
 }
 
 /// Examples of keys whose form is not obvious.
-const EXAMPLES: [&str; 11] = [
+const EXAMPLES: [&str; 13] = [
     "name = \"camera\"",
     "kind = \"rgbd\"",
     "fov_deg = [87, 58], horizontal and vertical",
     "resolution_px = [1280, 720]",
     "resolution_deg = [0.5, 2], horizontal and vertical, or one for both",
+    "rings = 16, from one end of elevation_deg to the other",
+    "beams = 1081, from one end of fov_deg to the other",
     "range_m = [0.3, 6]",
     "size_m = [1, 0.75]",
     "inflation_m = [0.1, 0.2]",

@@ -8,13 +8,14 @@ use toml::Table;
 use super::Silence;
 use crate::Result;
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::Range;
+use crate::sensor::range::{Along, Range};
 use crate::sensor::{Calibration, SaidOfNoise};
 use crate::study::Place;
 
 /// Their values, as each kind reads them.
 pub(super) struct RangeKeys {
     pub(super) range_m: [f64; 2],
+    pub(super) along: Option<Along>,
     pub(super) near_ignore_m: Option<f64>,
     pub(super) no_return: Option<Silence>,
     pub(super) noise: Option<NoiseFile>,
@@ -33,6 +34,7 @@ impl RangeKeys {
         at.number("near_ignore_m", near_ignore_m, 0.0..far, "a distance from 0 to the sensor's range")?;
         let range = Range {
             range_m: self.range_m,
+            along: self.along.unwrap_or_default(),
             near_ignore_m,
             no_return_is_free: self.no_return == Some(Silence::Free),
             noise: deviation(at, self.noise, far)?,

@@ -40,6 +40,7 @@ pub(super) struct RaysFile {
 pub(super) fn check(at: &Place, file: RaysFile, noiseless: bool, sources: &Sources) -> Result<RaySet> {
     let range = RangeKeys {
         range_m: file.range_m,
+        along: None,
         near_ignore_m: file.near_ignore_m,
         no_return: file.no_return,
         noise: file.noise,

@@ -43,6 +43,7 @@ pub(super) struct RgbFile {
 pub(super) fn check(at: &Place, file: RgbFile, noiseless: bool) -> Result<Rgb> {
     let range = RangeKeys {
         range_m: file.range_m,
+        along: None,
         near_ignore_m: file.near_ignore_m,
         no_return: None,
         noise: None,

@@ -6,6 +6,7 @@ use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
 use crate::sensor::Camera;
 use crate::sensor::keypoints::TOLERANCE_M;
+use crate::sensor::range::Along;
 use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::study::Place;
 use crate::study::value::exactly;
@@ -29,6 +30,9 @@ pub(super) struct RgbdFile {
     /// Nearest and farthest distance that it measures, in metres.
     #[serde(deserialize_with = "exactly")]
     range_m: [f64; 2],
+    /// What range_m and noise are measured along: "ray", the distance, or "axis", the depth, as most data sheets have it. Default
+    /// "ray".
+    range_along: Option<Along>,
     /// Hits nearer than this are its own housing, in metres. Default 0.
     near_ignore_m: Option<f64>,
     /// What a ray that hits nothing says about the voxels that it passed. Default "unknown".
@@ -62,6 +66,7 @@ enum ShapeName {
 pub(super) fn check(at: &Place, file: RgbdFile, noiseless: bool) -> Result<Rgbd> {
     let range = RangeKeys {
         range_m: file.range_m,
+        along: file.range_along,
         near_ignore_m: file.near_ignore_m,
         no_return: file.no_return,
         noise: file.noise,

@@ -180,3 +180,63 @@ fn lengths_beyond_all_reason_are_told() {
     assert_eq!(told, expected);
     assert_eq!(odd_lengths(&keys("spheres_radius_m = 0.2\nsize_m = 1\nheight_m = \"x\"")), [""; 0]);
 }
+
+/// The azimuths and elevations of a LIDAR in degrees: first, last and number of each.
+fn angles(keys: &str) -> [(f64, f64, usize); 2] {
+    let kind = kind(&format!("kind = \"lidar\"\nrange_m = [0.1, 6]\n{keys}"));
+    ["azimuths_rad: [", "elevations_rad: ["].map(|list| {
+        let (_, after) = kind.split_once(list).unwrap();
+        let (inside, _) = after.split_once(']').unwrap();
+        let all: Vec<f64> = inside.split(", ").map(|x| x.parse::<f64>().unwrap().to_degrees()).collect();
+        let round = |x: f64| (x * 1e6).round() / 1e6;
+        (round(all[0]), round(all[all.len() - 1]), all.len())
+    })
+}
+
+#[test]
+fn rings_and_beams_by_number_have_both_ends() {
+    let vlp = "elevation_deg = [-15, 15]\nrings = 16\nresolution_deg = 10";
+    assert_eq!(angles(vlp), [(-180.0, 170.0, 36), (-15.0, 15.0, 16)]);
+    assert_eq!(angles("fov_deg = [360, 30]\nrings = 16\nbeams = 36"), angles(vlp));
+    assert_eq!(angles("fov_deg = 270\nrings_deg = [0]\nbeams = 1081")[0], (-135.0, 135.0, 1081));
+    assert_eq!(
+        angles("elevation_deg = [-5, 0]\nrings = 2\nbeams = 1"),
+        [(-180.0, -180.0, 1), (-5.0, 0.0, 2)]
+    );
+    // By step the end is left out, which is told where it lies on a step.
+    let by_step = "elevation_deg = [-15, 15]\nresolution_deg = [10, 2]";
+    assert_eq!(angles(by_step)[1], (-15.0, 13.0, 15));
+    let told = |keys: &str| {
+        let pose = "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
+        read(&format!("name = \"s\"\nkind = \"lidar\"\nrange_m = [0.1, 6]\n{pose}\n{keys}"), false).warnings
+    };
+    assert_eq!(
+        told(by_step),
+        [
+            "elevation_deg by steps of 2 leaves its end out: 15 angles from -15 to 13. If the device has both ends, write rings = 16 \
+          instead of the step"
+        ]
+    );
+    assert!(told("fov_deg = 270\nrings_deg = [0]\nresolution_deg = 0.25")[0].contains("write beams = 1081"));
+    for silent in
+        [vlp, "elevation_deg = [45, 90]\nresolution_deg = 0.7", "rings_deg = [0]\nresolution_deg = 1"]
+    {
+        assert_eq!(told(silent), [""; 0], "{silent}");
+    }
+}
+
+#[test]
+fn a_device_that_a_study_contradicts_is_named() {
+    let pose = "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
+    let sensor = read(
+        &format!(
+            "name = \"s\"\nmodel = \"realsense-d435\"\nfov_deg = [58, 87]\nresolution_px = [424, 240]\n{pose}"
+        ),
+        false,
+    );
+    assert_eq!(sensor.warnings, ["fov_deg = [58, 87]: swapped; realsense-d435 has [87, 58]"]);
+    assert_eq!(sensor.thinned.unwrap(), "casts about one in 4.0 of the rays of realsense-d435");
+    has(&format!("{:?}", sensor.kind), &["along: Axis"]);
+    has(&kind(&format!("{RGBD}\nrange_along = \"axis\"")), &["along: Axis"]);
+    has(&kind(RGBD), &["along: Ray"]);
+}

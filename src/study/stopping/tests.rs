@@ -1,10 +1,36 @@
 use std::path::Path;
 
 use super::*;
+use crate::source::Sources;
+use crate::study::sensor::{self, Context};
 
 fn checked(text: &str) -> Result<Stopping, String> {
+    checked_for(text, &[])
+}
+
+fn checked_for(text: &str, sensors: &[Sensor]) -> Result<Stopping, String> {
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
-    check(&at, toml::from_str(text).unwrap()).map_err(|e| e.to_string())
+    check(&at, toml::from_str(text).unwrap(), sensors).map_err(|e| e.to_string())
+}
+
+/// A sensor with some keys, that stands at these heights.
+fn sensor(name: &str, keys: &str, heights_m: &str) -> Sensor {
+    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let poses =
+        format!("poses = [{{ name = \"p\", x_m = 0, y_m = 0, z_m = {heights_m}, facing = [1, 0, 0] }}]");
+    let sources = Sources::beside(at.file);
+    let context = Context {
+        seed: 1,
+        noiseless: false,
+        index: 0,
+        earlier: &[],
+        poses: 0,
+        sources: &sources,
+        scenes: &[],
+        line_of: &|_| None,
+    };
+    let keys = toml::from_str(&format!("name = {name:?}\n{keys}\n{poses}")).unwrap();
+    sensor::check(&at, keys, &context).unwrap()
 }
 
 fn needed_m(text: &str) -> Vec<f64> {
@@ -126,9 +152,81 @@ fn what_was_assumed_names_each_default_and_each_distance() {
         assert!(said.contains(part), "{part}: {said}");
     }
     assert_eq!(said.matches("To be checked").count(), 2, "{said}");
-    for part in ["another at short distances", "another for a horizontal plane"] {
+    for part in ["at most 0.5 m it is 2", "for a device that an arm passes unnoticed"] {
         assert!(said.contains(part), "{part}: {said}");
     }
     let said = checked(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions();
     assert!(!said.join("\n").contains("To be checked"), "what is written is nobody's default");
+}
+
+/// Worked by hand: T = 0.45 s. A pad has C = 1.2 m, a level scanner 0.3 m above the floor 1.2 - 0.12 = 1.08 m, one at 1 m or higher
+/// 0.85 m, as what looks down or is tilted.
+#[test]
+fn intrusions_are_those_of_the_direction_of_approach() {
+    let iso = format!(
+        "formula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [1]\n{TIMES}robot_stopping_s = 0.3\n"
+    );
+    let pad = sensor("mat", "kind = \"pad\"\nsize_m = [1, 1]", "0");
+    let scanner = |keys: &str, z: &str| {
+        sensor("scanner", &format!("kind = \"lidar\"\nrange_m = [0.1, 5]\nresolution_deg = 1\n{keys}"), z)
+    };
+    let low = scanner("rings_deg = [0]", "[0.3, 0.6]");
+    let high = scanner("rings_deg = [0]", "1.1");
+    let upwards = scanner("rings_deg = [0]\nmount = \"facing\"", "0.3");
+    let rings = scanner("elevation_deg = [-20, 20]", "0.3");
+    let camera = sensor(
+        "camera",
+        "kind = \"rgbd\"\nfov_deg = [80, 60]\nresolution_px = [4, 4]\nrange_m = [0.1, 5]",
+        "0.1",
+    );
+    let all = [camera.clone(), low.clone(), pad.clone()];
+    for (sensors, intrusion_m) in [
+        (std::slice::from_ref(&pad), 1.2),
+        (std::slice::from_ref(&low), 1.08),
+        (&[high], 0.85),
+        (&[upwards], 0.85),
+        (&[rings], 0.85),
+        (&[camera], 0.85),
+        (&all, 1.2),
+    ] {
+        let stopping = checked_for(&iso, sensors).unwrap();
+        same(vec![stopping.fastest().needed_m], &[0.72 + intrusion_m]);
+        assert_eq!(stopping.warnings, [""; 0]);
+    }
+    let said = checked_for(&iso, &all).unwrap().assumptions().join("\n");
+    for part in [
+        "intrusion_m = 1.20 is a default",
+        "\"mat\", which is approached along its plane 0.00 m above",
+        "1.08 for \"scanner\"",
+        "0.85 for \"camera\"",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    // What is written holds, and is told where it is too little.
+    let less = format!("{iso}intrusion_m = 0.85");
+    let stopping = checked_for(&less, std::slice::from_ref(&low)).unwrap();
+    same(vec![stopping.fastest().needed_m], &[1.57]);
+    let expected = "stopping: intrusion_m = 0.85 is less than the 1.08 m that public pages tell of ISO 13855:2010 for \"scanner\"";
+    assert!(stopping.warnings[0].starts_with(expected), "{:?}", stopping.warnings);
+    assert_eq!(
+        checked_for(&format!("{iso}intrusion_m = 1.1"), std::slice::from_ref(&low)).unwrap().warnings,
+        [""; 0]
+    );
+    let newer = iso.replace("2010", "2024") + "supplement_m = 0\ndevice_distance_m = ";
+    assert_eq!(checked_for(&format!("{newer}1.2"), std::slice::from_ref(&low)).unwrap().warnings, [""; 0]);
+    assert_eq!(checked_for(&format!("{newer}1.1"), std::slice::from_ref(&low)).unwrap().warnings.len(), 1);
+}
+
+/// T = 0.1 s: with 2 m/s 0.2 m and what is added, if that is at most 0.5 m; else 0.16 m and that, but at least 0.5 m.
+#[test]
+fn arms_are_faster_than_people_walk() {
+    let iso = "formula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [1]\nsensor_reaction_s = 0.05\ncontrol_reaction_s = 0.05\n\
+               robot_stopping_s = 0\n";
+    for (intrusion_m, needed) in [(0.1, 0.3), (0.3, 0.5), (0.32, 0.5), (0.4, 0.56)] {
+        same(needed_m(&format!("{iso}intrusion_m = {intrusion_m}")), &[needed]);
+        same(
+            needed_m(&format!("{iso}intrusion_m = {intrusion_m}\nhuman_speed_m_s = 1.6")),
+            &[0.16 + intrusion_m],
+        );
+    }
 }

@@ -77,6 +77,7 @@ impl Overlooked {
 const SIGHT: Gates = Gates {
     range_min_q16: 0,
     range_max_q16: march::MAX_RANGE_VOXELS << 16,
+    along_axis: false,
     near_ignore_q16: 0,
     no_return_is_free: false,
     backdrop: false,

@@ -11,6 +11,7 @@
 use super::across::Across;
 use super::cone::ConeAtPose;
 use super::first_hit::{self, FirstHit, Search};
+use super::limits::Limits;
 use super::packet::RAYS;
 use super::sense::{Scratch, TableCaster};
 use crate::backend::GridPose;
@@ -41,7 +42,7 @@ impl TableCaster<'_> {
         placement: &GridPose,
         scratch: &mut Scratch,
     ) {
-        let range = first_hit::range(self.table.gates.range_max_q16);
+        let limits = self.table.limits(packet);
         let Some(cone) = self.table.cones.get(packet) else {
             for lane in (0..RAYS).filter(|lane| rays >> lane & 1 == 1) {
                 let known = scratch.found[lane];
@@ -51,7 +52,7 @@ impl TableCaster<'_> {
                     place => scratch.packet.made_by(lane, first_hit::crossing(place)),
                 };
                 let ray = scratch.packet.ray(lane, made);
-                scratch.found[lane] = search.first_hit(ray, place == 0, known.min(range), known);
+                scratch.found[lane] = search.first_hit(ray, place == 0, known.min(limits.last[lane]), known);
             }
             return;
         };
@@ -59,7 +60,7 @@ impl TableCaster<'_> {
         let mut clear = cone.clear(search, if let Clear::Distance(clear) = clear { clear } else { 0.0 });
         let mut open = u64::MAX;
         if clear > 0.0 {
-            (open, clear) = self.intersect(search, &cone, clear, scratch, range);
+            (open, clear) = self.intersect(search, &cone, clear, scratch, limits);
         }
         if open == 0 {
             return;
@@ -74,7 +75,7 @@ impl TableCaster<'_> {
         for lane in (0..RAYS).filter(|lane| open >> lane & 1 == 1) {
             let ray = scratch.packet.ray(lane, std::array::from_fn(|r| scratch.made[r][lane]));
             let known = scratch.found[lane];
-            scratch.found[lane] = search.first_hit(ray, clear_q16 == 0, known.min(range), known);
+            scratch.found[lane] = search.first_hit(ray, clear_q16 == 0, known.min(limits.last[lane]), known);
         }
     }
 
@@ -93,7 +94,7 @@ impl TableCaster<'_> {
         cone: &ConeAtPose,
         clear: f32,
         scratch: &mut Scratch,
-        range: FirstHit,
+        limits: &Limits,
     ) -> (u64, f32) {
         let grid = search.layer.blockers.window();
         let mut open = u64::MAX;
@@ -128,14 +129,14 @@ impl TableCaster<'_> {
             }
             if let Some(Across { axis, at, .. }) = across {
                 scratch.intersect.enter(self.level, axis, at - scratch.packet.voxel[axis]);
-                let open = scratch.intersect.settle(self.level, [range, range], true, &mut scratch.found);
+                let open = scratch.intersect.settle(self.level, 0, &limits.last, true, &mut scratch.found);
                 return (open, from);
             }
             let until = first_hit::range((to * 65_536.0) as u32);
             let inside = section.intersection(&grid) == section;
             // A ray that has come to the end of its range may have left the grid before.
-            let all = inside && range <= until;
-            open = scratch.intersect.settle(self.level, [until, range], all, &mut scratch.found);
+            let all = inside && limits.farthest <= until;
+            open = scratch.intersect.settle(self.level, until, &limits.last, all, &mut scratch.found);
             // Rays that are open may have left the grid in this section: they go on from where they surely
             // had not.
             if open == 0 || !inside {

@@ -11,9 +11,10 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::{self, FirstHit};
+use super::limits::Limits;
 use super::packet::{Lanes, Packet, RAYS, RayPlaces, mask};
 use crate::backend::{Noise, Planes};
-use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN};
+use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN, leap};
 use crate::voxel::BitGrid;
 
 /// How the rays of a packet ended.
@@ -40,6 +41,7 @@ const NO_BIT: u32 = u32::MAX;
 /// What decides how rays end.
 pub(super) struct Rules<'a> {
     pub(super) gates: &'a Gates,
+    pub(super) limits: &'a Limits,
     pub(super) noise: &'a Noise,
     /// The hash of what precedes the ray.
     pub(super) draws: u32,
@@ -92,7 +94,7 @@ impl PacketEnds {
             };
         }
         if let Some(unit_q12) = noise.unit_q12.first_chunk() {
-            dispatch!(level, simd => steps(simd, unit_q12, &noise.std_q16, &self.drawn, first_hits, &mut self.steps_q16));
+            dispatch!(level, simd => steps(simd, unit_q12, rules, &self.drawn, first_hits, &mut self.steps_q16));
         }
         dispatch!(level, simd => read(simd, first_hits, &self.steps_q16, &mut self.places));
         let unusual = match sent.truly {
@@ -143,12 +145,12 @@ impl PacketEnds {
             self.freed[lane] = march::freed(End { kind, crossings }, rules.gates.no_return_is_free);
             self.bits[lane] = NO_BIT;
         };
-        let blind = hit < first_hit::LEFT && hit >> 2 < rules.gates.range_min_q16;
+        let blind = hit < first_hit::LEFT && hit >> 2 < rules.limits.range_min_q16[lane];
         if hit >= first_hit::LEFT || lost && !blind {
             let left = hit == first_hit::LEFT && rules.gates.backdrop && !lost;
             let kind = if left { LEFT } else { NOTHING };
             let counts = rules.all || kind == LEFT || rules.gates.no_return_is_free;
-            let crossings = || march::crossings_at(&begin, room, rules.gates.range_max_q16);
+            let crossings = || march::crossings_at(&begin, room, rules.limits.range_max_q16(lane));
             return end(kind, if counts { crossings() } else { 0 });
         }
         if blind {
@@ -189,11 +191,12 @@ fn lost<S: Simd>(_: S, drawn: &Lanes<u32>, below: u32) -> u64 {
 fn steps<S: Simd>(
     _: S,
     unit_q12: &[i32; march::NOISE_STEPS as usize],
-    std_q16: &[u32],
+    rules: &Rules,
     drawn: &Lanes<u32>,
     first_hits: &Lanes<FirstHit>,
     steps_q16: &mut Lanes<i32>,
 ) {
+    let (std_q16, limits) = (&rules.noise.std_q16, rules.limits);
     let last = std_q16.len() - 1;
     let (mut units, mut stds) = ([0; RAYS], [0; RAYS]);
     for lane in 0..RAYS {
@@ -201,10 +204,12 @@ fn steps<S: Simd>(
     }
     for lane in 0..RAYS {
         let hit = if first_hits[lane] < first_hit::LEFT { first_hits[lane] } else { 0 };
-        stds[lane] = std_q16[((hit >> 18) as usize).min(last)];
+        let entry = leap::periods_in(hit >> 2, limits.slant_q16[lane], limits.axial_q16[lane]);
+        stds[lane] = std_q16[(entry as usize).min(last)];
     }
     for lane in 0..RAYS {
-        steps_q16[lane] = march::step_q16(units[lane], stds[lane]);
+        let std_q16 = march::std_along_q16(stds[lane], limits.slant_q16[lane]);
+        steps_q16[lane] = march::step_q16(units[lane], std_q16);
     }
 }
 
@@ -266,7 +271,7 @@ fn returns<S: Simd>(
         ends.kinds[lane] = RETURN;
         (ends.crossings[lane], ends.freed[lane]) = (crossings, crossings);
         let none = first_hits[lane] >= first_hit::LEFT;
-        let blind = first_hits[lane] >> 2 < rules.gates.range_min_q16;
+        let blind = first_hits[lane] >> 2 < rules.limits.range_min_q16[lane];
         outside[lane] |= (none | blind) as u32;
     }
     mask(&outside) | ends.lost

@@ -59,17 +59,18 @@ impl Intersect {
     }
 
     /// What rays hit first, of those that hit something up to `until`, and if `all`, of the others, too: the first
-    /// blocker so far if it comes before `limit` and before what is known already. Says which rays are open still, a
+    /// blocker so far if it comes before its own limit and before what is known already. Says which rays are open still, a
     /// bit each. Rays that are not stay as they are when more blockers have been tested.
     pub(super) fn settle(
         &self,
         level: Level,
-        [until, limit]: [FirstHit; 2],
+        until: FirstHit,
+        limits: &Lanes<FirstHit>,
         all: bool,
         found: &mut Lanes<FirstHit>,
     ) -> u64 {
         let until = if all { NONE } else { until };
-        dispatch!(level, simd => settle(simd, &self.entered, [until, limit], found))
+        dispatch!(level, simd => settle(simd, &self.entered, until, limits, found))
     }
 }
 
@@ -90,14 +91,15 @@ fn intersect<S: Simd>(_: S, intersect: &mut Intersect, away: [i32; 3], ignore_q1
 fn settle<S: Simd>(
     _: S,
     entered: &Lanes<u32>,
-    [until, limit]: [FirstHit; 2],
+    until: FirstHit,
+    limits: &Lanes<FirstHit>,
     found: &mut Lanes<FirstHit>,
 ) -> u64 {
     let (mut open, none) = ([0u32; RAYS], black_box(NONE));
     for lane in 0..RAYS {
         let known = found[lane];
         let is_open = entered[lane].min(known) > until;
-        let is_first = entered[lane] < known.min(limit);
+        let is_first = entered[lane] < known.min(limits[lane]);
         found[lane] = known.min(if is_first & !is_open { entered[lane] } else { none });
         open[lane] = is_open as u32;
     }

@@ -18,6 +18,7 @@ mod cone;
 mod end;
 mod first_hit;
 mod intersect;
+mod limits;
 mod narrow;
 mod packet;
 mod plan;

@@ -12,6 +12,7 @@ use super::cone::Cone;
 use super::end::{PacketEnds, Rules, Sent};
 use super::first_hit::{self, FirstHit, Layer, Search};
 use super::intersect::Intersect;
+use super::limits::Limits;
 use super::packet::{Lanes, Packet, Packets, RAYS, RayPlaces, TILE};
 use super::plan::{self, RelevantVoxels};
 use super::projection::{BOXES, PixelRect, Projection};
@@ -28,6 +29,7 @@ pub(super) struct RayTable {
     pub(super) cones: Vec<Cone>,
     groups: Vec<Cone>,
     pub(super) gates: Gates,
+    limits: Vec<Limits>,
     noise: Noise,
     /// The farthest before its distance that a return may be read.
     nearer_q16: u32,
@@ -40,8 +42,14 @@ impl RayTable {
         let cones = (0..tiles).map(|tile| Cone::of(&packets, &[tile])).collect();
         let groups = if packets.image().is_some() { packets.groups() } else { Vec::new() };
         let groups = groups.iter().map(|tiles| Cone::of(&packets, tiles)).collect();
-        let nearer_q16 = rays.noise.nearest_q16();
-        RayTable { packets, cones, groups, gates: rays.gates, noise: rays.noise.clone(), nearer_q16 }
+        let limits = Limits::of(&packets, &rays.gates);
+        let nearer_q16 = rays.nearest_q16();
+        RayTable { packets, cones, groups, gates: rays.gates, limits, noise: rays.noise.clone(), nearer_q16 }
+    }
+
+    /// The limits of a packet's rays.
+    pub(super) fn limits(&self, packet: usize) -> &Limits {
+        &self.limits[if self.gates.along_axis { packet } else { 0 }]
     }
 }
 
@@ -248,9 +256,10 @@ impl TableCaster<'_> {
             return Way::Clear(0.0);
         }
         let voxels = |q16: u32| q16 as f32 / 65_536.0;
-        let least_q16 = gates.range_min_q16.max(gates.near_ignore_q16);
+        let [least_q16, most_q16] = self.table.limits(packet).within_q16;
+        let least_q16 = least_q16.max(gates.near_ignore_q16);
         let from = (tile.farthest + voxels(*nearer_q16)).max(voxels(least_q16)) + 1.0;
-        let to = voxels(gates.range_max_q16) - 1.0;
+        let to = voxels(most_q16) - 1.0;
         let searches = [&shoot.moving].into_iter().chain(&shoot.still);
         let group = packets.group_of(packet);
         let clear = *groups[group].get_or_insert_with(|| {
@@ -312,8 +321,7 @@ impl TableCaster<'_> {
 
     /// What the rays of a pose do alike in all snapshots.
     fn alike(&self, shoot: &mut Shoot, scratch: &mut Scratch) -> Alike {
-        let (packets, gates) = (&self.table.packets, &self.table.gates);
-        let (range, nearer_q16) = (first_hit::range(gates.range_max_q16), self.table.nearer_q16);
+        let (packets, nearer_q16) = (&self.table.packets, self.table.nearer_q16);
         let sometimes = self.blockers.sometimes.map(|layer| self.search(layer, &shoot.caster));
         let mut alike = Alike {
             free: BitGrid::new(self.wanted.voxels.window()),
@@ -324,6 +332,7 @@ impl TableCaster<'_> {
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
             scratch.through.start(self.level, &scratch.packet, &alike.free.window());
             let crossing: Vec<usize> = scratch.through.lanes().collect();
+            let limits = self.table.limits(packet);
             if crossing.is_empty() {
                 continue;
             }
@@ -331,9 +340,10 @@ impl TableCaster<'_> {
             for lane in crossing {
                 let still = scratch.found[lane];
                 let ray = scratch.packet.ray(lane, [0; 3]);
-                let earlier = |on: &Search| on.first_hit(ray, true, still.min(range), still);
+                let earlier = |on: &Search| on.first_hit(ray, true, still.min(limits.last[lane]), still);
                 let first = sometimes.as_ref().map_or(0, earlier);
-                let is_return = |hit: FirstHit| hit < first_hit::LEFT && hit >> 2 >= gates.range_min_q16;
+                let is_return =
+                    |hit: FirstHit| hit < first_hit::LEFT && hit >> 2 >= limits.range_min_q16[lane];
                 let (place, crossings) = if is_return(still) && is_return(first) {
                     let place = alike::before(first, nearer_q16);
                     let made = scratch.packet.made_by(lane, first_hit::crossing(place));
@@ -390,6 +400,7 @@ impl TableCaster<'_> {
         }
         let rules = Rules {
             gates: &table.gates,
+            limits: table.limits(packet),
             noise: &table.noise,
             draws: shoot.placement.draws,
             size: self.blockers.moving.blockers.window().size,

@@ -17,6 +17,7 @@ pub(super) fn camera(focal_px: [f64; 2]) -> Rays {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: 200 << 16,
+        along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,
         backdrop: false,

@@ -26,6 +26,7 @@ pub fn shader_prelude() -> String {
     let constants = [
         ("NEVER", march::NEVER),
         ("MAX_RANGE_VOXELS", march::MAX_RANGE_VOXELS),
+        ("MAX_STD_VOXELS", march::MAX_STD_VOXELS),
         ("NOISE_STEPS", march::NOISE_STEPS),
         ("ENTRY_SHIFT", 32 - march::NOISE_STEPS.ilog2()),
         ("NOTHING", march::NOTHING),
@@ -71,7 +72,11 @@ pub fn shader_prelude() -> String {
     {
         writeln!(source, "const {name} = {value:?}f;").expect("writing to a string");
     }
-    for (name, value) in [("LEAST_LOG_ODDS", LOG_ODDS.start()), ("MOST_LOG_ODDS", LOG_ODDS.end())] {
+    for (name, value) in [
+        ("LEAST_LOG_ODDS", LOG_ODDS.start()),
+        ("MOST_LOG_ODDS", LOG_ODDS.end()),
+        ("LEAST_AXIAL_Q15", &march::LEAST_AXIAL_Q15),
+    ] {
         writeln!(source, "const {name} = {value}i;").expect("writing to a string");
     }
     for shared in [TYPES, INTEGERS, MARCH] {

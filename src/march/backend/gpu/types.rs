@@ -111,6 +111,8 @@ pub struct TableWords {
     pub ends_stride: u32,
     pub range_min_q16: u32,
     pub range_max_q16: u32,
+    /// Whether these, and the deviations of noise, are depths.
+    pub along_axis: u32,
     pub near_ignore_q16: u32,
     pub no_return_is_free: u32,
     pub backdrop: u32,
@@ -136,6 +138,7 @@ impl TableWords {
             ends_stride,
             range_min_q16: gates.range_min_q16,
             range_max_q16: gates.range_max_q16,
+            along_axis: gates.along_axis as u32,
             near_ignore_q16: gates.near_ignore_q16,
             no_return_is_free: gates.no_return_is_free as u32,
             backdrop: gates.backdrop as u32,
@@ -146,7 +149,7 @@ impl TableWords {
             focal_x: image.focal_px[0] as f32,
             focal_y: image.focal_px[1] as f32,
             near: near_voxels(&image) as f32,
-            nearer: (rays.noise.nearest_q16() >> 16) as f32 + 1.0,
+            nearer: (rays.nearest_q16() >> 16) as f32 + 1.0,
         }
     }
 }

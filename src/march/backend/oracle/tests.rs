@@ -38,6 +38,7 @@ fn corridor() -> (VoxelScene, Rays, GridPose) {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: 100 << 16,
+        along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,
         backdrop: false,

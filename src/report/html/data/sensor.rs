@@ -63,9 +63,10 @@ struct PoseData<'a> {
 /// Some rays of a sensor, in its link frame (x forward, y left, z up).
 #[derive(Serialize)]
 struct RaysData {
-    range_m: [f64; 2],
     /// The corners of a camera's picture, in order around it; else some of all rays.
     directions: Vec<[f64; 3]>,
+    /// How far each of them measures.
+    reach_m: Vec<f64>,
     is_picture: bool,
 }
 
@@ -156,8 +157,8 @@ fn rays_data(study: &Study, sensor: &Sensor) -> Option<RaysData> {
         (link_from_rays * along).to_array().map(|x| (x * 1e6).round() / 1e6)
     };
     Some(RaysData {
-        range_m: [metres(rays.gates.range_min_q16), metres(rays.gates.range_max_q16)],
         directions: shown.iter().map(direction).collect(),
+        reach_m: shown.iter().map(|&ray| metres(rays.gates_of(ray).range_max_q16)).collect(),
         is_picture: rays.image.is_some(),
     })
 }

@@ -28,6 +28,8 @@ pub(in crate::report::html) struct Answer {
     /// Of what the recommended choice is the best.
     pub(in crate::report::html) why: String,
     pub(in crate::report::html) sensors: Vec<AnswerSensor>,
+    /// Which of them cast fewer rays than their devices.
+    pub(in crate::report::html) thinned: Vec<String>,
     /// In which region, and over what.
     pub(in crate::report::html) counted: String,
     pub(in crate::report::html) tiles: Vec<Tile>,
@@ -90,7 +92,11 @@ pub(super) fn answer(
         place: if pose.place.is_empty() { pose.name.clone() } else { pose.place.clone() },
         cost: study.sensors[member.sensor].terms.cost.map_or(String::new(), |cost| cost.to_string()),
     });
+    let members = asked.members.iter().map(|member| &study.sensors[member.sensor]);
+    let thinned =
+        members.filter_map(|sensor| Some(format!("“{}” {}.", sensor.name, sensor.thinned.as_ref()?)));
     Ok(Answer {
+        thinned: thinned.collect(),
         asked: question(sweep),
         why: recommended.why.clone(),
         sensors: sensors.collect(),

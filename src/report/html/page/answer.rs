@@ -35,6 +35,7 @@ fn said(answer: &Answer, good: &Good) -> Markup {
             }
             dl.tiles { @for tile in &answer.tiles { (shown(tile)) } }
             p.note { (answer.counted) "." }
+            @for thinned in &answer.thinned { p.note.thinned { (thinned) } }
             @if !good.required.is_empty() {
                 ul.verdicts {
                     @for one in &good.required {

@@ -28,6 +28,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
     let in_view = field.holds(direction).unwrap_or_else(|| off <= gap(&rays.dirs_q15) / 2);
     assert_eq!(field == FieldOfView::Spacing, kind.name() == "rays");
 
+    let gates = rays.gates_of(ray);
     let mut entered = None;
     // What ended the ray, where, and whether it had crossed the voxel by then.
     let mut end: Option<([i32; 3], u32, bool)> = None;
@@ -50,11 +51,11 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
                 entered = entered.or(Some(t));
             }
             if !truth.blockers.window().contains(at.voxel) {
-                left = is_cast && t <= rays.gates.range_max_q16;
+                left = is_cast && t <= gates.range_max_q16;
                 break;
             }
-            let stops = is_cast && t >= rays.gates.near_ignore_q16 && truth.blockers.get(at.voxel);
-            if stops && end.is_none() && t <= rays.gates.range_max_q16 {
+            let stops = is_cast && t >= gates.near_ignore_q16 && truth.blockers.get(at.voxel);
+            if stops && end.is_none() && t <= gates.range_max_q16 {
                 let crossed = entered.is_some_and(|entered| is_believed || entered <= t);
                 end = Some((at.voxel, t, crossed));
             }
@@ -64,8 +65,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
         }
     }
     let Some(entered) = entered else {
-        let far =
-            way.iter().map(|x| x * x).sum::<f64>().sqrt() * 65_536.0 > f64::from(rays.gates.range_max_q16);
+        let far = way.iter().map(|x| x * x).sum::<f64>().sqrt() * 65_536.0 > f64::from(gates.range_max_q16);
         return match (in_view, far) {
             (false, _) => (Reason::OutOfView, None),
             (_, true) => (Reason::OutOfRange, None),
@@ -73,8 +73,8 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
         };
     };
     match end {
-        _ if entered > rays.gates.range_max_q16 => (Reason::OutOfRange, None),
-        Some((hit, t, _)) if t < rays.gates.range_min_q16 => (Reason::Blind, Some(hit)),
+        _ if entered > gates.range_max_q16 => (Reason::OutOfRange, None),
+        Some((hit, t, _)) if t < gates.range_min_q16 => (Reason::Blind, Some(hit)),
         Some(_) if pcg(pcg(from.draws ^ ray as u32)) < rays.noise.lost_below => (Reason::NoReturn, None),
         Some((hit, _, false)) => (Reason::Hidden, Some(hit)),
         Some(_) => {
@@ -83,7 +83,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
         }
         None => {
             let lost = pcg(pcg(from.draws ^ ray as u32)) < rays.noise.lost_below;
-            let certifies = rays.gates.no_return_is_free || (left && rays.gates.backdrop && !lost);
+            let certifies = gates.no_return_is_free || (left && gates.backdrop && !lost);
             assert!(!certifies, "a ray that certifies knows what it passed");
             (Reason::NoReturn, None)
         }

@@ -10,7 +10,6 @@ use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::gpu::loop_bounds::{most_tiles, near_voxels};
 use crate::backend::gpu::types::{BOX_EDGE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE, place_of_pixel};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
-use crate::march::MAX_RANGE_VOXELS;
 use crate::voxel::Bricks;
 
 /// Pixels of whole tiles beyond which rays are numbered past what floats hold.
@@ -41,8 +40,8 @@ impl TableSizes {
         let count = rays.dirs_q15.len() as u64;
         fits(adapter, "the sensor's table of rays takes", count * 8, "fewer rays")?;
         // A noisy return may be read behind its blocker, and behind the range.
-        let noise = rays.noise.farthest_q16();
-        let range = (rays.gates.range_max_q16 >> 16).min(MAX_RANGE_VOXELS);
+        let noise = rays.farthest_q16();
+        let range = rays.most_slant().along_q16(rays.gates.range_max_q16) >> 16;
         let sizes = TableSizes {
             rays: count as u32,
             reach: range + (noise >> 16) + 3,

@@ -329,6 +329,7 @@ fn rays(number: usize) -> Rays {
     let gates = crate::march::Gates {
         range_min_q16: 0,
         range_max_q16: 100 << 16,
+        along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,
         backdrop: false,

@@ -1,0 +1,156 @@
+//! Keys of a sensor beside `model` that its device contradicts, and how many of the device's rays it casts.
+
+use toml::{Table, Value};
+
+use super::{DeviceModel, models};
+
+/// Sides of an image that are thinned alike differ by no more than this share.
+const ALIKE: f64 = 0.1;
+
+/// The keys that are compared.
+const COMPARED: [&str; 5] = ["fov_deg", "resolution_px", "range_m", "beams", "rings"];
+
+/// Sentences about the keys that a study writes of a device and that the device contradicts: swapped, those of another mode,
+/// or more than it has.
+pub(super) fn contradictions(model: &DeviceModel, written: &Table) -> Vec<String> {
+    COMPARED.iter().filter_map(|key| contradiction(model, key, written.get(*key)?)).collect()
+}
+
+fn contradiction(model: &DeviceModel, key: &str, written: &Value) -> Option<String> {
+    let own_value = model.keys.get(key)?;
+    let (own, here) = (numbers(own_value)?, numbers(written)?);
+    if own == here {
+        return None;
+    }
+    let said = |what: String| Some(format!("{key} = {written}: {what}; {} has {own_value}", model.name));
+    let swapped = own.len() == 2 && here == [own[1], own[0]];
+    if swapped {
+        return said("swapped".into());
+    }
+    let maker = |name: &str| name.split('-').next().map(str::to_string);
+    let is_other = |other: &&DeviceModel| {
+        other.name != model.name
+            && other.kind() == model.kind()
+            && maker(&other.name) == maker(&model.name)
+            && other.keys.get(key).and_then(numbers).as_ref() == Some(&here)
+    };
+    if let Some(other) = models().iter().find(is_other) {
+        return said(format!("that of {}: write model = {:?} if it is meant", other.name, other.name));
+    }
+    let more = here.iter().zip(&own).any(|(here, own)| here > own);
+    match key {
+        "range_m" if here.first()? < own.first()? => said("nearer than it measures".into()),
+        "range_m" if here.get(1)? > own.get(1)? => said("farther than it measures".into()),
+        "range_m" => None,
+        "resolution_px" if more => said("more pixels than it has, or another mode of it".into()),
+        "resolution_px" => {
+            let [across, down] = [own.first()? / here.first()?, own.get(1)? / here.get(1)?];
+            let is_alike = (across / down - 1.0).abs() <= ALIKE;
+            if is_alike { None } else { said("pixels of another shape".into()) }
+        }
+        _ if more => said("more than it has".into()),
+        _ => None,
+    }
+}
+
+/// That a sensor casts fewer rays than its device has, in words.
+pub(super) fn thinned(model: &DeviceModel, written: &Table) -> Option<String> {
+    let value = |keys: &Table, key: &str| keys.get(key).and_then(numbers);
+    let product = |numbers: Vec<f64>| numbers.iter().product::<f64>();
+    // One ray in so many.
+    let pixels = value(&model.keys, "resolution_px").zip(value(written, "resolution_px"));
+    let rays = |key: &str| {
+        let own = value(&model.keys, key)?.first().copied()?;
+        Some(own / value(written, key)?.first()?)
+    };
+    let steps = |key: &str| {
+        let own = value(&model.keys, key)?;
+        let here = value(written, key)?;
+        Some(here.iter().zip(&own).map(|(here, own)| here / own).product::<f64>())
+    };
+    // Degrees a beam of a device whose beams are given by number.
+    let step_of_beams = || {
+        let own = value(&model.keys, "fov_deg")?.first()? / value(&model.keys, "beams")?.first()?;
+        Some(value(written, "resolution_deg")?.first()? / own)
+    };
+    let one_in = match pixels {
+        Some((own, here)) => product(own) / product(here),
+        None => {
+            let around = rays("beams").or_else(|| steps("resolution_deg")).or_else(step_of_beams);
+            around.unwrap_or(1.0) * rays("rings").unwrap_or(1.0)
+        }
+    };
+    (one_in > 1.0 + ALIKE).then(|| format!("casts about one in {one_in:.1} of the rays of {}", model.name))
+}
+
+/// A number or a list of numbers.
+fn numbers(value: &Value) -> Option<Vec<f64>> {
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
+    match value {
+        Value::Array(all) => all.iter().map(number).collect(),
+        one => Some(vec![number(one)?]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(model: &str, keys: &str) -> (String, String) {
+        let model = models().iter().find(|known| known.name == model).unwrap();
+        let written: Table = toml::from_str(keys).unwrap();
+        (contradictions(model, &written).join("; "), thinned(model, &written).unwrap_or_default())
+    }
+
+    #[test]
+    fn what_contradicts_a_device_is_named_and_what_it_can_do_is_not() {
+        for (model, keys, expected) in [
+            ("realsense-d435", "range_m = [0.3, 3.0]", ""),
+            ("realsense-d435", "range_m = [0.5, 2.0]", ""),
+            ("realsense-d435", "range_m = [0.1, 2.0]", "range_m = [0.1, 2.0]: nearer than it measures"),
+            (
+                "realsense-d435",
+                "range_m = [0.3, 9]",
+                "farther than it measures; realsense-d435 has [0.3, 3.0]",
+            ),
+            (
+                "realsense-d435",
+                "fov_deg = [58, 87]",
+                "fov_deg = [58, 87]: swapped; realsense-d435 has [87, 58]",
+            ),
+            ("realsense-d435", "fov_deg = [65, 40]", "that of realsense-d415"),
+            ("realsense-d435", "fov_deg = [60, 40]", ""),
+            ("realsense-d435", "fov_deg = [100, 40]", "more than it has"),
+            ("realsense-d435", "resolution_px = [480, 848]", "swapped"),
+            ("realsense-d435", "resolution_px = [212, 120]", ""),
+            ("realsense-d435", "resolution_px = [212, 240]", "pixels of another shape"),
+            ("realsense-d435", "resolution_px = [1920, 1080]", "more pixels than it has"),
+            ("azure-kinect-nfov", "resolution_px = [320, 288]", "that of azure-kinect-nfov-binned"),
+            ("hokuyo-utm-30lx", "beams = 2000", "beams = 2000: more than it has"),
+            ("ouster-os0-32", "rings = 64", "that of ouster-os0-64"),
+        ] {
+            let (found, _) = said(model, keys);
+            assert!(
+                if expected.is_empty() { found.is_empty() } else { found.contains(expected) },
+                "{keys}: {found}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_thinned_table_of_rays_is_told() {
+        for (model, keys, expected) in [
+            ("realsense-d435", "resolution_px = [424, 240]", "one in 4.0 of the rays of realsense-d435"),
+            ("realsense-d435", "fov_deg = [60, 40]", ""),
+            ("velodyne-vlp-16", "resolution_deg = 0.4", "one in 2.0 "),
+            ("ouster-os0-128", "rings = 32\nbeams = 512", "one in 8.0 "),
+            ("hokuyo-utm-30lx", "resolution_deg = 1", "one in 4.0 "),
+        ] {
+            let (_, found) = said(model, keys);
+            assert!(
+                if expected.is_empty() { found.is_empty() } else { found.contains(expected) },
+                "{keys}: {found}"
+            );
+        }
+    }
+}
