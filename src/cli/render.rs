@@ -121,6 +121,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some((study, worlds)) => (study, Some(worlds)),
         None => (args.study.read()?, None),
     };
+    let study = match &args.pose {
+        Some(poses) => args.rest.with_set(study, poses),
+        None => study,
+    };
     let (scene, snapshot) = args.rest.find_scene(&study)?;
     let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
     let mut wish = args.wish(&regions)?;

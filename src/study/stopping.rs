@@ -19,6 +19,7 @@ use super::value::Axis;
 use crate::Result;
 use crate::error::Issue;
 use crate::metrics::Ratio;
+use crate::voxel::rounded_up;
 
 /// The walking speed of people.
 const HUMAN_SPEED_M_S: f64 = 1.6;
@@ -181,7 +182,7 @@ impl Stopping {
              its values against yours.",
             self.formula.words()
         )];
-        let each = self.speeds.iter().map(|at| format!("{:.3} m at {} m/s", at.needed_m, at.speed_m_s));
+        let each = self.speeds.iter().map(|at| format!("{} m at {} m/s", rounded_up(at.needed_m, 3), at.speed_m_s));
         said.push(format!("That is {}.", each.collect::<Vec<_>>().join(", ")));
         let brakes = match brakes {
             Brakes::After(times) => {

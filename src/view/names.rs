@@ -51,7 +51,7 @@ pub(crate) fn find_choices(
     };
     let (_, first) = asked[0];
     let rule = format!(
-        "must be sensor:pose as `perirobot check` lists poses, or as in the column `poses` of results.csv, as in {}",
+        "must be sensor:pose as `perirobot check` lists poses, several joined by \";\", or as in the column `poses` of results.csv, as in {}",
         first.name(0)
     );
     let place = Site::Argument(Argument::Pose, poses.into());
@@ -117,6 +117,6 @@ impl ChoiceNames<'_> {
 }
 
 /// A name with each of its parts as names of groups are spelled.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     name.split('/').map(slug).collect::<Vec<_>>().join("/")
 }

@@ -10,7 +10,7 @@ const OF: [&str; 3] = ["combination", "poses", "representation"];
 
 /// A table, or some rows of it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Kept {
+pub(in crate::report::html) struct Kept {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
@@ -20,7 +20,7 @@ impl Kept {
     ///
     /// # Errors
     /// When the file cannot be read, or is no table.
-    pub(super) fn read(path: &Path) -> Result<Kept> {
+    pub(in crate::report::html) fn read(path: &Path) -> Result<Kept> {
         if !path.exists() {
             return Ok(Kept::default());
         }
@@ -36,12 +36,12 @@ impl Kept {
         self.rows.is_empty()
     }
 
-    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+    pub(in crate::report::html) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|values| Row { names: &self.names, values })
     }
 
     /// The rows that are meant, and the others.
-    pub(super) fn parted(&self, is_meant: impl Fn(&Row) -> bool) -> [Kept; 2] {
+    pub(in crate::report::html) fn parted(&self, is_meant: impl Fn(&Row) -> bool) -> [Kept; 2] {
         [true, false].map(|wanted| {
             let rows = self.rows().filter(|row| is_meant(row) == wanted);
             Kept { names: self.names.clone(), rows: rows.map(|row| row.values.to_vec()).collect() }
@@ -64,7 +64,7 @@ impl Kept {
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row<'k> {
+pub(in crate::report::html) struct Row<'k> {
     names: &'k [String],
     values: &'k [String],
 }
@@ -76,8 +76,13 @@ impl<'k> Row<'k> {
         column.map_or("", |column| self.values[column].as_str())
     }
 
+    /// Of which choice it is: combination, poses and representation.
+    pub(in crate::report::html) fn choice(&self) -> [String; 3] {
+        OF.map(|column| self.of(column).to_string())
+    }
+
     /// Whether it is of a choice: of this combination, these poses and this representation.
-    pub(super) fn is_of(&self, choice: &[String; 3]) -> bool {
+    pub(in crate::report::html) fn is_of(&self, choice: &[String; 3]) -> bool {
         OF.iter().zip(choice).all(|(column, name)| self.of(column) == name)
     }
 }
