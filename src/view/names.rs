@@ -51,7 +51,7 @@ pub(crate) fn find_choices(
     };
     let (_, first) = asked[0];
     let rule = format!(
-        "must be sensor:pose as `perirobot check` lists poses, several joined by \";\", or as in the column `poses` of results.csv, as in {}",
+        "must be sensor:pose as `perirobot check` lists poses, or as in the column `poses` of results.csv, as in {}",
         first.name(0)
     );
     let place = Site::Argument(Argument::Pose, poses.into());

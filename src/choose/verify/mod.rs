@@ -12,6 +12,7 @@ pub(super) mod cuts;
 mod mean;
 mod plain;
 mod refined;
+mod tables;
 mod whole;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ pub(super) use self::counted::recounted;
 use self::counted::{exact, value, value_reaches};
 use self::plain::{Bar, Plain};
 pub use self::refined::verify_refined;
+pub use self::tables::verify_tables;
 use super::evidence::CandidateEvidence;
 use super::files::{Asked, Chosen, PROOF, fingerprint};
 use super::layout::{FALSE, MISSED};

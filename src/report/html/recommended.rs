@@ -135,6 +135,7 @@ fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> 
     };
     let judged = match judged.len() {
         0 => String::new(),
+        1 => "; the one choice that was judged misses a requirement".into(),
         all => format!("; none of the {all} judged choices meets all requirements"),
     };
     let why = format!("the best set of at most {} sensors: {proof}{judged}", best.at_most);
