@@ -64,8 +64,6 @@ Examples:
       one requirement is met, one is missed
   perirobot judge out/judge --best 3 --junit verdicts.xml || echo missed
       three choices of poses, also as a file for a build server
-  perirobot judge out/choose-choose --set \"best 2\"
-      one of the sets that were chosen
 
 How to read it:
   Values are compared with limits as fractions of whole numbers, never rounded.

@@ -57,9 +57,12 @@ impl FloorSource {
 impl Floor {
     /// The floor of a scene at its first moment.
     pub(super) fn new(study: &Study, scene: &Scene) -> Floor {
-        if let Some(z_m) = study.approach.floor_m {
-            return Floor { z_m, source: FloorSource::Study };
-        }
+        let given = study.approach.floor_m.map(|z_m| Floor { z_m, source: FloorSource::Study });
+        given.unwrap_or_else(|| Floor::found(scene))
+    }
+
+    /// The floor of a scene at its first moment, whatever its study gives.
+    fn found(scene: &Scene) -> Floor {
         let surfaces = level_surfaces(scene);
         let feet: Vec<f64> =
             of_role(scene, Role::Human).filter_map(|person| Some(heights_m(person)?[0])).collect();
@@ -78,6 +81,26 @@ impl Floor {
         };
         let found = near(&[0.0]).map(floor(FloorSource::NearZero));
         found.or_else(|| lower().map(floor(FloorSource::LowerHalf))).unwrap_or(floor(FloorSource::Zero)(0.0))
+    }
+}
+
+/// That bodies and people of a study stand beside the floor of a scene: the study gives none, or another one.
+pub(super) fn warning(study: &Study, scene: &Scene) -> Option<String> {
+    let Floor { z_m, source } = Floor::found(scene);
+    let found = format!("the floor is at z {z_m:.2} m ({})", source.words());
+    let is_level = matches!(source, FloorSource::NearFeet | FloorSource::NearZero);
+    match study.approach.floor_m {
+        Some(given) => (is_level && (given - z_m).abs() > NEAR_M)
+            .then(|| format!("[approach] floor_m = {given}: {found}: mend floor_m if it is meant to be that one")),
+        None => {
+            let stands = study.has_approach || !study.postures.is_empty();
+            (stands && z_m.abs() >= study.voxel_size_m).then(|| {
+                format!(
+                    "bodies of [approach] and people of [postures] stand at z 0, and {found}: write floor_m = {z_m:.2} (or \
+                     floor_m = 0.0) in [approach]"
+                )
+            })
+        }
     }
 }
 

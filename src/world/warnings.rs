@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{World, dead, people, robots, stuck, thin};
+use super::{World, dead, floor, people, robots, stuck, thin};
 use crate::scene::{Object, Role, Scene};
 use crate::sensor::{Sensor, Setting, Stance};
 use crate::study::{RegionSpec, Study};
@@ -49,7 +49,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
              needs interior = \"free\""
         ));
     }
-    warnings.extend(floor_warning(study, &worlds[0]));
+    warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::of(study, &worlds[0]);
     for sensor in 0..study.sensors.len() {
         let spec = &study.sensors[sensor];
@@ -184,19 +184,6 @@ fn largest(values: &[f64]) -> (usize, String) {
     let at = (0..values.len()).fold(0, larger);
     let alike = values.iter().all(|&value| value == values[at]);
     (at, if alike { String::new() } else { format!(" (in snapshot {at}, where it is most)") })
-}
-
-/// Bodies and people of the study stand at z 0 where it gives no floor, wherever the scene's floor is.
-fn floor_warning(study: &Study, world: &World) -> Option<String> {
-    let stands = study.has_approach || !study.postures.is_empty();
-    let (z_m, source) = (world.floor.z_m, world.floor.source.words());
-    let is_off = study.approach.floor_m.is_none() && z_m.abs() >= study.voxel_size_m;
-    (stands && is_off).then(|| {
-        format!(
-            "bodies of [approach] and people of [postures] stand at z 0, and the floor is at z {z_m:.2} m ({source}): \
-             write floor_m = {z_m:.2} (or floor_m = 0.0) in [approach]"
-        )
-    })
 }
 
 /// A mount that is drawn once only.

@@ -348,6 +348,11 @@ fn bodies_that_would_stand_beside_the_floor_are_told() {
     assert!(said.contains("write floor_m = -0.20"), "{said}");
     assert_eq!(told("[approach]\nmin_voxels = 2\nfloor_m = -0.2\n"), "");
     assert_eq!(told(""), "", "nobody stands");
+    // A floor in another unit, or that of another cell.
+    let folder = Folder::new();
+    folder.edit("study.toml", "", "[approach]\nfloor_m = 2.5\n");
+    let said = "[approach] floor_m = 2.5: the floor is at z 0.00 m (the largest level surface near the people's feet)";
+    assert!(warnings(&folder).iter().any(|w| w.contains(said)), "{:?}", warnings(&folder));
 }
 
 #[test]

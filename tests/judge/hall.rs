@@ -69,6 +69,7 @@ fn heights_are_above_the_floor_and_not_above_the_slab() {
     folder.edit("study.toml", "[approach]\n", "[approach]\nfloor_m = 0.5\n");
     let outcome = choose(&folder, "other", &[]);
     assert!(outcome.stdout.contains("5.3 m high, straight down"), "{}", outcome.stdout);
+    assert!(outcome.stderr.contains("floor_m = 0.5: the floor is at z 0.00 m"), "{}", outcome.stderr);
     let check = perirobot(&["check", text(&folder.path("study.toml")), "--poses", "0"]);
     assert!(check.stdout.contains("  floor at z 0.50 m: floor_m of the study"), "{}", check.stdout);
 }

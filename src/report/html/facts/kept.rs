@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::report::table::Table;
+use crate::voxel::{rounded_down, rounded_up};
 use crate::{Error, Result};
 
 /// The columns that say of which choice a row is.
@@ -56,7 +57,8 @@ impl Kept {
             found.iter().map(|&column| format!("<{}", self.names[column].replace('_', " "))).collect();
         let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
         for row in &self.rows {
-            table.row(found.iter().map(|&column| shortened(&row[column])));
+            let row = Row { names: &self.names, values: row };
+            table.row(found.iter().map(|&column| row.shortened(column)));
         }
         table
     }
@@ -76,6 +78,24 @@ impl<'k> Row<'k> {
         column.map_or("", |column| self.values[column].as_str())
     }
 
+    /// What is in a column, a number with at most four digits after the point; distances are rounded to the safe side.
+    fn shortened(&self, column: usize) -> String {
+        let text = &self.values[column];
+        let value = match text.parse::<f64>() {
+            Ok(value) if text.len() > 6 => value,
+            _ => return text.clone(),
+        };
+        let is_kept = |name: &str| ["deepest_m", "noticed_m", "margin_m"].contains(&name);
+        let is_kept = is_kept(&self.names[column])
+            || ["nearest_unnoticed_m", "approach_margin_m"].contains(&self.of("score"));
+        match self.names[column].as_str() {
+            "needed_m" => rounded_up(value, 4),
+            _ if is_kept => rounded_down(value, 4),
+            _ if self.of("score") == "missed_m" => rounded_up(value, 4),
+            _ => format!("{value:.4}"),
+        }
+    }
+
     /// Of which choice it is: combination, poses and representation.
     pub(in crate::report::html) fn choice(&self) -> [String; 3] {
         OF.map(|column| self.of(column).to_string())
@@ -87,10 +107,3 @@ impl<'k> Row<'k> {
     }
 }
 
-/// A number with at most four digits after the point, as far as it is one.
-pub(super) fn shortened(text: &str) -> String {
-    match text.parse::<f64>() {
-        Ok(value) if text.len() > 6 => format!("{value:.4}"),
-        _ => text.into(),
-    }
-}

@@ -271,7 +271,7 @@ fn written(requirement: &Requirement) -> (Writing, &'static str) {
         Measure::Counted(_) => (Writing::Plain, ""),
         Measure::Nearness(nearness) if nearness.score.is_area() => (Writing::Plain, " m²"),
         Measure::Nearness(_) => (Writing::Down, " m"),
-        Measure::Controller(ControllerScore::MissedM) => (Writing::Plain, " m"),
+        Measure::Controller(ControllerScore::MissedM) => (Writing::Up, " m"),
         Measure::Controller(ControllerScore::NeedlessStops) => (Writing::Percent, ""),
     }
 }
