@@ -11,9 +11,9 @@ use perirobot::choose::{
     self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Outcome, Problem, RefineWatch,
     SearchWatch, SetLimits, Told, Verified, VerifyWatch,
 };
+use perirobot::error::Issue;
 use perirobot::results::manifest::Fault;
 use perirobot::study::{Across, Choose, Study};
-use perirobot::error::Issue;
 use perirobot::{Error, Result, report};
 
 use super::backend::BackendArgs;

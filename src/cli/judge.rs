@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use perirobot::backend::Backend;
 use perirobot::choose::Chosen;
 use perirobot::judge::{
-    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, cheapest, forget, junit_xml,
-    leaders, requires_something,
+    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, cheapest, forget, junit_xml, leaders,
+    requires_something,
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;

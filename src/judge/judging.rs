@@ -125,7 +125,9 @@ impl<'a> Judging<'a> {
                 _ => Conditions::as_planned(self.study, self.results, choice)?,
             };
             let drawn = match &mut backends {
-                Some(backends) if !asked.is_empty() => what_if.count(&asked, &mut conditions, backends, watch)?,
+                Some(backends) if !asked.is_empty() => {
+                    what_if.count(&asked, &mut conditions, backends, watch)?
+                }
                 _ => None,
             };
             what_if.come_near(grounds, &mut conditions, drawn.as_ref(), watch)?;

@@ -69,7 +69,10 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
         }
         Some(Value::Endless) => format!("nobody has room to come in, {what}"),
         Some(value) => {
-            format!("{what} is {}", told_apart(value, &requirement.limit, Writing::of(Summed::of(&requirement.measure))))
+            format!(
+                "{what} is {}",
+                told_apart(value, &requirement.limit, Writing::of(Summed::of(&requirement.measure)))
+            )
         }
     };
     let (name, when) = (&requirement.name, words(judgement.condition));
@@ -208,7 +211,11 @@ mod tests {
     fn shown(part: u64, of: u64, limit: f64) -> String {
         let limit = Limit::AtLeast(Ratio::of(limit));
         let counts = [Confusion { uf: part, tn: of - part, ..Default::default() }];
-        told_apart(&Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(), &limit, Writing::Plain)
+        told_apart(
+            &Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(),
+            &limit,
+            Writing::Plain,
+        )
     }
 
     #[test]

@@ -23,7 +23,10 @@ pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_siz
             _ => String::new(),
         };
         text += &match metres > 0.0 {
-            true => format!("  the nearest person is measured up to {} m too far away{at}\n", rounded_up(metres, 2)),
+            true => format!(
+                "  the nearest person is measured up to {} m too far away{at}\n",
+                rounded_up(metres, 2)
+            ),
             false => {
                 "  where somebody is measured, they are not measured farther away than they are\n".into()
             }

@@ -53,13 +53,7 @@ fn columns() -> Vec<Column> {
 }
 
 /// Gives a row to a sink.
-fn row(
-    scene: &str,
-    moment: [usize; 2],
-    names: [&str; 4],
-    counts: &Confusion,
-    sink: RowSink,
-) -> Result<()> {
+fn row(scene: &str, moment: [usize; 2], names: [&str; 4], counts: &Confusion, sink: RowSink) -> Result<()> {
     let mut fields = vec![Datum::Text(scene)];
     fields.extend(moment.map(|number| Datum::Count(number as u64)));
     fields.extend(names.map(Datum::Text));

@@ -182,7 +182,8 @@ impl Stopping {
              its values against yours.",
             self.formula.words()
         )];
-        let each = self.speeds.iter().map(|at| format!("{} m at {} m/s", rounded_up(at.needed_m, 3), at.speed_m_s));
+        let each =
+            self.speeds.iter().map(|at| format!("{} m at {} m/s", rounded_up(at.needed_m, 3), at.speed_m_s));
         said.push(format!("That is {}.", each.collect::<Vec<_>>().join(", ")));
         let brakes = match brakes {
             Brakes::After(times) => {

@@ -73,7 +73,8 @@ mod tests {
         assert_eq!(set(four).as_deref(), Some(four));
         let turned = "scanner:Bench/0;camera:left-wall/0/0;ceiling/1/0;camera:ceiling/0/0";
         assert_eq!(set(turned).as_deref(), Some(four), "in any order, spelled another way");
-        for none in ["camera:ceiling/0/0", "camera:nowhere;camera:ceiling/0/0", "ceiling/0/0;ceiling/0/0", ""] {
+        for none in ["camera:ceiling/0/0", "camera:nowhere;camera:ceiling/0/0", "ceiling/0/0;ceiling/0/0", ""]
+        {
             assert_eq!(set(none), None, "{none}");
         }
     }

@@ -90,8 +90,9 @@ pub(super) fn warning(study: &Study, scene: &Scene) -> Option<String> {
     let found = format!("the floor is at z {z_m:.2} m ({})", source.words());
     let is_level = matches!(source, FloorSource::NearFeet | FloorSource::NearZero);
     match study.approach.floor_m {
-        Some(given) => (is_level && (given - z_m).abs() > NEAR_M)
-            .then(|| format!("[approach] floor_m = {given}: {found}: mend floor_m if it is meant to be that one")),
+        Some(given) => (is_level && (given - z_m).abs() > NEAR_M).then(|| {
+            format!("[approach] floor_m = {given}: {found}: mend floor_m if it is meant to be that one")
+        }),
         None => {
             let stands = study.has_approach || !study.postures.is_empty();
             (stands && z_m.abs() >= study.voxel_size_m).then(|| {

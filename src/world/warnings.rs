@@ -198,7 +198,12 @@ fn once_warning(study: &Study, sensor: usize) -> Option<String> {
 }
 
 /// The first of some candidates of a sensor, by name and place.
-pub(super) fn first_of(study: &Study, places: &Places, sensor: usize, candidates: &[usize]) -> Option<String> {
+pub(super) fn first_of(
+    study: &Study,
+    places: &Places,
+    sensor: usize,
+    candidates: &[usize],
+) -> Option<String> {
     let first = *candidates.first()?;
     let (name, place) = (&study.sensors[sensor].candidates[first].name, places.words(sensor, first));
     Some(if place.is_empty() { format!("first {name}") } else { format!("first {name}: {place}") })

@@ -241,7 +241,9 @@ fn leaves(value: &serde_json::Value, at: &str) -> Vec<String> {
         serde_json::Value::Array(all) => {
             all.iter().enumerate().flat_map(|(number, value)| of((number.to_string(), value))).collect()
         }
-        serde_json::Value::Object(all) => all.iter().flat_map(|(key, value)| of((key.clone(), value))).collect(),
+        serde_json::Value::Object(all) => {
+            all.iter().flat_map(|(key, value)| of((key.clone(), value))).collect()
+        }
         serde_json::Value::Null => Vec::new(),
         _ => vec![at.to_string()],
     }

@@ -344,7 +344,10 @@ fn bodies_that_would_stand_beside_the_floor_are_told() {
         warnings(&folder).into_iter().find(|w| w.contains(warning)).unwrap_or_default()
     };
     let said = told("[approach]\nmin_voxels = 2\n");
-    assert!(said.contains("the floor is at z -0.20 m (the largest level surface near the people's feet)"), "{said}");
+    assert!(
+        said.contains("the floor is at z -0.20 m (the largest level surface near the people's feet)"),
+        "{said}"
+    );
     assert!(said.contains("write floor_m = -0.20"), "{said}");
     assert_eq!(told("[approach]\nmin_voxels = 2\nfloor_m = -0.2\n"), "");
     assert_eq!(told(""), "", "nobody stands");

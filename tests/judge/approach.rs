@@ -83,7 +83,8 @@ fn a_shelf_60_cm_wide_lets_a_person_in_unless_a_second_camera_looks_behind_it() 
     let outcome = approach(&folder, BOTH);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     // At its nearest, from index 28 on: 44 voxels.
-    let said = "standing from door: is first noticed at its entry, 2.20 m from the hazard\n    far enough: 1.95 m";
+    let said =
+        "standing from door: is first noticed at its entry, 2.20 m from the hazard\n    far enough: 1.95 m";
     assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
     let noticed = ["at_entry", "noticed_squared", "noticed_m", "margin_m"];
     let known = ["noticed", "1936", "2.20000", "0.25000"];

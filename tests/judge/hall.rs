@@ -14,7 +14,9 @@ const FOUR: &str = "wall:north-wall/0/0;roof:ceiling/4/0;near:posts/east;near:po
 fn hall() -> Folder {
     let folder = Folder::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for file in ["tests/fixtures/hall/study.toml", "tests/fixtures/hall/cell.toml", "scenes/people/standing.csv"] {
+    for file in
+        ["tests/fixtures/hall/study.toml", "tests/fixtures/hall/cell.toml", "scenes/people/standing.csv"]
+    {
         let from = root.join(file);
         folder.write(from.file_name().unwrap().to_str().unwrap(), fs::read(&from).unwrap());
     }
@@ -54,7 +56,11 @@ fn heights_are_above_the_floor_and_not_above_the_slab() {
     let folder = hall();
     let outcome = choose(&folder, "out", &[]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    assert!(outcome.stdout.contains("ceiling, x 2.0 m, y -2.0 m, 5.8 m high, straight down"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("ceiling, x 2.0 m, y -2.0 m, 5.8 m high, straight down"),
+        "{}",
+        outcome.stdout
+    );
     let of_poses = rows(&folder.path("out/poses.csv"));
     assert_eq!(of_poses.len(), 12);
     let height = |place: &str| place.split_once(" m high").unwrap().0.rsplit_once(' ').unwrap().1.to_string();
@@ -83,7 +89,10 @@ fn all_sets_are_judged_and_the_cheapest_that_passes_is_recommended() {
     assert!(judged.len() >= 5 && judged.iter().all(|(_, all)| all.len() == 9), "{judged:?}");
     let passing = judged.iter().filter(|(_, all)| all.iter().all(|pass| *pass)).map(|(set, _)| set);
     let (name, poses) = passing.clone().min_by_key(|(_, poses)| cost(poses)).expect("a set passes");
-    assert!(passing.clone().any(|(_, other)| cost(other) > cost(poses)), "a dearer one passes, too: {judged:?}");
+    assert!(
+        passing.clone().any(|(_, other)| cost(other) > cost(poses)),
+        "a dearer one passes, too: {judged:?}"
+    );
     let best = &rows(&folder.path("out/front.csv")).pop().unwrap()["poses"];
     assert_ne!(best, poses, "the best set by its score is another");
     let line = format!("recommended: {name} ({poses}), the cheapest set that meets all requirements\n");
@@ -126,7 +135,9 @@ fn four_cameras_of_three_models_need_no_combination() {
     };
     let near = on_study(&["approach", "--out", text(&out)]);
     assert!(near.contains("standing from door: "), "{near}");
-    assert!(rows(&out.join("approach.csv")).iter().all(|row| row["poses"] == FOUR && row["combination"] == "set"));
+    assert!(
+        rows(&out.join("approach.csv")).iter().all(|row| row["poses"] == FOUR && row["combination"] == "set")
+    );
     on_study(&["render", "--out", text(&png), "--size", "320x200", "--backend", "cpu"]);
     assert!(fs::read(&png).unwrap().starts_with(b"\x89PNG"));
     // In the folder of a sweep of each camera alone.

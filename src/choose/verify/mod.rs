@@ -3,7 +3,8 @@
 //! again by a backend of the caller's choice (`counted`), whether they are allowed is judged from the study
 //! (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`), what no set is above is added
 //! up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands beside the scores must follow
-//! from them (`beside`).
+//! from them (`beside`). What refining found is searched again (`refined`), and the sets are swept again for the tables
+//! (`tables`).
 
 mod allowed;
 mod beside;

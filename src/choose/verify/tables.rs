@@ -122,7 +122,9 @@ fn difference(found: &[u8], expected: &[u8]) -> Issue {
             header.clone_from(&right);
         }
         let text = |record: &csv::ByteRecord, column: usize| {
-            record.get(column).map_or("missing".into(), |field| format!("{:?}", String::from_utf8_lossy(field)))
+            record
+                .get(column)
+                .map_or("missing".into(), |field| format!("{:?}", String::from_utf8_lossy(field)))
         };
         for column in 0..own.len().max(right.len()) {
             let [own, right] = [&own, &right].map(|record| text(record, column));

@@ -73,7 +73,10 @@ impl<'a> Facts<'a> {
             answer: recommended.map(|one| answer::answer(sweep, rankings, one, near)).transpose()?,
             sheets: sheets.unwrap_or_default(),
             missed: best::missed(results, cells, Asked::Recommended),
-            good: recommended.map(|one| good::good(sweep, (rankings, one), judged)).transpose()?.unwrap_or_default(),
+            good: recommended
+                .map(|one| good::good(sweep, (rankings, one), judged))
+                .transpose()?
+                .unwrap_or_default(),
             assumed: run::assumed(sweep),
             regions: (0..results.regions.len())
                 .map(|region| best::region(sweep, rankings, (cells, surroundings), region))

@@ -93,7 +93,8 @@ pub fn page(
     let data =
         data::Data::new(sweep, (&rankings, recommended), (&cells, &surroundings, &near), &mut numbers)?;
     let script = script();
-    let mut facts = facts::Facts::new(sweep, (&rankings, recommended, &judged), (&cells, &near), &surroundings)?;
+    let mut facts =
+        facts::Facts::new(sweep, (&rankings, recommended, &judged), (&cells, &near), &surroundings)?;
     facts
         .good
         .notes

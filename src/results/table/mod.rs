@@ -110,10 +110,7 @@ pub(crate) type RowSink<'s> = &'s mut dyn FnMut(&[Datum<'_>]) -> Result<()>;
 ///
 /// # Errors
 /// Those of the rows.
-pub(crate) fn csv_bytes(
-    columns: &[Column],
-    rows: impl FnOnce(RowSink) -> Result<()>,
-) -> Result<Vec<u8>> {
+pub(crate) fn csv_bytes(columns: &[Column], rows: impl FnOnce(RowSink) -> Result<()>) -> Result<Vec<u8>> {
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
     let mut csv = Csv::new(&names);
     rows(&mut |fields| {

@@ -106,4 +106,3 @@ impl<'k> Row<'k> {
         OF.iter().zip(choice).all(|(column, name)| self.of(column) == name)
     }
 }
-

@@ -67,7 +67,10 @@ pub(super) fn not_judged(sweep: &ReportedSweep, looked: &Choice) -> Result<(Stri
 
 /// What `judge` has decided of a choice, as far as it is what the study requires: where that is from, and the verdicts,
 /// in the order of the study.
-pub(in crate::report::html) fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownRequirement>) {
+pub(in crate::report::html) fn of_kept(
+    sweep: &ReportedSweep,
+    kept: &Kept,
+) -> (String, Vec<ShownRequirement>) {
     let regions = &sweep.results.regions;
     let mut used = 0;
     let shown = |requirement: &Requirement| {
