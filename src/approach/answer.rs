@@ -12,6 +12,8 @@ pub struct Found {
     /// How far it is from the hazard, squared in whole voxels, at the nearest of those places of the entry at which it
     /// has room and is noticed; `None` where there is none.
     pub noticed: Option<u32>,
+    /// The same of all places of the entry at which it has room, noticed or not: no sensor makes it farther.
+    pub entry: Option<u32>,
     /// The places that it reaches.
     pub reached: BitGrid,
 }
@@ -65,12 +67,13 @@ pub struct Room<'r> {
 pub fn deepest(body: &Body, begin: &BitGrid, room: Room) -> Found {
     let flood = Flood::from(begin, room.open);
     let (reached, noticed) = (flood.reached().clone(), noticed(body, begin, room));
+    let entry = nearest_at_entry(body, begin, room.free, room.distances);
     let Some((squared, place)) = nearest(body, &flood, room.distances) else {
-        return Found { deepest: None, noticed, reached };
+        return Found { deepest: None, noticed, entry, reached };
     };
     let (length, path) = (flood.length(place), flood.path(place));
     let narrowest = narrowest(&flood, length, &path);
-    Found { deepest: Some(Deepest { squared, length, path, narrowest }), noticed, reached }
+    Found { deepest: Some(Deepest { squared, length, path, narrowest }), noticed, entry, reached }
 }
 
 /// [`Found::nearest`] of a body, and how many places it reaches.
@@ -82,14 +85,25 @@ pub(super) fn nearest_of_all(body: &Body, begin: &BitGrid, room: Room) -> (Optio
 
 /// The least squared distance of a body at those places of an entry at which it has room and is noticed.
 fn noticed(body: &Body, begin: &BitGrid, room: Room) -> Option<u32> {
+    let mut noticed = room.free.clone();
+    noticed.remove(room.open);
+    nearest_at_entry(body, begin, &noticed, room.distances)
+}
+
+/// The least squared distance of a body at those places of an entry that are among others.
+pub(super) fn nearest_at_entry(
+    body: &Body,
+    begin: &BitGrid,
+    among: &BitGrid,
+    distances: &Distances,
+) -> Option<u32> {
     let mut places = begin.clone();
-    places.keep(room.free);
-    places.remove(room.open);
+    places.keep(among);
     let mut nearest = None;
     for place in places.voxels() {
-        let bound = least(body, place, room.distances);
+        let bound = least(body, place, distances);
         if nearest.is_none_or(|nearest| bound < u64::from(nearest)) {
-            nearest = lesser(nearest, squared(body, place, room.distances));
+            nearest = lesser(nearest, squared(body, place, distances));
         }
     }
     nearest

@@ -75,7 +75,7 @@ impl<'a> Ground<'a> {
         for spec in &study.approach.bodies {
             let in_body = |issue: Issue| here(issue.at(format!("body {:?}", spec.name)));
             // One that is larger than the grid would have more voxels than memory holds.
-            let floor_m = study.approach.floor_m;
+            let floor_m = study.approach.standing_m();
             let layers = spec.on_floor.then(|| body::standing(spec.shape, floor_m, &grid));
             ground.places.push(ground.places_of(spec, layers.as_ref(), &grid).map_err(in_body)?);
             ground.bodies.push(Body::new(spec, grid.voxel_size_m, layers.as_ref()).map_err(in_body)?);
@@ -93,7 +93,7 @@ impl<'a> Ground<'a> {
     }
 
     fn places_of(&self, body: &BodySpec, layers: Option<&Range<i32>>, grid: &Grid) -> Result<Window, Issue> {
-        let floor_m = self.study.approach.floor_m;
+        let floor_m = self.study.approach.standing_m();
         let size = body::size(body.shape, grid.voxel_size_m, layers);
         let places = body::places(size, layers.map(|layers| layers.start), grid);
         if places.is_empty() {

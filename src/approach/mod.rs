@@ -26,6 +26,7 @@
 
 mod answer;
 mod body;
+mod check;
 mod entries;
 mod flood;
 mod ground;
@@ -37,6 +38,7 @@ mod ways;
 
 pub use answer::{Deepest, Found, Narrowest, Room, deepest};
 pub use body::Body;
+pub use check::check_approach;
 pub use flood::{Flood, LONGEST_STEP};
 pub use ground::Ground;
 pub use moments::{Answer, AtEntry, Company, Moment, Nearest, Plan, answers, moments_of};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::answer::{Found, Room, deepest, nearest_of_all};
+use super::answer::{Found, Room, deepest, nearest_at_entry, nearest_of_all};
 use super::body::{Body, Sums};
 use super::ground::Ground;
 use crate::Result;
@@ -172,6 +172,15 @@ impl<'g> Moment<'g> {
             begins.flat_map(|(body, of)| (0..of.len()).map(move |entry| [body, entry])).collect();
         let at_once = all.chunks(self.ground.at_once());
         at_once.flat_map(|some| some.par_iter().map(|&one| of(one)).collect::<Vec<_>>()).collect()
+    }
+
+    /// The body and the entry of each answer, in the order of [`Moment::nearest`], with the least squared distance of the
+    /// body at the entry; `None` where it has no room there.
+    pub(super) fn entries(&self) -> Vec<([usize; 2], Option<u32>)> {
+        self.each(|[number, entry]| {
+            let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
+            ([number, entry], nearest_at_entry(body, begin, &self.free[number], &self.distances))
+        })
     }
 
     /// What each body can do from each entry where these voxels are watched, body by body.

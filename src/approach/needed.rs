@@ -26,18 +26,20 @@ pub(super) fn in_words(stopping: &Stopping, squared: u32, grid: &Grid) -> String
     }
 }
 
-/// How far from the hazard a body is noticed at its entry, and whether that is nearer than is needed at the highest
-/// listed speed.
-pub(super) fn noticed_in_words(stopping: Option<&Stopping>, squared: u32, grid: &Grid) -> String {
-    let away = rounded_down(root_m(squared, grid), 2);
-    let needed = stopping.map(|stopping| stopping.fastest().needed_m);
-    match needed.filter(|&needed_m| squared < squared_voxels(needed_m, grid.voxel_size_m)) {
-        Some(needed_m) => {
-            let needed = rounded_up(needed_m, 2);
-            format!("{away} m from the hazard: nearer than the {needed} m that are needed")
-        }
-        None => format!("{away} m from the hazard"),
-    }
+/// That an entry begins nearer to the hazard than is needed at the highest listed speed, where no sensor can help, and
+/// how far out it has to begin; `entry` is the least squared distance of a body at it. `None` where it begins far enough.
+pub(super) fn begins_too_near(stopping: &Stopping, entry: u32, grid: &Grid) -> Option<String> {
+    let AtSpeed { speed_m_s, needed_m } = *stopping.fastest();
+    let begins_m = root_m(entry, grid);
+    (entry < squared_voxels(needed_m, grid.voxel_size_m)).then(|| {
+        format!(
+            "no sensor can help at {speed_m_s} m/s: the entry begins {} m from the hazard, and has to begin {} m from it \
+             or farther, {} m farther out",
+            rounded_down(begins_m, 2),
+            rounded_up(needed_m, 2),
+            rounded_up(needed_m - begins_m, 2)
+        )
+    })
 }
 
 /// That the grid ends before the distance that is needed, if it does; `farthest` is the greatest in the grid.
@@ -47,8 +49,8 @@ pub(super) fn beyond_the_grid(stopping: &Stopping, farthest: u32, grid: &Grid) -
         return String::new();
     }
     format!(
-        "  {} m are needed at {speed_m_s} m/s, and nothing in the grid is farther away than {} m: who is \
-         noticed where they come in is noticed too late, and what is said here is a bound (widen bounds_m)\n",
+        "  {} m are needed at {speed_m_s} m/s, and nothing in the grid is farther away than {} m: a body that is \
+         noticed at its entry is noticed too late, and the distances below are bounds (widen bounds_m)\n",
         rounded_up(needed_m, 2),
         rounded_down(root_m(farthest, grid), 2)
     )

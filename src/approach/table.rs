@@ -197,25 +197,27 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
             text += "has no room at the entry\n";
             continue;
         };
-        let noticed = |squared| needed::noticed_in_words(study.stopping.as_ref(), squared, grid);
-        match (&answer.found.deepest, answer.found.noticed) {
-            (Some(deepest), of_others) => {
+        let away = |squared| rounded_down(root_m(squared, grid), 2);
+        match &answer.found.deepest {
+            Some(deepest) => {
                 text += &format!(
                     "comes to {} m unnoticed, by a way of {:.2} m\n",
-                    rounded_down(root_m(deepest.squared, grid), 2),
+                    away(deepest.squared),
                     length_m(deepest.length, grid)
                 );
-                if let Some(squared) = of_others.filter(|&squared| squared < deepest.squared) {
+                if nearest < deepest.squared {
                     text += &format!(
-                        "    from other places of the entry is noticed there, {}\n",
-                        noticed(squared)
+                        "    this decides: at other places of the entry it is first noticed {} m from the hazard\n",
+                        away(nearest)
                     );
                 }
             }
-            (None, _) => text += &format!("is noticed at the entry, {}\n", noticed(nearest)),
+            None => text += &format!("is first noticed at its entry, {} m from the hazard\n", away(nearest)),
         }
         if let Some(stopping) = &study.stopping {
             text += &format!("    {}\n", needed::in_words(stopping, nearest, grid));
+            let entry = answer.found.entry.and_then(|entry| needed::begins_too_near(stopping, entry, grid));
+            text += &entry.map_or(String::new(), |entry| format!("    {entry}\n"));
         }
         let Some(deepest) = &answer.found.deepest else { continue };
         if let Some(narrowest) = deepest.narrowest {

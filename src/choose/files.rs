@@ -9,6 +9,7 @@ use super::told::Told;
 use crate::backend::Fusion;
 use crate::error::Issue;
 use crate::metrics::Score;
+use crate::results::Subject;
 use crate::results::files::{JOURNAL, OutputFolder, read_regular, write_whole};
 use crate::results::journal::Shard;
 use crate::results::manifest::Manifest;
@@ -171,6 +172,12 @@ impl Chosen {
         }
         let damaged = |e: serde_json::Error| Issue::damaged(e.to_string()).cure("choose again").at(&path);
         serde_json::from_slice(&read_regular(&path)?).map(Some).map_err(|e| damaged(e).into())
+    }
+
+    /// Whether results are those of its sets: a sweep may have taken their place in the folder.
+    pub fn is_of(&self, subject: &Subject) -> bool {
+        let swept = subject.combinations.iter().map(|one| (one.choices(), one.name_of(0)));
+        self.told.sets().map(|set| (1, set.name())).eq(swept)
     }
 
     /// Opens a folder for an answer to a study. One that holds an earlier answer will do, one that holds a sweep

@@ -33,6 +33,9 @@ pub struct Told {
     /// Whether the search was stopped: larger sets, and cheaper ones, may be missing.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stopped: bool,
+    /// Whether refining was stopped: more might have been gained.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub refining_stopped: bool,
 }
 
 /// What was found around the best set of a size.
@@ -238,6 +241,7 @@ impl Told {
             ties: ties.iter().map(|found| teller.set(found)).collect(),
             refined: None,
             stopped: !answer.complete,
+            refining_stopped: false,
         }
     }
 }

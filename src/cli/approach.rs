@@ -13,7 +13,7 @@ use perirobot::judge::altered;
 use perirobot::results::files::OutputFolder;
 use perirobot::study::Study;
 use perirobot::view::watched::Watchers;
-use perirobot::view::{Choice, Names, find};
+use perirobot::view::{Choice, Names, find, with_set};
 use perirobot::world::World;
 
 use super::MOST_WARNINGS;
@@ -39,7 +39,8 @@ pub(super) struct Args {
     /// The study file of a folder of results, if it was moved
     #[arg(id = "moved", long = "study", value_name = "FILE", help_heading = "Study")]
     moved: Option<PathBuf>,
-    /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv
+    /// Which poses, sensor:pose as `perirobot check` lists them, several joined by ";", or as in the column `poses` of
+    /// results.csv
     #[arg(long, value_name = "POSES")]
     pose: String,
     /// The combination, where several have such a choice of poses
@@ -84,6 +85,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         None => args.study.load()?,
     };
     super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())), MOST_WARNINGS);
+    let study = with_set(study, &args.pose, args.combination.as_deref());
     let choice = args.find(&study, &worlds)?;
     fusion_warning(&study, &choice).iter().for_each(|warning| say!("warning: {warning}"));
     let alteration = args.alteration.alteration();

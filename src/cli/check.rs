@@ -3,6 +3,7 @@
 
 use std::process::ExitCode;
 
+use perirobot::approach::check_approach;
 use perirobot::judge::check_postures;
 use perirobot::sensor::Sensor;
 use perirobot::study::Study;
@@ -55,12 +56,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let few = |few: usize| if args.all { usize::MAX } else { few };
     let of_scenes = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
     let mut warnings = super::warn(of_scenes, few(FEW_WARNINGS));
-    match check_postures(&study, &worlds) {
-        Ok(cut) => {
-            warnings +=
-                super::warn(cut.iter().map(|(scene, cut)| (*scene, cut.as_slice())), few(FEW_WARNINGS));
+    for said in [check_postures(&study, &worlds), check_approach(&study, &worlds)] {
+        match said {
+            Ok(said) => {
+                let said = said.iter().map(|(scene, said)| (*scene, said.as_slice()));
+                warnings += super::warn(said, few(FEW_WARNINGS));
+            }
+            Err(problem) => problems.push(problem),
         }
-        Err(problem) => problems.push(problem),
     }
     if !problems.is_empty() {
         return Ok(refuse(&problems, args.all));

@@ -5,14 +5,14 @@ use perirobot::approach::{Ground, Way, nearest_ways};
 use perirobot::judge::{Alteration, Among, altered};
 use perirobot::study::Study;
 use perirobot::view::watched::Watchers;
-use perirobot::view::{Choice, Names, find, find_scene};
+use perirobot::view::{Choice, Names, find, find_scene, with_set};
 use perirobot::world::World;
 
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]
 pub(super) struct ChoiceArgs {
-    /// Which poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name
-    /// will do
+    /// Which poses, as in the column `poses` of results.csv, or any poses of the study joined by ";"; of a sensor scored
+    /// alone, the pose's own name will do
     #[arg(long, value_name = "POSES")]
     pose: String,
     #[command(flatten)]
@@ -23,12 +23,13 @@ pub(super) struct ChoiceArgs {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]
 pub(super) struct SetArgs {
-    /// Which poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name
-    /// will do
+    /// Which poses, as in the column `poses` of results.csv, or any poses of the study joined by ";"; of a sensor scored
+    /// alone, the pose's own name will do
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
-    /// The combination [default: any; with --pose the only one that has such a choice of poses]
-    #[arg(long, value_name = "NAME")]
+    /// The combination, or the set of `perirobot choose`, as in "best 2" [default: any; with --pose the only one that has
+    /// such a choice of poses]
+    #[arg(long, visible_alias = "set", value_name = "NAME")]
     combination: Option<String>,
     /// What the sensors are taken to say, as in results.csv [default: the first]
     #[arg(long, value_name = "NAME")]
@@ -36,12 +37,25 @@ pub(super) struct SetArgs {
 }
 
 impl SetArgs {
+    /// The study with the set that is named, if one is, as [`with_set`] adds it.
+    pub(super) fn with_set(&self, study: Study) -> Study {
+        match &self.pose {
+            Some(poses) => with_set(study, poses, self.combination.as_deref()),
+            None => study,
+        }
+    }
+
     /// The choice that is named, if one is.
     pub(super) fn named(&self, study: &Study, worlds: &[World]) -> Result<Option<Choice>> {
         let Some(poses) = self.pose.clone() else { return Ok(None) };
         let (combination, representation) = (self.combination.clone(), self.representation.clone());
         let names = Names { poses, combination, representation, ..Names::default() };
         Ok(Some(find(study, worlds, &names)?.1))
+    }
+
+    /// Whether no choice is named in any way.
+    pub(super) fn is_any(&self) -> bool {
+        self.pose.is_none() && self.combination.is_none() && self.representation.is_none()
     }
 
     /// Among which choices the best are looked for.
@@ -138,6 +152,11 @@ impl Looked<'_> {
 }
 
 impl ChoiceArgs {
+    /// The study with the set that is named, as [`with_set`] adds it.
+    pub(super) fn with_set(&self, study: Study) -> Study {
+        self.rest.with_set(study, &self.pose)
+    }
+
     /// Finds it in a study.
     pub(super) fn look<'a>(&self, study: &'a Study, worlds: &'a [World]) -> Result<Looked<'a>> {
         self.rest.look(&self.pose, study, worlds)
@@ -145,6 +164,11 @@ impl ChoiceArgs {
 }
 
 impl RestArgs {
+    /// The study with the set that is named, as [`with_set`] adds it.
+    pub(super) fn with_set(&self, study: Study, poses: &str) -> Study {
+        with_set(study, poses, self.combination.as_deref())
+    }
+
     /// Finds a choice of poses in a study, and alters it where that is asked for.
     pub(super) fn look<'a>(&self, poses: &str, study: &'a Study, worlds: &'a [World]) -> Result<Looked<'a>> {
         let (world, choice) = find(study, worlds, &self.wanted(poses))?;

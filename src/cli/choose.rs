@@ -11,6 +11,7 @@ use perirobot::choose::{
     self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Outcome, Problem, RefineWatch,
     SearchWatch, SetLimits, Told, Verified, VerifyWatch,
 };
+use perirobot::error::Issue;
 use perirobot::results::manifest::Fault;
 use perirobot::study::{Across, Choose, Study};
 use perirobot::{Error, Result, report};
@@ -55,9 +56,9 @@ pub(super) struct Args {
     /// sets so far with what no set is above
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Results")]
     max_time: Option<Duration>,
-    /// Check the proof in this folder instead: its sets are counted again by the plain oracle, and that no set is
-    /// better is searched again by other code, with all poses cast again; exit code 2 names what does not hold. The
-    /// study is the folder's unless one is named
+    /// Check the proof in this folder instead: its sets are counted again by the plain oracle, that no set is better is
+    /// searched again by other code, with all poses cast again, refining is done again, and every value of choose.json
+    /// and of the tables is compared; exit code 2 names what does not hold. The study is the folder's unless one is named
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "restart"], help_heading = "Results")]
     verify: Option<PathBuf>,
     #[command(flatten)]
@@ -122,6 +123,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
                 unrefined = stop.reason().filter(|_| !refinement.complete);
                 with_poses = refinement.with_poses;
                 told.refined = Some(refinement.told);
+                told.refining_stopped = !refinement.complete;
             }
             // The answer is written before it is told.
             Err(error) => failed = Some(error),
@@ -176,13 +178,29 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
         choose::verify(&claims, given, &evidence, &mut oracle, stop)?;
     let refined = choose::verify_refined(folder, &study, choose, &mut oracle, stop)?;
     let sets = sets + refined;
+    let refines_again = choose.refine && claims.is_refined();
+    if refines_again {
+        let problem = Problem::new(&study, choose, &worlds, &evidence);
+        let found = (&problem, &claims.answer(&problem)?, claims.told());
+        let shown = SearchBar { progress: args.progress.search(), stop };
+        let again = choose::refine(given, found, args.evidence_bytes(), &mut backends, &shown)?;
+        drop(shown);
+        if let Some(why) = stop.reason().filter(|_| !again.complete) {
+            return Err(Error::Stopped(Issue::says(why)));
+        }
+        claims.is_found_again(&again)?;
+    }
+    choose::verify_tables(folder, given, &mut oracle, stop)?;
     let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
     let mut open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
     if stopped {
         open += "; the search was stopped, so that sizes and steps of cost may be missing";
     }
+    if choose.refine && !stopped && !refines_again {
+        open += "; refining was stopped, so that it was not searched again";
+    }
     super::print(&format!(
-        "{sets} sets counted again, {proven} steps proven again{bounded}{open}: all of it holds\n"
+        "{sets} sets counted again, {proven} steps proven again{bounded}, all tables compared{open}: all of it holds\n"
     ))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -69,6 +69,7 @@ fn scenes(study: &Study, worlds: &[World], most: usize) -> String {
             "  grid {x} × {y} × {z} = {voxels} voxels, {a:.2} × {b:.2} × {c:.2} m; {} occupied\n",
             world.truth().occupied.count()
         );
+        text += &format!("  floor at z {:.2} m: {}\n", world.floor.z_m + 0.0, world.floor.source.words());
         text += &objects(&world.truth(), most);
         text
     };

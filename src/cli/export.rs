@@ -50,6 +50,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     args.backend.start_threads()?;
     let (study, worlds) = args.swept.load()?;
+    let study = args.choice.with_set(study);
     let looked = args.choice.look(&study, &worlds)?;
     let world = looked.world();
     let mut backend = args.backend.open()?;

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::backend::Backend;
+use perirobot::choose::Chosen;
 use perirobot::judge::{
-    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, forget, junit_xml, leaders,
+    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, cheapest, forget, junit_xml, leaders,
     requires_something,
 };
 use perirobot::results::Results;
@@ -14,6 +15,7 @@ use perirobot::results::files::write_whole;
 use perirobot::results::manifest::Fault;
 use perirobot::study::Study;
 use perirobot::sweep::Watch;
+use perirobot::view::Choice;
 use perirobot::{Result, report, shell};
 
 use super::backend::BackendArgs;
@@ -31,8 +33,10 @@ const MISSED: u8 = 4;
 /// something is not. Prints for each requirement and condition whether it is met (PASS or FAIL), the value, where and
 /// when it is the worst, and the command that draws it; writes requirements.csv and conditions.csv into the folder.
 /// A study with [stopping] is also told how fast the robot may run, and what a controller would measure (speeds.csv, separation.csv).
-/// Without --pose it judges the choice of poses that meets most requirements as planned. Requirements may be changed
-/// or added after the sweep: they change no count. Files of an earlier judgement are removed first. The exit code is 4 if a requirement is missed.
+/// Without --pose it judges the choice of poses that meets most requirements as planned, and of a folder of
+/// `perirobot choose` all sets (--set for one). Requirements may be changed or added after the sweep: they change no
+/// count. Files of an earlier judgement are removed first. The exit code is 4 if a requirement is missed; where all sets
+/// of `perirobot choose` are judged, if each of them misses one.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -40,9 +44,10 @@ pub(super) struct Args {
     swept: SweptArgs,
     #[command(flatten)]
     sets: SetArgs,
-    /// How many choices of poses are judged: those that meet most requirements as planned
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "pose")]
-    best: u32,
+    /// How many choices of poses are judged: those that meet most requirements as planned [default: 1; of a folder of
+    /// `perirobot choose` all sets]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "pose")]
+    best: Option<u32>,
     /// Write the verdicts as JUnit XML, too, which build servers read
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -71,13 +76,22 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (results, warnings) = Results::read(folder)?;
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
     let (study, worlds) = args.swept.load()?;
+    let study = args.sets.with_set(study);
     if let Err(nothing) = requires_something(&study) {
         forget(folder, args.junit.as_deref())?;
         return Err(nothing);
     }
+    let is_front = args.best.is_none()
+        && args.sets.is_any()
+        && Chosen::read(folder)?.is_some_and(|chosen| chosen.is_of(&results));
+    let of_set = |combination| Choice { combination, choice: 0, representation: 0, repeat: 0 };
     let choices = match args.sets.named(&study, &worlds)? {
         Some(choice) => vec![choice],
-        None => leaders(&study.requirements, &results, args.best as usize, args.sets.among())?,
+        None if is_front => (0..results.combinations.len()).map(of_set).collect(),
+        None => {
+            let best = args.best.unwrap_or(1) as usize;
+            leaders(&study.requirements, &results, best, args.sets.among())?
+        }
     };
     let stop = StopAt::listen(None)?;
     // Nothing is removed before all that is asked is found good.
@@ -105,11 +119,27 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         super::print(&report::judge::render(&results, set, &picture))?;
     }
     super::print(&at_speeds(&study, &results, sets, &judging.speeds(sets)))?;
-    super::print(&format!("\n{}\ntables in {}\n", count(sets), folder.display()))?;
-    Ok(match sets.iter().all(JudgedSet::meets_all) {
+    super::print(&format!("\n{}\n", count(sets)))?;
+    let passing: Vec<usize> = (0..sets.len()).filter(|&number| sets[number].meets_all()).collect();
+    if is_front {
+        super::print(&recommended(&study, sets, &passing))?;
+    }
+    super::print(&format!("tables in {}\n", folder.display()))?;
+    Ok(match if is_front { !passing.is_empty() } else { passing.len() == sets.len() } {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(MISSED),
     })
+}
+
+/// Which set of a front is the cheapest of those that meet all requirements; sets are numbered as their combinations.
+fn recommended(study: &Study, sets: &[JudgedSet], passing: &[usize]) -> String {
+    match cheapest(study, passing) {
+        None => format!("none of the {} sets meets all requirements\n", sets.len()),
+        Some(place) => {
+            let JudgedSet { combination, poses, .. } = &sets[passing[place]];
+            format!("recommended: {combination} ({poses}), the cheapest set that meets all requirements\n")
+        }
+    }
 }
 
 /// How many verdicts there are of each kind.

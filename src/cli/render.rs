@@ -34,7 +34,8 @@ pub(super) struct Args {
     /// The study file of a folder of results, if it was moved
     #[arg(id = "moved", long = "study", value_name = "FILE", help_heading = "Study")]
     moved: Option<PathBuf>,
-    /// Which poses, sensor:pose as `perirobot check` lists them, or as in the column `poses` of results.csv
+    /// Which poses, sensor:pose as `perirobot check` lists them, several joined by ";", or as in the column `poses` of
+    /// results.csv
     /// [default: none, the cell alone]
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
@@ -120,6 +121,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (study, swept) = match swept {
         Some((study, worlds)) => (study, Some(worlds)),
         None => (args.study.read()?, None),
+    };
+    let study = match &args.pose {
+        Some(poses) => args.rest.with_set(study, poses),
+        None => study,
     };
     let (scene, snapshot) = args.rest.find_scene(&study)?;
     let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();

@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Checked first, so that nothing is computed in vain.
     let mut file = WholeFile::create(&out)?;
     let manifest = Manifest::read(folder)?;
-    let chosen = Chosen::read(folder)?;
+    let chosen = Chosen::read(folder)?.filter(|chosen| chosen.is_of(&results));
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     let words = args.swept.words();

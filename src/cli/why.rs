@@ -100,6 +100,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     if let Some(poses) = &args.pose {
+        let study = args.rest.with_set(study, poses);
         let looked = args.rest.look(poses, &study, &worlds)?;
         let view = Viewer::new(&looked.study, &mut *backend)?
             .in_regions(looked.world(), &[looked.choice])?

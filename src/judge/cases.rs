@@ -78,10 +78,15 @@ impl Conditions {
     pub fn as_planned(study: &Study, results: &Results, choice: &Choice) -> Result<Conditions> {
         let of_region = |region| counts(results, choice, region);
         let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
+        Ok(Conditions::of_plan(study, results, counts))
+    }
+
+    /// Everything as planned, from the counts of each region at each moment.
+    pub(super) fn of_plan(study: &Study, subject: &Subject, counts: Vec<Vec<Confusion>>) -> Conditions {
         let cases = vec![(Condition::AsPlanned, vec![Case { counts, ..Case::default() }])];
-        let (moments, passages) = (moments(results), Vec::new());
+        let (moments, passages) = (moments(subject), Vec::new());
         let needed = study.stopping.as_ref().map(|stopping| *stopping.fastest());
-        Ok(Conditions { moments, passages, voxel_size_m: study.voxel_size_m, needed, cases })
+        Conditions { moments, passages, voxel_size_m: study.voxel_size_m, needed, cases }
     }
 
     /// What a controller would measure of the plan at each moment; none where that is not known.

@@ -3,8 +3,11 @@
 use super::cases::Conditions;
 use super::verdict::{Judgement, judgements};
 use crate::results::Results;
-use crate::study::Requirement;
+use crate::results::columns::{pose_names, representation_names};
+use crate::study::{Requirement, Study};
 use crate::view::Choice;
+use crate::world::World;
+use crate::world::place::Places;
 
 /// A choice of sensors that was judged.
 #[derive(Clone, Debug)]
@@ -38,6 +41,24 @@ impl<'a> JudgedSet<'a> {
             representation: combination.representations[choice.representation].clone(),
             place: combination.place_of(choice.choice),
             judgements: judgements(requirements, &results.baselines, &conditions),
+            conditions,
+        }
+    }
+
+    /// Judges a choice of a study that was not swept: [`crate::view::with_set`].
+    pub(super) fn not_swept(
+        (study, worlds): (&'a Study, &[World]),
+        choice: &Choice,
+        conditions: Conditions,
+    ) -> JudgedSet<'a> {
+        let combination = &study.combinations[choice.combination];
+        let baselines: Vec<_> = worlds.iter().map(|world| world.baselines.clone()).collect();
+        JudgedSet {
+            combination: combination.name.clone(),
+            poses: pose_names(study, combination, choice.choice),
+            representation: representation_names(study, combination).swap_remove(choice.representation),
+            place: Places::of(study, &worlds[0]).of_choice(combination, choice.choice),
+            judgements: judgements(&study.requirements, &baselines, &conditions),
             conditions,
         }
     }

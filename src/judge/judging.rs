@@ -26,6 +26,7 @@ use crate::{Error, Result};
 /// Choices of a sweep that can be judged.
 pub struct Judging<'a> {
     study: &'a Study,
+    worlds: &'a [World],
     results: &'a Results,
     choices: &'a [Choice],
     what_ifs: Vec<WhatIf<'a>>,
@@ -90,7 +91,7 @@ impl<'a> Judging<'a> {
         let mut cut_off = cut_off(study, worlds, &at_speeds);
         cut_off.extend(check_postures(study, worlds)?);
         let warnings = fused.into_iter().collect();
-        Ok(Judging { study, results, choices, what_ifs, grounds, at_speeds, warnings, cut_off })
+        Ok(Judging { study, worlds, results, choices, what_ifs, grounds, at_speeds, warnings, cut_off })
     }
 
     /// How many cases there are to count, each in each snapshot and repeat.
@@ -114,13 +115,20 @@ impl<'a> Judging<'a> {
         watch: &mut dyn Watch,
     ) -> Result<Judged<'_>> {
         let asked = WhatIf::asked(self.study);
-        let mut backends = if asked.is_empty() { None } else { Some(open()?) };
+        let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
+        let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
+        let mut backends = counts.then(open).transpose()?;
         let (mut sets, mut all_draws) = (Vec::new(), Vec::new());
         for ((choice, what_if), grounds) in self.choices.iter().zip(&self.what_ifs).zip(&self.grounds) {
-            let mut conditions = Conditions::as_planned(self.study, self.results, choice)?;
+            let mut conditions = match &mut backends {
+                Some(backends) if !is_swept(choice) => what_if.count_plan(self.results, backends, watch)?,
+                _ => Conditions::as_planned(self.study, self.results, choice)?,
+            };
             let drawn = match &mut backends {
-                Some(backends) => what_if.count(&asked, &mut conditions, backends, watch)?,
-                None => None,
+                Some(backends) if !asked.is_empty() => {
+                    what_if.count(&asked, &mut conditions, backends, watch)?
+                }
+                _ => None,
             };
             what_if.come_near(grounds, &mut conditions, drawn.as_ref(), watch)?;
             if self.study.stopping.is_some() {
@@ -129,7 +137,10 @@ impl<'a> Judging<'a> {
                 what_if.measure(&mut conditions, drawn.as_ref(), &mut *backend, watch)?;
             }
             all_draws.extend(drawn);
-            sets.push(JudgedSet::new(&self.study.requirements, self.results, choice, conditions));
+            sets.push(match is_swept(choice) {
+                true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),
+                false => JudgedSet::not_swept((self.study, self.worlds), choice, conditions),
+            });
         }
         // Who stands where is the same for each choice.
         let stood = sets.first().map_or(&[][..], |set| set.conditions.of(Condition::Postures));

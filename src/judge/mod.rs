@@ -18,6 +18,7 @@
 
 mod altered;
 mod cases;
+mod cheapest;
 mod draws;
 mod excess;
 mod judged;
@@ -38,6 +39,7 @@ mod what_if;
 
 pub use altered::{Alteration, altered};
 pub use cases::{Case, Conditions, Moment, Passage};
+pub use cheapest::cheapest;
 pub use draws::Draws;
 pub use excess::Excess;
 pub use judged::JudgedSet;

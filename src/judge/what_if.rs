@@ -13,6 +13,7 @@ use crate::backend::Fusion;
 use crate::backend::factory::BackendFactory;
 use crate::error::{Argument, Issue, Site};
 use crate::metrics::Confusion;
+use crate::results::Subject;
 use crate::study::{Combination, Condition, Member, MountingError, Study};
 use crate::sweep::{Watch, run_on};
 use crate::view::Choice;
@@ -82,6 +83,21 @@ impl<'a> WhatIf<'a> {
 
     fn error(&self, asked: &[Condition]) -> Option<&MountingError> {
         self.study.mounting_error.as_ref().filter(|_| asked.contains(&Condition::MountingError))
+    }
+
+    /// Counts the plan of a set that was not swept.
+    ///
+    /// # Errors
+    /// When the backend fails; `Error::Stopped`.
+    pub(super) fn count_plan(
+        &self,
+        subject: &Subject,
+        backends: &mut dyn BackendFactory,
+        watch: &mut dyn Watch,
+    ) -> Result<Conditions> {
+        let counted = self.counted(self.study, self.worlds, self.left_out(&[]), backends, watch)?;
+        let counts = counted.into_iter().map(|(_, counts)| counts).next().unwrap_or_default();
+        Ok(Conditions::of_plan(self.study, subject, counts))
     }
 
     /// Counts all cases of some conditions and adds them to what was counted as planned. The mounts that were drawn

@@ -13,7 +13,7 @@ use super::plan::labels::Labels;
 use super::plan::named_things;
 use super::scale::{marks, ruler, step};
 use crate::world::World;
-use crate::world::place::{floor_m, room_m};
+use crate::world::place::room_m;
 
 /// Least distance between two numbers of an axis.
 const APART_PX: f64 = 40.0;
@@ -30,7 +30,7 @@ pub(super) fn draw(
 ) {
     let truth = world.truth();
     let [low, high] = room_m(&truth);
-    let floor = floor_m(&truth, [low, high]);
+    let floor = world.floor.z_m;
     let width = canvas.size_px()[0];
     let place = |at: DVec3| {
         let ([x, y], _) = camera.project(at)?;

@@ -3,7 +3,9 @@
 use std::cmp::Ordering;
 
 use super::table::number as three_digits;
-use crate::voxel::rounded_down;
+use crate::judge::Summed;
+use crate::study::ControllerScore;
+use crate::voxel::{rounded_down, rounded_up};
 
 /// How a value is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,11 +14,27 @@ pub(super) enum Writing {
     Plain,
     /// A distance that must be reached, which is never rounded up; likewise.
     Down,
+    /// A distance that must stay small, which is never rounded down; likewise.
+    Up,
     /// A share, as percent.
     Percent,
 }
 
 impl Writing {
+    /// How values of a score are written in text: distances are rounded to the safe side.
+    pub(super) fn of(score: Summed) -> Writing {
+        match score {
+            Summed::Nearness(score) if !score.is_area() => Writing::Down,
+            Summed::Controller(ControllerScore::MissedM) => Writing::Up,
+            Summed::Counted(..) | Summed::Nearness(_) | Summed::Controller(_) => Writing::Plain,
+        }
+    }
+
+    /// A value with three digits behind the point, as in tables.
+    pub(super) fn in_table(self, value: f64) -> String {
+        self.shown(value, 3)
+    }
+
     /// A value that compares so with a limit.
     pub(super) fn apart(self, value: f64, order: Ordering, limit: f64) -> String {
         let is_told =
@@ -50,6 +68,7 @@ impl Writing {
         match self {
             Writing::Percent => format!("{:.digits$}\u{a0}%", value * 100.0),
             Writing::Down if digits < 10 => rounded_down(value, digits as u32),
+            Writing::Up if digits < 10 => rounded_up(value, digits as u32),
             Writing::Plain if digits == 3 => three_digits(Some(value)),
             _ => format!("{value:.digits$}"),
         }
@@ -80,6 +99,16 @@ mod tests {
             wanted.replace(' ', "\u{a0}"),
             "{value} beside {limit}"
         );
+    }
+
+    #[test]
+    fn distances_are_rounded_to_the_safe_side() {
+        check(Writing::Down, 1.8439, 1.0, "1.843");
+        check(Writing::Up, 0.1004, 0.2, "0.101");
+        check(Writing::Up, 0.1, 0.1, "0.100");
+        check(Writing::Up, 0.0996, 0.1, "0.0996");
+        assert_eq!(Writing::Down.in_table(-0.2001), "-0.201");
+        assert_eq!(Writing::Up.in_table(0.1001), "0.101");
     }
 
     #[test]

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use super::PLAIN_MEANS;
 use super::apart::Writing;
-use super::table::{NONE, Table, number as three_digits};
+use super::table::{NONE, Table};
 use crate::approach::Company;
 use crate::judge::{JudgedSet, Judgement, Moment, Part, Passage, Summed, Value, Where, spreads};
 use crate::results::Subject;
-use crate::study::{Across, Condition, Counted, Limit, Measure, Nearness, Requirement};
+use crate::study::{Across, Condition, Counted, Limit, Measure, Nearness};
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.
 pub type Picture<'p> = &'p dyn Fn(&JudgedSet, &Judgement) -> Option<String>;
@@ -32,7 +32,7 @@ pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String 
     for judgement in &set.judgements {
         text += &format!("{}\n", line(subject, set, judgement));
         if let Some(bound) = &judgement.out_of_reach {
-            let bound = told_apart(bound, &judgement.requirement.limit, false);
+            let bound = told_apart(bound, &judgement.requirement.limit, Writing::Plain);
             text +=
                 &format!("      no choice of the listed poses can meet it: their upper bound is {bound}\n");
         }
@@ -69,7 +69,10 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
         }
         Some(Value::Endless) => format!("nobody has room to come in, {what}"),
         Some(value) => {
-            format!("{what} is {}", told_apart(value, &requirement.limit, is_distance(requirement)))
+            format!(
+                "{what} is {}",
+                told_apart(value, &requirement.limit, Writing::of(Summed::of(&requirement.measure)))
+            )
         }
     };
     let (name, when) = (&requirement.name, words(judgement.condition));
@@ -113,15 +116,8 @@ fn gap(set: &JudgedSet, measure: &Measure) -> String {
     }
 }
 
-/// Whether what is required is a distance that must be reached, which is never rounded up.
-fn is_distance(requirement: &Requirement) -> bool {
-    let Measure::Nearness(nearness) = &requirement.measure else { return false };
-    !nearness.score.is_area()
-}
-
-/// A value with as many digits as tell it apart from a limit; of a distance they are rounded down.
-fn told_apart(value: &Value, limit: &Limit, is_distance: bool) -> String {
-    let writing = if is_distance { Writing::Down } else { Writing::Plain };
+/// A value with as many digits as tell it apart from a limit.
+fn told_apart(value: &Value, limit: &Limit, writing: Writing) -> String {
     writing.apart(value.number(), value.cmp_ratio(limit.ratio()), limit.ratio().value())
 }
 
@@ -193,8 +189,9 @@ fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
     let asked =
         |of_what: Summed| set.judgements.iter().any(|one| of_what == Summed::of(&one.requirement.measure));
     for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.of_what)) {
+        let writing = Writing::of(spread.of_what);
         let [best, mean, twentieth, worst] =
-            [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| three_digits(Some(value)));
+            [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| writing.in_table(value));
         let at = whereabouts(subject, set, spread.condition, &spread.at);
         let at = at.strip_prefix("; worst ").unwrap_or(NONE).to_string();
         let region = spread.of_what.region().map_or(NONE.into(), |region| subject.regions[region].clone());
@@ -214,7 +211,11 @@ mod tests {
     fn shown(part: u64, of: u64, limit: f64) -> String {
         let limit = Limit::AtLeast(Ratio::of(limit));
         let counts = [Confusion { uf: part, tn: of - part, ..Default::default() }];
-        told_apart(&Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(), &limit, false)
+        told_apart(
+            &Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(),
+            &limit,
+            Writing::Plain,
+        )
     }
 
     #[test]
@@ -228,8 +229,8 @@ mod tests {
         // The root of 1.103 is 1.05023...; of a distance the digits are rounded down.
         let limit = Limit::AtLeast(Ratio::of(1.0));
         let root = Value::Root(Ratio { numerator: 1_1037, denominator: 10_000 });
-        assert_eq!(told_apart(&root, &limit, true), "1.050");
-        assert_eq!(told_apart(&root, &limit, false), "1.051");
+        assert_eq!(told_apart(&root, &limit, Writing::Down), "1.050");
+        assert_eq!(told_apart(&root, &limit, Writing::Plain), "1.051");
         assert_eq!(shown(700_000_000_000_000_001, 1_000_000_000_000_000_000, 0.7), "just above 0.7");
     }
 }

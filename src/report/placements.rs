@@ -10,6 +10,8 @@ use super::table::{NONE, Table, number};
 use crate::Result;
 use crate::metrics::Score;
 use crate::results::over::Over;
+#[cfg(feature = "report")]
+pub(super) use chosen::choice_names;
 pub use chosen::{Among, RankedPlacement};
 use sweeps::FinishedSweep;
 pub use sweeps::Sweeps;

@@ -4,6 +4,7 @@ use super::table::Table;
 use crate::judge::{Decision, JudgedSet, Separation};
 use crate::results::Subject;
 use crate::study::Stopping;
+use crate::voxel::rounded_up;
 
 /// Of one set.
 pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_size_m: f64) -> String {
@@ -22,7 +23,10 @@ pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_siz
             _ => String::new(),
         };
         text += &match metres > 0.0 {
-            true => format!("  the nearest person is measured up to {metres:.2} m too far away{at}\n"),
+            true => format!(
+                "  the nearest person is measured up to {} m too far away{at}\n",
+                rounded_up(metres, 2)
+            ),
             false => {
                 "  where somebody is measured, they are not measured farther away than they are\n".into()
             }
@@ -45,7 +49,7 @@ pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_siz
             let count = |wanted| all.clone().filter(|(_, one)| decision(one) == wanted).count().to_string();
             let counts =
                 [Decision::Stops, Decision::Runs, Decision::MissedStop, Decision::NeedlessStop].map(count);
-            let needed = [at.speed_m_s.to_string(), format!("{:.2} m", at.needed_m)];
+            let needed = [at.speed_m_s.to_string(), format!("{} m", rounded_up(at.needed_m, 2))];
             table.row([taken.to_string()].into_iter().chain(needed).chain(counts));
         }
     }

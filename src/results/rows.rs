@@ -7,7 +7,7 @@ use crate::Result;
 use crate::metrics::{Confusion, Score};
 use crate::results::Results;
 use crate::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN};
-use crate::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
+use crate::results::table::{Column, ColumnKind, Datum, RowSink, TableFile, TableFormat, csv_bytes};
 
 /// The name of the file, without its extension.
 pub const RESULTS: &str = "results";
@@ -16,18 +16,53 @@ pub const RESULTS: &str = "results";
 pub fn write(results: &Results, folder: &Path, format: TableFormat) -> Result<()> {
     let path = folder.join(format!("{RESULTS}.{}", format.extension()));
     let mut table = RowsFile::create(&path, format)?;
+    each(results, &mut |fields| table.0.row(fields))?;
+    table.finish()
+}
+
+/// The table as CSV, in memory.
+pub(crate) fn csv(results: &Results) -> Result<Vec<u8>> {
+    csv_bytes(&columns(), |sink| each(results, sink))
+}
+
+fn each(results: &Results, sink: RowSink) -> Result<()> {
     for scene in &results.scenes {
         for moment in scene.moments.clone() {
             let snapshot = moment - scene.moments.start;
             for repeat in 0..results.repeats {
                 results.each_key(|names, key| {
                     let counts = results.counts(moment, repeat, &key)?;
-                    table.row(&scene.name, [snapshot, repeat], names, &counts)
+                    row(&scene.name, [snapshot, repeat], names, &counts, &mut *sink)
                 })?;
             }
         }
     }
-    table.finish()
+    Ok(())
+}
+
+fn columns() -> Vec<Column> {
+    let of_kind = |kind: ColumnKind| move |name: &str| Column::new(name, kind);
+    let mut columns = vec![Column::new("scene", ColumnKind::Text)];
+    columns.extend(["snapshot", "repeat"].map(of_kind(ColumnKind::Count)));
+    columns.extend(["combination", "poses", "representation", "region"].map(of_kind(ColumnKind::Text)));
+    columns.extend(COUNT_COLUMNS.map(of_kind(ColumnKind::Count)));
+    columns.extend(DETECTION_COLUMNS.map(of_kind(ColumnKind::Count)));
+    columns.push(Column::new(MISSED_COLUMN, ColumnKind::Text));
+    columns.extend(scores().map(Score::name).map(of_kind(ColumnKind::Score)));
+    columns
+}
+
+/// Gives a row to a sink.
+fn row(scene: &str, moment: [usize; 2], names: [&str; 4], counts: &Confusion, sink: RowSink) -> Result<()> {
+    let mut fields = vec![Datum::Text(scene)];
+    fields.extend(moment.map(|number| Datum::Count(number as u64)));
+    fields.extend(names.map(Datum::Text));
+    fields.extend(counts.counts().map(Datum::Count));
+    fields.extend(counts.detection.counts().map(Datum::Count));
+    let missed = counts.detection.missed_names();
+    fields.push(Datum::Text(&missed));
+    fields.extend(scores().map(|score| Datum::Score(score.of(counts))));
+    sink(&fields)
 }
 
 /// The table while it is written.
@@ -36,15 +71,7 @@ pub struct RowsFile(TableFile);
 impl RowsFile {
     /// Begins the table in this file.
     pub fn create(path: &Path, format: TableFormat) -> Result<RowsFile> {
-        let of_kind = |kind: ColumnKind| move |name: &str| Column::new(name, kind);
-        let mut columns = vec![Column::new("scene", ColumnKind::Text)];
-        columns.extend(["snapshot", "repeat"].map(of_kind(ColumnKind::Count)));
-        columns.extend(["combination", "poses", "representation", "region"].map(of_kind(ColumnKind::Text)));
-        columns.extend(COUNT_COLUMNS.map(of_kind(ColumnKind::Count)));
-        columns.extend(DETECTION_COLUMNS.map(of_kind(ColumnKind::Count)));
-        columns.push(Column::new(MISSED_COLUMN, ColumnKind::Text));
-        columns.extend(scores().map(Score::name).map(of_kind(ColumnKind::Score)));
-        Ok(RowsFile(TableFile::create(path, format, &columns)?))
+        Ok(RowsFile(TableFile::create(path, format, &columns())?))
     }
 
     /// Adds a row: the scene, its snapshot and repeat, the names of combination, poses, representation and
@@ -56,15 +83,7 @@ impl RowsFile {
         names: [&str; 4],
         counts: &Confusion,
     ) -> Result<()> {
-        let mut fields = vec![Datum::Text(scene)];
-        fields.extend(moment.map(|number| Datum::Count(number as u64)));
-        fields.extend(names.map(Datum::Text));
-        fields.extend(counts.counts().map(Datum::Count));
-        fields.extend(counts.detection.counts().map(Datum::Count));
-        let missed = counts.detection.missed_names();
-        fields.push(Datum::Text(&missed));
-        fields.extend(scores().map(|score| Datum::Score(score.of(counts))));
-        self.0.row(&fields)
+        row(scene, moment, names, counts, &mut |fields| self.0.row(fields))
     }
 
     /// Ends the table, which is in its place from then on.

@@ -7,7 +7,7 @@ use crate::Result;
 use crate::metrics::{Confusion, Score};
 use crate::results::Results;
 use crate::results::over::{Over, over, weighted};
-use crate::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
+use crate::results::table::{Column, ColumnKind, Datum, RowSink, TableFile, TableFormat, csv_bytes};
 
 /// The name of the file, without its extension.
 pub const SCORES: &str = "scores";
@@ -21,6 +21,18 @@ pub const ALL_SCENES: &str = "*";
 /// most rows of `results`, and `worst_part_missed` in how many. What has no value is empty: a score that is
 /// nowhere defined, and the spread of a single repeat.
 pub fn write(results: &Results, folder: &Path, format: TableFormat) -> Result<()> {
+    let path = folder.join(format!("{SCORES}.{}", format.extension()));
+    let mut table = TableFile::create(&path, format, &columns(results))?;
+    each(results, &mut |fields| table.row(fields))?;
+    table.finish()
+}
+
+/// The table as CSV, in memory.
+pub(crate) fn csv(results: &Results) -> Result<Vec<u8>> {
+    csv_bytes(&columns(results), |sink| each(results, sink))
+}
+
+fn columns(results: &Results) -> Vec<Column> {
     let names = ["scene", "combination", "poses", "representation", "region"];
     let mut columns = names.map(|name| Column::new(name, ColumnKind::Text)).to_vec();
     for score in Score::ALL {
@@ -33,8 +45,10 @@ pub fn write(results: &Results, folder: &Path, format: TableFormat) -> Result<()
     }
     columns.push(Column::new("worst_part", ColumnKind::Text));
     columns.push(Column::new("worst_part_missed", ColumnKind::Count));
-    let path = folder.join(format!("{SCORES}.{}", format.extension()));
-    let mut table = TableFile::create(&path, format, &columns)?;
+    columns
+}
+
+fn each(results: &Results, sink: RowSink) -> Result<()> {
     for (scene, moments) in groups(results) {
         let lasting =
             |dwell_s: &Vec<f64>| moments.iter().map(|&moment| dwell_s[moment]).collect::<Vec<f64>>();
@@ -53,10 +67,10 @@ pub fn write(results: &Results, folder: &Path, format: TableFormat) -> Result<()
             let worst = together.detection.worst_part();
             fields.push(Datum::Text(worst.map_or("", |(part, _)| part.name())));
             fields.push(Datum::Count(worst.map_or(0, |(_, rows)| rows)));
-            table.row(&fields)
+            sink(&fields)
         })?;
     }
-    table.finish()
+    Ok(())
 }
 
 /// What stands in the column `scene`, and the moments that are meant.

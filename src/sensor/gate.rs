@@ -61,11 +61,11 @@ impl Kind for Gate {
         self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| e.at("zone"))
     }
 
-    fn is_stuck(&self, at: &Station) -> bool {
+    fn stuck_by(&self, at: &Station) -> BitGrid {
         let mut fixed = self.inside(at);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);
-        !fixed.is_empty()
+        fixed
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {

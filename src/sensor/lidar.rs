@@ -168,8 +168,8 @@ impl Kind for Lidar {
         self.field(representation).is_some()
     }
 
-    fn is_stuck(&self, at: &Station) -> bool {
-        let Some(field) = &self.field else { return false };
+    fn stuck_by(&self, at: &Station) -> BitGrid {
+        let Some(field) = &self.field else { return BitGrid::nowhere() };
         let voxels = field.voxels(self, at);
         let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // The returns of the environment alone, without noise.
@@ -178,7 +178,10 @@ impl Kind for Lidar {
         fixed.remove(&at.truth.robot);
         let rays = self.range.without_noise().rays(self.dirs_q15(), &scale);
         let from = placement(self, &at.pose(), &at.truth.grid, 0);
-        look::returns(&fixed, &rays, &from).any(|found| voxels.get(found.read))
+        let tripping = look::returns(&fixed, &rays, &from).filter(|found| voxels.get(found.read));
+        let mut hit = BitGrid::new(fixed.window());
+        tripping.for_each(|found| hit.set(found.hit));
+        hit
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {

@@ -282,9 +282,9 @@ pub trait Kind: Debug + Send + Sync {
         None
     }
 
-    /// Whether the environment alone trips it, so that it never changes.
-    fn is_stuck(&self, _: &Station) -> bool {
-        false
+    /// The voxels of the environment that alone trip it, so that it never changes; none where it works.
+    fn stuck_by(&self, _: &Station) -> BitGrid {
+        BitGrid::nowhere()
     }
 
     /// What it says, in each representation.

@@ -71,12 +71,15 @@ impl Kind for Pad {
         Ok(())
     }
 
-    fn is_stuck(&self, at: &Station) -> bool {
+    fn stuck_by(&self, at: &Station) -> BitGrid {
+        if self.tare {
+            return BitGrid::nowhere();
+        }
         let mut fixed = self.column(&at.everywhere(), true);
         fixed.keep(&at.truth.occupied);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);
-        !self.tare && !fixed.is_empty()
+        fixed
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {

@@ -49,7 +49,7 @@ pub(crate) fn watched(kind: &dyn Kind, representation: usize, at: &Station) -> B
 
 /// Whether a sensor is, in a representation, a switch that the environment alone trips.
 pub(crate) fn is_always_on(kind: &dyn Kind, representation: usize, at: &Station) -> bool {
-    kind.feels_presence(representation) && kind.is_stuck(at)
+    kind.feels_presence(representation) && !kind.stuck_by(at).is_empty()
 }
 
 /// The voxels that rays watch; only those whose return would be read in a field, if one is given.

@@ -24,15 +24,24 @@ pub(super) struct ApproachFile {
     region: Option<String>,
     /// Of how many of its voxels must be watched for a body to be noticed. Default 3.
     min_voxels: Option<u32>,
-    /// The height of the floor that bodies stand on, in metres. Default 0.
-    #[serde(default)]
-    floor_m: f64,
+    /// The height of the floor in metres: bodies and people of [postures] stand on it, and heights in words are
+    /// measured from it. Default: bodies stand at 0; heights are above the largest level surface near the people's feet.
+    floor_m: Option<f64>,
     /// The bodies, each by itself. Default: one that is standing.
     #[serde(default)]
     body: Vec<BodyFile>,
     /// Where they come in. Default: every opening of the grid's edge.
     #[serde(default)]
     entry: Vec<EntryFile>,
+}
+
+impl ApproachFile {
+    /// Whether it asks how near bodies come, and does not only give the floor.
+    pub(super) fn asks(&self) -> bool {
+        let ApproachFile { hazard, region, min_voxels, floor_m, body, entry } = self;
+        let is_empty = hazard.is_none() && region.is_none() && min_voxels.is_none();
+        floor_m.is_none() || !(is_empty && body.is_empty() && entry.is_empty())
+    }
 }
 
 /// A robot where it is at each moment, or wherever it is at some moment.
@@ -114,12 +123,19 @@ struct EntryFile {
 pub struct Approach {
     /// What they must not come near to.
     pub hazard: Hazard,
-    /// The height of the floor.
-    pub floor_m: f64,
+    /// The height of the floor, if the study gives it.
+    pub floor_m: Option<f64>,
     /// The bodies in study order.
     pub bodies: Vec<BodySpec>,
     /// Where they come in, in study order.
     pub entries: Vec<EntrySpec>,
+}
+
+impl Approach {
+    /// The height at which bodies and people of `[postures]` stand.
+    pub fn standing_m(&self) -> f64 {
+        self.floor_m.unwrap_or(0.0)
+    }
 }
 
 /// What a body must not come near to.
@@ -226,7 +242,8 @@ pub(super) fn check(at: &Place, file: Option<ApproachFile>, known: &Known) -> Re
         }
     };
     let min_voxels = at_least_one(at, file.min_voxels.unwrap_or(3))?;
-    let floor_m = at.number("floor_m", file.floor_m, -1e3..=1e3, "a height in metres from -1000 to 1000")?;
+    let rule = "a height in metres from -1000 to 1000";
+    let floor_m = file.floor_m.map(|z_m| at.number("floor_m", z_m, -1e3..=1e3, rule)).transpose()?;
     let bodies = match file.body.is_empty() {
         true => vec![known_body(0, min_voxels)],
         false => file.body.into_iter().map(|body| self::body(at, body, min_voxels)).collect::<Result<_>>()?,

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::approach::ApproachFile;
 use super::file::{self, StudyFile};
 use super::place::Place;
 use super::problems::{self, Problems, parse_in_parts, wrong_with};
@@ -92,9 +93,9 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     let mounting_error = file.mounting_error.map(|file| file.check(&at)).transpose();
     let mounting_error = mounting_error.map_err(|e| vec![e])?;
     let known = approach::Known { regions: &regions, sensors: &sensors };
-    let has_approach = file.approach.is_some();
+    let has_approach = file.approach.as_ref().is_some_and(ApproachFile::asks);
     let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
-    let postures = file.postures.map(|file| file.check(&at, approach.floor_m)).transpose();
+    let postures = file.postures.map(|file| file.check(&at, approach.standing_m())).transpose();
     let postures = postures.map_err(|e| vec![e])?.unwrap_or_default();
     let recorded = sensors.iter().find(|sensor| sensor.kind.name() == "recorded");
     if let (Some(sensor), false) = (recorded, postures.is_empty()) {
@@ -137,6 +138,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         scenes,
         regions,
         sensors,
+        fusion: file.fusion,
         combinations,
         choose,
         requirements,

@@ -81,6 +81,8 @@ pub struct Study {
     pub regions: Vec<(String, RegionSpec)>,
     /// Sensors in study order.
     pub sensors: Vec<Sensor>,
+    /// How the evidence of sensors becomes one label, unless their combination has its own rule.
+    pub fusion: Fusion,
     /// The combinations in study order; each sensor alone if the study has none.
     pub combinations: Vec<Combination>,
     /// Which set of sensors is looked for, if the study says so.

@@ -27,6 +27,7 @@ use crate::Result;
 use crate::error::Issue;
 use crate::metrics::Ratio;
 use crate::sensor::Sensor;
+use crate::voxel::rounded_up;
 
 /// The walking speed of people.
 const HUMAN_SPEED_M_S: f64 = 1.6;
@@ -193,7 +194,8 @@ impl Stopping {
              its values against yours.",
             self.formula.words()
         )];
-        let each = self.speeds.iter().map(|at| format!("{:.3} m at {} m/s", at.needed_m, at.speed_m_s));
+        let each =
+            self.speeds.iter().map(|at| format!("{} m at {} m/s", rounded_up(at.needed_m, 3), at.speed_m_s));
         said.push(format!("That is {}.", each.collect::<Vec<_>>().join(", ")));
         let brakes = match brakes {
             Brakes::After(times) => {

@@ -7,7 +7,7 @@
 //! | [`RegionShape::Box`] | `box = { min_m, max_m }` | centres in the half-open box |
 //! | [`RegionShape::HumanBox`] | `human_box = { object, margin_m }` | the bounding box of a human's voxels and a margin |
 //! | [`RegionShape::RobotReach`] | `robot_reach = { object, tool_m }` | a sphere around a robot's base, as large as its reach and a tool |
-//! | [`RegionShape::Separation`] | `separation = { from, speed_m_s }` | those no farther from a voxel of the robot, or of all that it fills at some moment, than people must be by `[stopping]`, between centres |
+//! | [`RegionShape::Separation`] | `separation = { from, speed_m_s }` | those nearer to a voxel of the robot, or of all that it fills at some moment, than people must be by `[stopping]`, between centres |
 //! | [`RegionShape::Swept`] | `swept = "robot"` or `"human"` | those that the robot or the people fill at some moment |
 //! | [`RegionShape::Mesh`] | `mesh = "zone.stl"` (`unit`, `up`, `position_m`, `rpy_deg`) | centres inside a watertight mesh |
 //! | [`RegionShape::Union`] | `union = ["a", "b"]` | those of any of the regions above it in the file |

@@ -76,7 +76,7 @@ fn below(argument: Argument, number: usize, of: usize) -> Result<()> {
 }
 
 /// The names of a combination's choices.
-fn choice_names<'a>(study: &'a Study, combination: &'a Combination) -> ChoiceNames<'a> {
+pub(super) fn choice_names<'a>(study: &'a Study, combination: &'a Combination) -> ChoiceNames<'a> {
     let members = combination.members.iter().map(|member| {
         let sensor = &study.sensors[member.sensor];
         let poses = member.candidates.iter().map(|&candidate| sensor.candidates[candidate].name.as_str());

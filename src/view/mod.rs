@@ -12,6 +12,7 @@ pub mod names;
 mod outline;
 mod recorded;
 mod returns;
+mod set;
 mod viewer;
 pub mod watched;
 pub mod why;
@@ -30,6 +31,7 @@ pub use find::{Names, find, find_scene};
 pub use outline::Outline;
 pub use recorded::{Overlooked, Oversight, RecordedMap};
 pub use returns::ReturnPoint;
+pub use set::with_set;
 pub use viewer::Viewer;
 
 /// What is looked at; numbers are those of the study.

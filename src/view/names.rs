@@ -117,6 +117,6 @@ impl ChoiceNames<'_> {
 }
 
 /// A name with each of its parts as names of groups are spelled.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     name.split('/').map(slug).collect::<Vec<_>>().join("/")
 }

@@ -5,11 +5,14 @@ mod baselines;
 mod dead;
 mod described;
 mod extent;
+mod floor;
 mod mounts;
 mod people;
 pub mod place;
 mod rays;
+mod robots;
 pub mod shapes;
+mod stuck;
 mod thin;
 mod warnings;
 
@@ -30,6 +33,7 @@ pub use baselines::Baselines;
 use baselines::{baselines, reachable};
 pub use described::{Described, DescribedRegion};
 use extent::grid;
+pub use floor::{Floor, FloorSource};
 pub(crate) use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
 pub use warnings::cut_warning;
@@ -45,6 +49,8 @@ pub struct World {
     pub snapshot: usize,
     /// Where its voxels are.
     pub grid: Grid,
+    /// The floor from which heights in words are measured.
+    pub floor: Floor,
     /// All snapshots of the scene, in voxels.
     snapshots: Arc<Snapshots>,
     /// Blockers over all snapshots of the scene; `None` where there is one snapshot.
@@ -144,6 +150,7 @@ impl World {
             .map_err(|e| in_study(slips().into_iter().fold(e, Error::cure)))?;
         let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
         let in_voxels = Arc::new(Snapshots::of(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
+        let floor = Floor::new(study, &snapshots[0]);
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = Vec::new();
         let mut over_time: Option<OverTime> = None;
@@ -151,7 +158,7 @@ impl World {
             go_on().map_err(|e| vec![e])?;
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
             let place = format!("scene {:?}{moment}", spec.name);
-            let world = World::of_snapshot(study, [scene, snapshot], &in_voxels, mounted, &shapes);
+            let world = World::of_snapshot(study, [scene, snapshot], (&in_voxels, floor), mounted, &shapes);
             let mut world = world.map_err(|all| {
                 all.into_iter().flat_map(|e| in_study(e.at(place.as_str()))).collect::<Vec<_>>()
             })?;
@@ -181,7 +188,7 @@ impl World {
     fn of_snapshot(
         study: &Study,
         [scene, snapshot]: [usize; 2],
-        snapshots: &Arc<Snapshots>,
+        (snapshots, floor): (&Arc<Snapshots>, Floor),
         (settings, carriers): (Vec<Arc<Vec<Setting>>>, Vec<Option<Pose>>),
         shapes: &[RegionShape],
     ) -> Result<World, Vec<Error>> {
@@ -205,6 +212,7 @@ impl World {
             name,
             snapshot,
             grid: truth.grid,
+            floor,
             snapshots: snapshots.clone(),
             over_time: None,
             regions,

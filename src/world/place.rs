@@ -1,6 +1,6 @@
 //! Where a pose is, in words for people: `left wall, x 0.5 m, 2.2 m high, 30° down`. The wall, ceiling or
 //! floor is taken from the name of the group of poses; where that names none, it is what stands next to the
-//! sensor in the first scene.
+//! sensor in the first scene. Heights are above the floor that is walked on.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -57,8 +57,7 @@ impl<'a> Places<'a> {
         let truth = world.truth();
         let room_m = room_m(&truth);
         let walls = study.sensors.iter().map(walls).collect();
-        let floor_m = floor_m(&truth, room_m);
-        Places { study, truth, room_m, floor_m, walls }
+        Places { study, truth, room_m, floor_m: world.floor.z_m, walls }
     }
 
     /// Where a sensor is at a candidate; nothing where it has no place of its own.
@@ -235,17 +234,6 @@ pub(crate) fn room_m(truth: &Truth) -> [DVec3; 2] {
 
 fn fixtures(truth: &Truth) -> impl Iterator<Item = &ObjectVoxels> {
     truth.objects.iter().map(AsRef::as_ref).filter(|object| object.role == Role::Environment)
-}
-
-/// The height that people stand at: the top of a slab below the middle of the room, else the room's lowest
-/// place.
-pub(crate) fn floor_m(truth: &Truth, room_m: [DVec3; 2]) -> f64 {
-    let [low, high] = room_m;
-    let size = high - low;
-    let is_wide = |own: DVec3| own.x >= ROOM_SHARE * size.x && own.y >= ROOM_SHARE * size.y;
-    let slabs = fixtures(truth).filter(|object| is_wide(object.bounds_m[1] - object.bounds_m[0]));
-    let tops = slabs.map(|object| object.bounds_m[1].z).filter(|top| *top < (low.z + high.z) / 2.0);
-    tops.fold(low.z, f64::max)
 }
 
 fn carrier(MountLink { object, link }: &MountLink) -> String {

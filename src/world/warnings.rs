@@ -4,9 +4,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{World, dead, people, thin};
+use super::{World, dead, floor, people, robots, stuck, thin};
 use crate::scene::{Object, Role, Scene};
-use crate::sensor::{Sensor, Setting, Stance, Station};
+use crate::sensor::{Sensor, Setting, Stance};
 use crate::study::{RegionSpec, Study};
 use crate::truth::voxelize::{HUGE_M, LARGE_M};
 use crate::truth::{ObjectVoxels, RegionShape, Truth};
@@ -49,16 +49,19 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
              needs interior = \"free\""
         ));
     }
+    warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::of(study, &worlds[0]);
     for sensor in 0..study.sensors.len() {
         let spec = &study.sensors[sensor];
         warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
         warnings.extend(once_warning(study, sensor));
-        warnings.extend(setting_warnings(study, &places, sensor, &first, &worlds[0]).into_iter().flatten());
+        warnings.extend(stuck::warning(study, &places, sensor, worlds));
+        warnings.extend(outside_warning(study, &places, sensor, &first, &worlds[0]));
     }
     warnings.extend(
         (0..study.sensors.len()).filter_map(|sensor| inside_warning(study, &places, sensor, &glances)),
     );
+    warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
     warnings.extend(people::warnings(scenes, worlds));
     warnings.extend(thin::warnings(study, scenes, worlds));
     warnings.extend(dead::warnings(study, worlds));
@@ -195,7 +198,12 @@ fn once_warning(study: &Study, sensor: usize) -> Option<String> {
 }
 
 /// The first of some candidates of a sensor, by name and place.
-fn first_of(study: &Study, places: &Places, sensor: usize, candidates: &[usize]) -> Option<String> {
+pub(super) fn first_of(
+    study: &Study,
+    places: &Places,
+    sensor: usize,
+    candidates: &[usize],
+) -> Option<String> {
     let first = *candidates.first()?;
     let (name, place) = (&study.sensors[sensor].candidates[first].name, places.words(sensor, first));
     Some(if place.is_empty() { format!("first {name}") } else { format!("first {name}: {place}") })
@@ -207,47 +215,27 @@ fn candidates(world: &World, sensor: usize, is_so: impl Fn(&Setting) -> bool) ->
     (0..settings.len()).filter(|&candidate| is_so(&settings[candidate])).collect()
 }
 
-/// Which candidates of a switch the environment trips without anybody there, and which poses are outside
-/// everything that is modelled, in the first snapshot.
-fn setting_warnings(
+/// Which poses are outside everything that is modelled, in the first snapshot.
+fn outside_warning(
     study: &Study,
     places: &Places,
     sensor: usize,
     truth: &Truth,
     world: &World,
-) -> [Option<String>; 2] {
-    let spec = &study.sensors[sensor];
-    let stuck = |setting: &Setting| {
-        let (window, setting) = (truth.grid.window(), *setting);
-        let moment = [world.scene, world.snapshot];
-        spec.kind.is_stuck(&Station { moment, truth, window, setting, rays: None, truly: None, draws: 0 })
-    };
+) -> Option<String> {
     let all = truth.objects.iter().map(|object| object.bounds_m);
-    let bounds_m = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]);
-    let outside = |setting: &Setting| match (setting, bounds_m) {
-        (Setting::Pose(pose), Some([low, high])) => {
-            !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all()
-        }
+    let [low, high] = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])?;
+    let is_outside = |setting: &Setting| match setting {
+        Setting::Pose(pose) => !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all(),
         _ => false,
     };
-    let (stuck, outside) = (candidates(world, sensor, stuck), candidates(world, sensor, outside));
-    let stuck_warning = first_of(study, places, sensor, &stuck).map(|first| {
-        format!(
-            "sensor {:?}: the environment alone trips {} of {} ({first}), which are always on: keep the box or the \
-             field off floor and walls, or give a pad tare = true",
-            spec.name,
-            stuck.len(),
-            spec.candidates.len()
-        )
-    });
-    let outside_warning = first_of(study, places, sensor, &outside).map(|first| {
-        format!(
-            "sensor {:?}: {} poses ({first}) are outside all surfaces of the scene: is that where they should be?",
-            spec.name,
-            outside.len()
-        )
-    });
-    [stuck_warning, outside_warning]
+    let outside = candidates(world, sensor, is_outside);
+    let first = first_of(study, places, sensor, &outside)?;
+    Some(format!(
+        "sensor {:?}: {} poses ({first}) are outside all surfaces of the scene: is that where they should be?",
+        study.sensors[sensor].name,
+        outside.len()
+    ))
 }
 
 /// How many poses stand in a blocker, in the snapshot where most do.

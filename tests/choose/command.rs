@@ -253,7 +253,7 @@ fn a_proof_holds_until_it_is_altered() {
         let path = out.join(file);
         let written = fs::read_to_string(&path).unwrap();
         fs::write(&path, written.replacen("0.", "0.9", 1)).unwrap();
-        verified(&folder, |_| {}, &[&format!("{file}: is not what choose.json says")]);
+        verified(&folder, |_| {}, &[&format!("{file}: row 1: column "), ", and made again it is"]);
         fs::write(&path, written).unwrap();
     }
     verified(&folder, |_| {}, &[]);
@@ -321,6 +321,57 @@ fn a_proof_holds_until_it_is_altered() {
         *proof = serde_json::json!({ "steps": proof["steps"] });
     };
     verified(&folder, cut, &["choose.json: is no proof of choose: missing field"]);
+}
+
+/// Every table is made again: what is false, cut or gone is named by file, row and column.
+#[test]
+fn the_tables_of_a_proof_hold_until_they_are_altered() {
+    let folder = folder();
+    let outcome = choose(&folder, "out", &["--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    verified(&folder, |_| {}, &[]);
+    let refused = |file: &str, change: &dyn Fn(&str) -> Option<String>, expected: &str| {
+        let path = folder.path("out").join(file);
+        let before = fs::read_to_string(&path).unwrap();
+        match change(&before) {
+            Some(after) => {
+                assert_ne!(after, before, "{file}: {expected}");
+                fs::write(&path, after).unwrap();
+            }
+            None => fs::remove_file(&path).unwrap(),
+        }
+        let outcome = perirobot(&["choose", "--verify", text(&folder.path("out")), "--backend", "cpu"]);
+        fs::write(&path, before).unwrap();
+        assert_eq!(outcome.code, Some(2), "{file}: {}{}", outcome.stdout, outcome.stderr);
+        for part in [file, expected] {
+            assert!(outcome.stderr.contains(part), "{file}: no {part:?} in {}", outcome.stderr);
+        }
+    };
+    // The last field of the second row below the header.
+    let field = |text: &str| {
+        let mut csv = csv::ReaderBuilder::new().has_headers(false).from_reader(text.as_bytes());
+        let mut all = csv::Writer::from_writer(Vec::new());
+        for (number, record) in csv.records().enumerate() {
+            let mut fields: Vec<String> = record.unwrap().iter().map(String::from).collect();
+            if number == 2 {
+                *fields.last_mut().unwrap() = "0.123".into();
+            }
+            all.write_record(&fields).unwrap();
+        }
+        Some(String::from_utf8(all.into_inner().unwrap()).unwrap())
+    };
+    let cut = |text: &str| Some(text.lines().take(2).map(|line| format!("{line}\n")).collect());
+    for (file, column) in [
+        ("results.csv", "false_alarm"),
+        ("scores.csv", "worst_part_missed"),
+        ("poses.csv", "place"),
+        ("sets.csv", "f1_without"),
+        ("front.csv", "poses"),
+    ] {
+        refused(file, &field, &format!("row 2: column {column} is \"0.123\", and made again it is"));
+        refused(file, &cut, "row 2: is missing: the file ends before it");
+        refused(file, &|_| None, "is not there");
+    }
 }
 
 /// Means are proven, too, in another way.

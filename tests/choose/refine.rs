@@ -234,6 +234,70 @@ fn what_was_refined_holds_until_it_is_altered() {
     assert!(!folder.path("out/refined.csv").exists(), "what nobody asked for is gone");
 }
 
+/// Where the numbers, texts and truths of an answer are.
+fn leaves(value: &serde_json::Value, at: &str) -> Vec<String> {
+    let of = |(key, value): (String, &serde_json::Value)| leaves(value, &format!("{at}/{key}"));
+    match value {
+        serde_json::Value::Array(all) => {
+            all.iter().enumerate().flat_map(|(number, value)| of((number.to_string(), value))).collect()
+        }
+        serde_json::Value::Object(all) => {
+            all.iter().flat_map(|(key, value)| of((key.clone(), value))).collect()
+        }
+        serde_json::Value::Null => Vec::new(),
+        _ => vec![at.to_string()],
+    }
+}
+
+/// Another value of the same kind.
+fn altered(value: &serde_json::Value) -> serde_json::Value {
+    match value {
+        serde_json::Value::Bool(is_so) => (!is_so).into(),
+        serde_json::Value::String(text) => format!("{text}1").into(),
+        number => match number.as_u64() {
+            Some(count) => (count + 1).into(),
+            None => (number.as_f64().unwrap() * 1.001 + 1e-6).into(),
+        },
+    }
+}
+
+/// Every value is made again and compared: altered, none passes. `every` skips values between those that are tried.
+fn no_altered_value_passes(every: usize) {
+    let folder = folder();
+    let (outcome, _) = chosen(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let path = folder.path("out/choose.json");
+    let written = fs::read_to_string(&path).unwrap();
+    let answer: serde_json::Value = serde_json::from_str(&written).unwrap();
+    let all = leaves(&answer, "");
+    assert!(all.len() > 100 && all.iter().any(|at| at.starts_with("/refined/")), "{}", all.len());
+    let mut passed = Vec::new();
+    for at in all.iter().step_by(every) {
+        let mut changed = answer.clone();
+        let value = changed.pointer_mut(at).unwrap();
+        *value = altered(value);
+        fs::write(&path, changed.to_string()).unwrap();
+        let outcome = perirobot(&["choose", "--verify", text(&folder.path("out")), "--backend", "cpu"]);
+        assert!(!outcome.stderr.contains("panicked"), "{at}: {}", outcome.stderr);
+        match outcome.code {
+            Some(2) => {}
+            _ => passed.push(at),
+        }
+    }
+    assert!(passed.is_empty(), "{} of {} values pass altered: {passed:?}", passed.len(), all.len());
+}
+
+#[test]
+fn no_altered_value_of_a_sample_passes() {
+    no_altered_value_passes(23);
+}
+
+#[test]
+#[ignore = "minutes: the nightly run does it"]
+fn no_altered_value_passes_at_all() {
+    no_altered_value_passes(1);
+}
+
 #[test]
 fn poses_that_are_listed_alone_stay() {
     let folder = folder();

@@ -19,6 +19,7 @@ fn check_says_what_a_study_contains() {
         "scene \"cell\"",
         "  grid 25 × 19 × 17 = 8075 voxels, 2.50 × 1.90 × 1.70 m",
         "  crate     environment  0.40 × 0.40 × 0.40 m",
+        "  floor at z 0.00 m: the largest level surface near the people's feet",
         "  panel     environment  0.00 × 0.60 × 0.40 m",
         "  operator  human        0.30 × 0.30 × 1.20 m",
         "  camera  rgbd         144 rays at each of 8 poses, read as points",
@@ -332,4 +333,27 @@ fn check_keeps_to_a_screen_unless_all_is_wished_for() {
         "{}",
         wrong.stderr
     );
+}
+
+/// What `approach` and `judge` would refuse, and entries that begin too near, are found before anything is swept.
+#[test]
+fn check_finds_what_approach_refuses() {
+    let folder = program::shelf();
+    let door = "box = { min_m = [1.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }";
+    // 1.95 m are needed, and the door is farther out.
+    let outcome = check(&folder, &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("no sensor can help"), "{}", outcome.stderr);
+    let near = "box = { min_m = [0.4, -1.0, 0], max_m = [2.0, 1.0, 2.0] }";
+    folder.edit(STUDY, door, near);
+    let outcome = check(&folder, &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let said = "entry \"door\", body \"standing\": no sensor can help at 1 m/s: the entry begins 1.20 m from the hazard, and \
+                has to begin 1.95 m from it or farther, 0.75 m farther out";
+    assert!(outcome.stderr.contains(said), "{}", outcome.stderr);
+    folder.edit(STUDY, near, "box = { min_m = [-1.2, -0.3, 0], max_m = [-0.79, 0.3, 2.0] }");
+    folder.edit(SCENE, "radius_m = 0.2, height_m = 1.2", "radius_m = 0.3, height_m = 2.1");
+    let outcome = check(&folder, &[]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("entry \"door\": lies inside something solid"), "{}", outcome.stderr);
 }

@@ -311,13 +311,61 @@ fn poses_outside_the_cell_are_told() {
 fn a_gate_that_the_floor_trips_is_told() {
     let gate = "[[sensor]]\nname = \"gate\"\nkind = \"gate\"\nbox = { min_m = [-0.2, -0.5, LOW], max_m = [0, 0.5, 0.9] }\n\
                 zone = { min_m = [0, -0.5, 0], max_m = [0.5, 0.5, 1] }\n";
-    let told = |low: &str| {
+    let told = |low: &str, scene: &str| {
         let folder = Folder::new();
         folder.write("study.toml", format!("{STUDY}{}", gate.replace("LOW", low)));
-        warnings(&folder).iter().any(|w| w.contains("sensor \"gate\": the environment alone trips 1 of 1"))
+        folder.edit("cell.toml", "position_m = [-0.7, -0.5, 0.3]", scene);
+        let trips = "sensor \"gate\": the environment alone trips 1 of 1 poses";
+        warnings(&folder).into_iter().find(|w| w.contains(trips)).unwrap_or_default()
     };
-    assert!(told("0"), "the floor is in it");
-    assert!(!told("0.6"), "nothing is");
+    let still = "position_m = [-0.7, -0.5, 0.3]";
+    let floor = told("0", still);
+    assert!(floor.contains("\"walls\" does at x -0.15, y -0.45, z 0.05 m)"), "{floor}");
+    assert_eq!(told("0.6", still), "", "nothing is");
+    // The ball comes at the second of three moments.
+    let moves = "[object.snapshots]\nposition_m = [[-0.7, -0.5, 0.3], [-0.1, 0.3, 0.75], [-0.7, -0.5, 0.3]]";
+    let ball = told("0.6", moves);
+    assert!(ball.contains("\"ball\" does at x "), "{ball}");
+    assert!(ball.contains(" m in snapshot 1, and in 1 of 3 snapshots something does)"), "{ball}");
+}
+
+#[test]
+fn a_robot_that_nothing_holds_floats() {
+    let floats = |position: &str| {
+        let folder = Folder::new();
+        folder.edit("cell.toml", "position_m = [0.2, 0.3, 0.45]", &format!("position_m = {position}"));
+        warnings(&folder).into_iter().find(|w| w.contains("floats")).unwrap_or_default()
+    };
+    assert_eq!(floats("[0.2, 0.3, 0.45]"), "", "it lies near the floor");
+    assert_eq!(floats("[0.2, 0.3, 1.15]"), "", "it hangs from the ceiling");
+    let said = floats("[-0.1, 0.1, 0.9]");
+    assert!(said.contains("robot \"arm\" floats: it begins 0.50 m above the floor"), "{said}");
+    assert!(said.contains("position_m"), "{said}");
+}
+
+#[test]
+fn bodies_that_would_stand_beside_the_floor_are_told() {
+    let told = |floor: &str| {
+        let folder = Folder::new();
+        folder.edit("cell.toml", "position_m = [0, 0, 0.8]", "position_m = [0, 0, 0.6]");
+        folder.edit("cell.toml", "position_m = [0.1, -0.45, 0.65]", "position_m = [0.1, -0.45, 0.4]");
+        folder.edit("study.toml", "", floor);
+        let warning = "bodies of [approach] and people of [postures] stand at z 0";
+        warnings(&folder).into_iter().find(|w| w.contains(warning)).unwrap_or_default()
+    };
+    let said = told("[approach]\nmin_voxels = 2\n");
+    assert!(
+        said.contains("the floor is at z -0.20 m (the largest level surface near the people's feet)"),
+        "{said}"
+    );
+    assert!(said.contains("write floor_m = -0.20"), "{said}");
+    assert_eq!(told("[approach]\nmin_voxels = 2\nfloor_m = -0.2\n"), "");
+    assert_eq!(told(""), "", "nobody stands");
+    // A floor in another unit, or that of another cell.
+    let folder = Folder::new();
+    folder.edit("study.toml", "", "[approach]\nfloor_m = 2.5\n");
+    let said = "[approach] floor_m = 2.5: the floor is at z 0.00 m (the largest level surface near the people's feet)";
+    assert!(warnings(&folder).iter().any(|w| w.contains(said)), "{:?}", warnings(&folder));
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod common;
 
 mod approach;
 mod approach_random;
+mod hall;
 mod near;
 mod postures;
 mod speed;

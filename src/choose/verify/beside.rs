@@ -1,11 +1,8 @@
 //! What stands beside the scores of the best sets: what each step gains, where sensors are, what each is worth, sets
 //! that are nearly as good, and the tables.
 
-use std::fs;
-use std::io::ErrorKind;
-use std::path::Path;
-
 use super::counted::{recounted, value};
+use super::tables::is_written;
 use super::{Claims, Given, holds};
 use crate::backend::Backend;
 use crate::choose::files::{Chosen, FRONT, PROOF, SETS};
@@ -54,21 +51,8 @@ pub(super) fn check(
         }
     }
     sensors(claims, given, recounter)?;
-    is_written(folder, FRONT, Some(chosen.front()))?;
-    is_written(folder, SETS, Some(chosen.sets()))
-}
-
-/// Whether a table of a folder is what the proof says.
-pub(super) fn is_written(folder: &Path, file: &str, expected: Option<Vec<u8>>) -> Result<()> {
-    let path = folder.join(file);
-    let found = match fs::read(&path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => None,
-        found => Some(found.map_err(|error| Error::io(&path, "cannot be read", error))?),
-    };
-    match found == expected {
-        true => Ok(()),
-        false => Err(Issue::says("is not what choose.json says").at(&path).into()),
-    }
+    is_written(&folder.join(FRONT), Some(&chosen.front()))?;
+    is_written(&folder.join(SETS), Some(&chosen.sets()))
 }
 
 /// Whether the proof is about this study.

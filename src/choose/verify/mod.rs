@@ -3,7 +3,8 @@
 //! again by a backend of the caller's choice (`counted`), whether they are allowed is judged from the study
 //! (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`), what no set is above is added
 //! up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands beside the scores must follow
-//! from them (`beside`).
+//! from them (`beside`). What refining found is searched again (`refined`), and the sets are swept again for the tables
+//! (`tables`).
 
 mod allowed;
 mod beside;
@@ -12,6 +13,7 @@ pub(super) mod cuts;
 mod mean;
 mod plain;
 mod refined;
+mod tables;
 mod whole;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +23,7 @@ pub(super) use self::counted::recounted;
 use self::counted::{exact, value, value_reaches};
 use self::plain::{Bar, Plain};
 pub use self::refined::verify_refined;
+pub use self::tables::verify_tables;
 use super::evidence::CandidateEvidence;
 use super::files::{Asked, Chosen, PROOF, fingerprint};
 use super::layout::{FALSE, MISSED};

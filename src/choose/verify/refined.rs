@@ -1,14 +1,23 @@
-//! Refined sets of a proof: nothing is proven of them, but they are allowed, and score what is said.
+//! Refined sets of a proof: nothing is proven of them, but they are allowed, score what is said, and are what is found
+//! when the poses around the same sets are searched again.
 
 use std::path::Path;
 
+use serde_json::Value;
+
 use super::allowed::{named, not_allowed};
-use super::beside::is_written;
 use super::counted::recounted;
-use super::{VerifyWatch, holds};
+use super::tables::is_written;
+use super::{Claims, VerifyWatch, holds};
 use crate::backend::Backend;
 use crate::choose::files::{Chosen, PROOF, REFINED};
+use crate::choose::front::Answer;
+use crate::choose::problem::{Problem, SetLimits};
+use crate::choose::refine::Refinement;
 use crate::choose::told::ToldRefined;
+use crate::choose::within::{Bound, FrontStep};
+use crate::error::Issue;
+use crate::sensor::Cost;
 use crate::study::{Choose, Study};
 use crate::world::World;
 use crate::{Error, Result};
@@ -27,7 +36,7 @@ pub fn verify_refined(
     let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
     let told = &chosen.told;
     let Some(study) = told.with_poses(study).map_err(|e| e.at(folder))? else {
-        is_written(folder, REFINED, chosen.refined())?;
+        is_written(&folder.join(REFINED), chosen.refined().as_deref())?;
         return Ok(0);
     };
     let worlds = World::prepare_all(&study)?;
@@ -56,6 +65,71 @@ pub fn verify_refined(
         holds(choose, best, &counts[0], &place("best")).map_err(|issue| issue.at(&path))?;
         counted += 1;
     }
-    is_written(folder, REFINED, chosen.refined())?;
+    is_written(&folder.join(REFINED), chosen.refined().as_deref())?;
     Ok(counted)
+}
+
+impl Claims {
+    /// The best sets that are claimed, as a search finds them: what refining begins with.
+    ///
+    /// # Errors
+    /// When one of them does not meet what is required.
+    pub fn answer(&self, problem: &Problem) -> Result<Answer> {
+        let told = &self.chosen.told;
+        let step = |(number, set): (usize, &Vec<[usize; 2]>)| {
+            let step = &told.steps[number];
+            let item = |item: &[usize; 2]| problem.evidence.items.iter().position(|known| known == item);
+            let items: Option<Vec<usize>> = set.iter().map(item).collect();
+            let best = items.and_then(|items| problem.found(&items));
+            let best = best.ok_or_else(|| {
+                let what = Issue::says("does not meet what is required");
+                Error::from(what.at(format!("steps[{number}].best")).at(self.folder.join(PROOF)))
+            })?;
+            let limits = SetLimits { at_most: step.at_most, budget: step.budget.map(Cost::thousandths) };
+            Ok(FrontStep { limits, best: Some(best), bound: Bound::Unknown })
+        };
+        let steps = self.sets[..told.steps.len()].iter().enumerate().map(step).collect::<Result<_>>()?;
+        Ok(Answer { steps, others: Vec::new(), complete: true })
+    }
+
+    /// Whether what refining found can be found again: it was not stopped, and neither was the search before it.
+    pub fn is_refined(&self) -> bool {
+        !self.chosen.told.stopped && !self.chosen.told.refining_stopped
+    }
+
+    /// What is told of the sets.
+    pub fn told(&self) -> &crate::choose::Told {
+        &self.chosen.told
+    }
+
+    /// Compares what refining found with what it found again.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the first value that differs.
+    pub fn is_found_again(&self, again: &Refinement) -> Result<()> {
+        let json = |told: &[ToldRefined]| serde_json::to_value(told).expect("names and numbers make JSON");
+        let own = self.chosen.told.refined.as_deref().unwrap_or_default();
+        match differs("refined".into(), &json(own), &json(&again.told)) {
+            None => Ok(()),
+            Some((place, what)) => Err(Issue::says(what).at(place).at(self.folder.join(PROOF)).into()),
+        }
+    }
+}
+
+/// The first place at which two values differ, and how.
+fn differs(place: String, own: &Value, again: &Value) -> Option<(String, String)> {
+    match (own, again) {
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let mut each = a.iter().zip(b).enumerate();
+            each.find_map(|(number, (a, b))| differs(format!("{place}[{number}]"), a, b))
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
+            let none = &Value::Null;
+            let mut each = keys.map(|key| (key, a.get(key).unwrap_or(none), b.get(key).unwrap_or(none)));
+            each.find_map(|(key, a, b)| differs(format!("{place}.{key}"), a, b))
+        }
+        _ if own == again => None,
+        _ => Some((place, format!("is {own}, and searched again it is {again}"))),
+    }
 }

@@ -26,7 +26,7 @@ use crate::truth::{ObjectVoxels, Truth};
 use crate::view::Choice;
 use crate::view::watched::Watchers;
 use crate::voxel::BitGrid;
-use crate::world::place::{floor_m, room_m};
+use crate::world::place::room_m;
 use crate::world::{World, ray_table};
 use ground::Storey;
 use labels::Labels;
@@ -72,7 +72,7 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     let world = &worlds[snapshot];
     let truth = world.truth();
     let room_m = room_m(&truth);
-    let storey = Storey::new(&truth, room_m, floor_m(&truth, room_m));
+    let storey = Storey::new(&truth, room_m, world.floor.z_m);
     let paper = Paper::of(around(study, world, choice));
     let labels = Labels::within(paper.view());
     let (svg, legend) = (Svg::default(), Vec::new());

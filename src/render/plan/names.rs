@@ -14,7 +14,7 @@ use crate::study::EntryPlace;
 use crate::truth::Truth;
 use crate::view::Choice;
 use crate::world::World;
-use crate::world::place::{floor_m, is_room, names_of_walls, room_m};
+use crate::world::place::{is_room, names_of_walls, room_m};
 
 /// Names are placed as if their letters were as large as on a phone.
 const LETTERS: f64 = 23.0;
@@ -187,7 +187,7 @@ pub(in crate::render) struct Thing {
 pub(in crate::render) fn named_things(world: &World) -> Vec<Thing> {
     let truth = world.truth();
     let room_m = room_m(&truth);
-    let storey = Storey::new(&truth, room_m, floor_m(&truth, room_m));
+    let storey = Storey::new(&truth, room_m, world.floor.z_m);
     things(&truth, &storey, room_m)
 }
 

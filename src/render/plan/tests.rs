@@ -272,7 +272,7 @@ fn what_moves_is_drawn_at_all_its_moments() {
     // Walls from CAD are hollow, and so is the cabinet; the floor is above a slab of 10 cm.
     assert!(classes.iter().any(|class| class == "void"));
     let truth = worlds[2].truth();
-    let storey = Storey::new(&truth, room_m(&truth), floor_m(&truth, room_m(&truth)));
+    let storey = Storey::new(&truth, room_m(&truth), worlds[2].floor.z_m);
     let at = |x: f64, y: f64| {
         let [x, y, _] = crate::voxel::Grid::voxel_of(truth.grid.position_q16(DVec3::new(x, y, 0.0)));
         [x, y, 0]

@@ -5,15 +5,16 @@ pub(super) mod answer;
 pub(super) mod best;
 pub(super) mod front;
 pub(super) mod good;
-mod kept;
+pub(super) mod kept;
 pub(super) mod mount;
 mod near;
 mod run;
 mod sketch;
-mod verdicts;
+pub(super) mod verdicts;
 
 use super::ReportedSweep;
 use super::cells::{Asked, Cells};
+use super::judged::Judged;
 use super::ranking::{Ranking, maxima_of};
 use super::recommended::Recommended;
 use super::surroundings::Surroundings;
@@ -57,7 +58,7 @@ pub(super) struct Facts<'a> {
 impl<'a> Facts<'a> {
     pub(super) fn new(
         sweep: &ReportedSweep<'a>,
-        (rankings, recommended): (&[Ranking], Option<&Recommended>),
+        (rankings, recommended, judged): (&[Ranking], Option<&Recommended>, &[Judged]),
         (cells, near): (&'a Cells, &[Vec<Way>]),
         surroundings: &Surroundings,
     ) -> Result<Facts<'a>> {
@@ -72,7 +73,10 @@ impl<'a> Facts<'a> {
             answer: recommended.map(|one| answer::answer(sweep, rankings, one, near)).transpose()?,
             sheets: sheets.unwrap_or_default(),
             missed: best::missed(results, cells, Asked::Recommended),
-            good: recommended.map(|one| good::good(sweep, rankings, one)).transpose()?.unwrap_or_default(),
+            good: recommended
+                .map(|one| good::good(sweep, (rankings, one), judged))
+                .transpose()?
+                .unwrap_or_default(),
             assumed: run::assumed(sweep),
             regions: (0..results.regions.len())
                 .map(|region| best::region(sweep, rankings, (cells, surroundings), region))

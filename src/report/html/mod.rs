@@ -11,6 +11,7 @@ mod approaches;
 mod cells;
 mod data;
 mod facts;
+mod judged;
 mod measure;
 mod packed;
 mod page;
@@ -76,7 +77,8 @@ pub fn page(
 ) -> Result<String> {
     let ReportedSweep { results, study, worlds, .. } = *sweep;
     let rankings = ranking::rankings(results)?;
-    let recommended = recommended::recommended(sweep, &rankings)?;
+    let judged = judged::judged(sweep)?;
+    let recommended = recommended::recommended(sweep, &rankings, &judged)?;
     let recommended = recommended.as_ref();
     let cells = cells::look((study, worlds), (results, &rankings, recommended), looked_at, backend, said)?;
     let picture = recommended.map(|one| picture(sweep, &rankings, one, backend)).transpose()?;
@@ -91,7 +93,8 @@ pub fn page(
     let data =
         data::Data::new(sweep, (&rankings, recommended), (&cells, &surroundings, &near), &mut numbers)?;
     let script = script();
-    let mut facts = facts::Facts::new(sweep, (&rankings, recommended), (&cells, &near), &surroundings)?;
+    let mut facts =
+        facts::Facts::new(sweep, (&rankings, recommended, &judged), (&cells, &near), &surroundings)?;
     facts
         .good
         .notes

@@ -56,7 +56,7 @@ impl Page<'_> {
                             label #member-label { "Positions of " select #member {} }
                         }
                         (blind::section(facts, self.picture.as_deref()))
-                        (good::section(&facts.good))
+                        (good::section(&facts.good, facts.answer.as_ref().map(|answer| answer.set.as_str())))
                         @if self.has_money() { (money::section(facts)) }
                         (compare::section(facts))
                         (run::section(facts))

@@ -1,10 +1,12 @@
 //! Which choice of poses a report recommends, by which rule, and the moment at which it is drawn.
 
 use super::ReportedSweep;
+use super::judged::Judged;
 use super::measure;
 use super::ranking::{BESTS, Ranking};
 use crate::Result;
-use crate::judge::{Among, leaders};
+use crate::choose::Chosen;
+use crate::judge::{Among, cheapest, leaders};
 use crate::metrics::Score;
 use crate::report::Series;
 use crate::report::snapshots::worst_snapshot;
@@ -48,11 +50,16 @@ impl Recommended {
     }
 }
 
-/// What is recommended: of sets that were chosen the best one; else the choice that meets the most requirements of the
+/// What is recommended: the cheapest of the choices that were judged and meet all requirements; else of sets that were
+/// chosen the best one; else the choice that meets the most requirements of the
 /// study as planned; else that which detects most body parts in the region with people at most moments, then has the highest F1;
 /// where there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
-pub(super) fn recommended(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Recommended>> {
-    let found = match of_chosen(sweep, rankings) {
+pub(super) fn recommended(
+    sweep: &ReportedSweep,
+    rankings: &[Ranking],
+    judged: &[Judged],
+) -> Result<Option<Recommended>> {
+    let found = match of_judged(sweep, rankings, judged).or_else(|| of_chosen(sweep, rankings, judged)) {
         Some(found) => Some(found),
         None if !sweep.study.requirements.is_empty() => of_requirements(sweep, rankings)?,
         None => None,
@@ -86,16 +93,52 @@ fn count(results: &Results) -> usize {
     results.combinations.iter().map(|combination| combination.choices()).fold(0, usize::saturating_add)
 }
 
-fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking]) -> Option<Found> {
+/// The number of the ranking of a combination in a representation.
+fn series_of(rankings: &[Ranking], combination: usize, representation: usize) -> Option<usize> {
+    rankings
+        .iter()
+        .position(|one| (one.series.combination, one.series.representation) == (combination, representation))
+}
+
+fn of_judged(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> Option<Found> {
+    let passing: Vec<Choice> =
+        judged.iter().filter(|one| one.passes()).filter_map(|one| one.choice).collect();
+    let combinations: Vec<usize> = passing.iter().map(|choice| choice.combination).collect();
+    let choice = passing[cheapest(sweep.study, &combinations)?];
+    let series = series_of(rankings, choice.combination, choice.representation)?;
+    let counted = sweep.study.requirements.iter().find_map(Requirement::counted);
+    let (region, score) = match (sweep.chosen, counted) {
+        (Some(chosen), _) => (region_of(sweep, chosen)?, chosen.asked.objective),
+        (None, Some(counted)) => (counted.region, counted.score),
+        (None, None) => (0, Score::F1),
+    };
+    let why = match (judged.len(), passing.len()) {
+        (1, _) => "the choice that was judged, and meets all requirements".into(),
+        (all, 1) => format!("the only one of {all} judged choices that meets all requirements"),
+        (all, some) => format!("the cheapest of {some} of {all} judged choices that meet all requirements"),
+    };
+    Some((series, choice.choice, region, score, why))
+}
+
+fn region_of(sweep: &ReportedSweep, chosen: &Chosen) -> Option<usize> {
+    sweep.results.regions.iter().position(|name| *name == chosen.asked.region)
+}
+
+fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> Option<Found> {
     let chosen = sweep.chosen?;
     let (best, combination) = (chosen.told.best()?, chosen.told.best_set()?);
     let series = rankings.iter().position(|one| one.series.combination == combination)?;
-    let region = sweep.results.regions.iter().position(|name| *name == chosen.asked.region)?;
+    let region = region_of(sweep, chosen)?;
     let proof = match best.proven {
         true => "no other set of the listed poses is better",
         false => "the best that was found; it is not proven",
     };
-    let why = format!("the best set of at most {} sensors: {proof}", best.at_most);
+    let judged = match judged.len() {
+        0 => String::new(),
+        1 => "; the one choice that was judged misses a requirement".into(),
+        all => format!("; none of the {all} judged choices meets all requirements"),
+    };
+    let why = format!("the best set of at most {} sensors: {proof}{judged}", best.at_most);
     Some((series, 0, region, chosen.asked.objective, why))
 }
 
@@ -110,9 +153,7 @@ fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option
     else {
         return Ok(None);
     };
-    let is_series =
-        |one: &Ranking| (one.series.combination, one.series.representation) == (combination, representation);
-    let series = rankings.iter().position(is_series);
+    let series = series_of(rankings, combination, representation);
     let why = format!("the best of {} choices of poses by requirements met as planned", count(sweep.results));
     Ok(series.map(|series| (series, choice, region, score, why)))
 }

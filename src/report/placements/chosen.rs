@@ -126,7 +126,7 @@ impl Sweeps {
 }
 
 /// The names of a combination's choices.
-fn choice_names(combination: &CombinationResults) -> ChoiceNames<'_> {
+pub(in crate::report) fn choice_names(combination: &CombinationResults) -> ChoiceNames<'_> {
     let members = combination.members.iter().map(|member| {
         let poses = member.candidates.iter().map(|&candidate| member.poses[candidate].name.as_str());
         (member.sensor.as_str(), poses.collect())

@@ -9,6 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::Result;
+use crate::results::columns::Csv;
 use crate::results::files::{WholeFile, cannot_write};
 
 /// What a column holds.
@@ -51,6 +52,15 @@ pub enum Datum<'a> {
 }
 
 impl Datum<'_> {
+    /// As in CSV: numbers as Rust prints them, and nothing where there is no value.
+    pub(crate) fn text(&self) -> String {
+        match self {
+            Datum::Text(text) => text.to_string(),
+            Datum::Count(count) => count.to_string(),
+            Datum::Score(score) => score.map_or(String::new(), |score| score.to_string()),
+        }
+    }
+
     fn fits(&self, kind: ColumnKind) -> bool {
         match self {
             Datum::Text(_) => kind == ColumnKind::Text,
@@ -91,6 +101,23 @@ impl TableFormat {
             TableFormat::Parquet => "parquet",
         }
     }
+}
+
+/// What rows of a table go to.
+pub(crate) type RowSink<'s> = &'s mut dyn FnMut(&[Datum<'_>]) -> Result<()>;
+
+/// A table as CSV in memory, from what gives its rows to a sink.
+///
+/// # Errors
+/// Those of the rows.
+pub(crate) fn csv_bytes(columns: &[Column], rows: impl FnOnce(RowSink) -> Result<()>) -> Result<Vec<u8>> {
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    let mut csv = Csv::new(&names);
+    rows(&mut |fields| {
+        csv.row(&fields.iter().map(Datum::text).collect::<Vec<_>>());
+        Ok(())
+    })?;
+    Ok(csv.bytes())
 }
 
 /// A table on its way into a file. The same rows give the same bytes, and memory does not grow with their

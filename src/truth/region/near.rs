@@ -1,4 +1,4 @@
-//! The voxels around a robot: all that is no farther from any of its voxels than a distance.
+//! The voxels around a robot: all that is nearer to one of its voxels than a distance.
 
 use crate::error::Issue;
 use crate::voxel::distance::{Distances, squared_voxels};
@@ -8,7 +8,8 @@ use crate::voxel::{BitGrid, Grid};
 /// Most voxels among which distances are measured at once; each takes eight bytes.
 const MOST_VOXELS: u64 = 1 << 28;
 
-/// The voxels near to a set, also those outside the grid.
+/// The voxels nearer to a set than a distance, also those outside the grid; without a distance the set itself. A
+/// voxel exactly at the distance is far enough, as in every verdict on a distance.
 pub(super) fn near(set: &BitGrid, distance_m: f64, grid: &Grid) -> Result<BitGrid, Issue> {
     let squared = squared_voxels(distance_m, grid.voxel_size_m);
     let bounds = set.bounds();
@@ -23,5 +24,5 @@ pub(super) fn near(set: &BitGrid, distance_m: f64, grid: &Grid) -> Result<BitGri
         let what = format!("{distance_m:.3} m around the robot are more than {MOST_VOXELS} voxels");
         return Err(Issue::too_large(what).wanted("take larger voxels, or check the times of [stopping]"));
     }
-    Ok(Distances::to(&set.over(bounds.grown(radius))).within(squared))
+    Ok(Distances::to(&set.over(bounds.grown(radius))).within(squared.saturating_sub(1)))
 }

@@ -25,6 +25,8 @@ const MOST_NAMED: usize = 4;
 pub(in crate::report::html) struct Answer {
     /// What was asked, as a sentence.
     pub(in crate::report::html) asked: String,
+    /// The names of the recommended choice, of which all numbers are.
+    pub(in crate::report::html) set: String,
     /// Of what the recommended choice is the best.
     pub(in crate::report::html) why: String,
     pub(in crate::report::html) sensors: Vec<AnswerSensor>,
@@ -98,10 +100,12 @@ pub(super) fn answer(
     Ok(Answer {
         thinned: thinned.collect(),
         asked: question(sweep),
+        set: format!("{} ({})", combination.name, combination.name_of(choice)),
         why: recommended.why.clone(),
         sensors: sensors.collect(),
         counted: format!(
-            "All but floor and cost: {} in region {}, over {}",
+            "The numbers are those of {}; all but floor and cost: {} in region {}, over {}",
+            combination.name,
             if results.moments().len() > 1 { "means" } else { "counted" },
             results.regions[region],
             extent(results)

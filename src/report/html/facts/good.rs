@@ -5,9 +5,10 @@
 use super::Titled;
 use super::kept::Kept;
 use super::near::near;
-use super::verdicts::{ShownRequirement, parted_by_now, verdicts};
+use super::verdicts::{ShownRequirement, not_judged, parted_by_now};
 use crate::Result;
 use crate::report::html::ReportedSweep;
+use crate::report::html::judged::Judged;
 use crate::report::html::ranking::Ranking;
 use crate::report::html::recommended::Recommended;
 use crate::results::files::CONDITIONS;
@@ -20,6 +21,8 @@ pub(in crate::report::html) struct Good {
     pub(in crate::report::html) notes: Vec<String>,
     /// What is required, with its verdicts.
     pub(in crate::report::html) required: Vec<ShownRequirement>,
+    /// Of several choices that were judged each: its names, and what was decided.
+    pub(in crate::report::html) judged: Vec<(String, Good)>,
     /// What scores are under each condition, and the ways in.
     pub(in crate::report::html) tables: Vec<Titled>,
     /// Floor plans of approach: their names, and the pictures as addresses.
@@ -70,14 +73,23 @@ impl Good {
 ///
 /// # Errors
 /// When a file of the folder cannot be read, or is none of these tables.
-pub(super) fn good(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Result<Good> {
+pub(super) fn good(
+    sweep: &ReportedSweep,
+    (rankings, recommended): (&[Ranking], &Recommended),
+    judged: &[Judged],
+) -> Result<Good> {
     let ReportedSweep { results, study, folder, .. } = *sweep;
     let series = rankings[recommended.series].series;
     let combination = &results.combinations[series.combination];
     let looked = recommended.looked(rankings);
     let own = recommended.names(results, rankings);
-    let (note, required) = verdicts(sweep, &looked, &own)?;
+    let (note, required) = match judged.iter().find(|one| one.names == own) {
+        Some(one) => (one.note.clone(), one.required.clone()),
+        None => not_judged(sweep, &looked)?,
+    };
     let mut good = Good { notes: vec![note], required, ..Good::default() };
+    let others = judged.iter().any(|one| one.names != own);
+    good.judged = judged.iter().filter(|_| others).map(of_judged).collect();
     let [conditions, _] = Kept::read(&folder.join(CONDITIONS))?.parted(|row| row.is_of(&own));
     let [conditions, old] = parted_by_now(study, &conditions);
     if !old.is_empty() {
@@ -116,6 +128,13 @@ pub(super) fn good(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Re
     }
     good.commands.push(("ask how near somebody comes unnoticed".into(), words("approach")));
     Ok(good)
+}
+
+/// A choice that was judged, by name.
+fn of_judged(one: &Judged) -> (String, Good) {
+    let [combination, poses, representation] = &one.names;
+    let good = Good { required: one.required.clone(), ..Good::default() };
+    (format!("{combination} · {poses} · {representation}"), good)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::report::table::Table;
+use crate::voxel::{rounded_down, rounded_up};
 use crate::{Error, Result};
 
 /// The columns that say of which choice a row is.
@@ -10,7 +11,7 @@ const OF: [&str; 3] = ["combination", "poses", "representation"];
 
 /// A table, or some rows of it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Kept {
+pub(in crate::report::html) struct Kept {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
@@ -20,7 +21,7 @@ impl Kept {
     ///
     /// # Errors
     /// When the file cannot be read, or is no table.
-    pub(super) fn read(path: &Path) -> Result<Kept> {
+    pub(in crate::report::html) fn read(path: &Path) -> Result<Kept> {
         if !path.exists() {
             return Ok(Kept::default());
         }
@@ -36,12 +37,12 @@ impl Kept {
         self.rows.is_empty()
     }
 
-    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+    pub(in crate::report::html) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|values| Row { names: &self.names, values })
     }
 
     /// The rows that are meant, and the others.
-    pub(super) fn parted(&self, is_meant: impl Fn(&Row) -> bool) -> [Kept; 2] {
+    pub(in crate::report::html) fn parted(&self, is_meant: impl Fn(&Row) -> bool) -> [Kept; 2] {
         [true, false].map(|wanted| {
             let rows = self.rows().filter(|row| is_meant(row) == wanted);
             Kept { names: self.names.clone(), rows: rows.map(|row| row.values.to_vec()).collect() }
@@ -56,7 +57,8 @@ impl Kept {
             found.iter().map(|&column| format!("<{}", self.names[column].replace('_', " "))).collect();
         let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
         for row in &self.rows {
-            table.row(found.iter().map(|&column| shortened(&row[column])));
+            let row = Row { names: &self.names, values: row };
+            table.row(found.iter().map(|&column| row.shortened(column)));
         }
         table
     }
@@ -64,7 +66,7 @@ impl Kept {
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row<'k> {
+pub(in crate::report::html) struct Row<'k> {
     names: &'k [String],
     values: &'k [String],
 }
@@ -76,16 +78,31 @@ impl<'k> Row<'k> {
         column.map_or("", |column| self.values[column].as_str())
     }
 
-    /// Whether it is of a choice: of this combination, these poses and this representation.
-    pub(super) fn is_of(&self, choice: &[String; 3]) -> bool {
-        OF.iter().zip(choice).all(|(column, name)| self.of(column) == name)
+    /// What is in a column, a number with at most four digits after the point; distances are rounded to the safe side.
+    fn shortened(&self, column: usize) -> String {
+        let text = &self.values[column];
+        let value = match text.parse::<f64>() {
+            Ok(value) if text.len() > 6 => value,
+            _ => return text.clone(),
+        };
+        let is_kept = |name: &str| ["deepest_m", "noticed_m", "margin_m"].contains(&name);
+        let is_kept = is_kept(&self.names[column])
+            || ["nearest_unnoticed_m", "approach_margin_m"].contains(&self.of("score"));
+        match self.names[column].as_str() {
+            "needed_m" => rounded_up(value, 4),
+            _ if is_kept => rounded_down(value, 4),
+            _ if self.of("score") == "missed_m" => rounded_up(value, 4),
+            _ => format!("{value:.4}"),
+        }
     }
-}
 
-/// A number with at most four digits after the point, as far as it is one.
-pub(super) fn shortened(text: &str) -> String {
-    match text.parse::<f64>() {
-        Ok(value) if text.len() > 6 => format!("{value:.4}"),
-        _ => text.into(),
+    /// Of which choice it is: combination, poses and representation.
+    pub(in crate::report::html) fn choice(&self) -> [String; 3] {
+        OF.map(|column| self.of(column).to_string())
+    }
+
+    /// Whether it is of a choice: of this combination, these poses and this representation.
+    pub(in crate::report::html) fn is_of(&self, choice: &[String; 3]) -> bool {
+        OF.iter().zip(choice).all(|(column, name)| self.of(column) == name)
     }
 }

@@ -9,7 +9,6 @@ use crate::judge::{Conditions, JudgedSet, Judgement, Summed, Value, tables_sha25
 use crate::report::apart::Writing;
 use crate::report::html::{ReportedSweep, measure};
 use crate::report::judge::{of_which, whereabouts, words};
-use crate::results::files::REQUIREMENTS;
 use crate::study::{ApproachScore, Condition, ControllerScore, Limit, Measure, Nearness, Requirement, Study};
 use crate::view::Choice;
 
@@ -19,7 +18,7 @@ const OTHERWISE: &str =
     "was judged against other requirements, or with other tables of the study: run `perirobot judge` again";
 
 /// A requirement under a condition.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(in crate::report::html) struct ShownVerdict {
     /// PASS, FAIL, or OPEN where nothing has decided it.
     pub(in crate::report::html) verdict: &'static str,
@@ -30,7 +29,7 @@ pub(in crate::report::html) struct ShownVerdict {
 }
 
 /// The verdicts on a requirement, one for each of its conditions, and all of them together.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(in crate::report::html) struct ShownRequirement {
     pub(in crate::report::html) name: String,
     /// The score and its limit.
@@ -52,30 +51,26 @@ impl ShownRequirement {
     }
 }
 
-/// Where the verdicts on a choice are from, and the verdicts, in the order of the study.
+/// Where the verdicts on a choice that was not judged are from, and the verdicts, in the order of the study.
 ///
 /// # Errors
-/// When a file of the folder cannot be read, or is no table.
-pub(super) fn verdicts(
-    sweep: &ReportedSweep,
-    looked: &Choice,
-    own: &[String; 3],
-) -> Result<(String, Vec<ShownRequirement>)> {
-    if sweep.study.requirements.is_empty() {
-        return Ok((
-            "The study names no requirement ([[require]]), so nothing is decided.".into(),
-            Vec::new(),
-        ));
-    }
-    let [kept, _] = Kept::read(&sweep.folder.join(REQUIREMENTS))?.parted(|row| row.is_of(own));
-    match kept.is_empty() {
-        true => as_planned(sweep, looked),
-        false => Ok(of_kept(sweep, &kept)),
+/// When a journal cannot be read any more.
+pub(super) fn not_judged(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<ShownRequirement>)> {
+    match sweep.study.requirements.is_empty() {
+        true => {
+            let note = "The study names no requirement ([[require]]), so nothing is decided.";
+            Ok((note.into(), Vec::new()))
+        }
+        false => as_planned(sweep, looked),
     }
 }
 
-/// What `judge` has decided, as far as it is what the study requires.
-fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownRequirement>) {
+/// What `judge` has decided of a choice, as far as it is what the study requires: where that is from, and the verdicts,
+/// in the order of the study.
+pub(in crate::report::html) fn of_kept(
+    sweep: &ReportedSweep,
+    kept: &Kept,
+) -> (String, Vec<ShownRequirement>) {
     let regions = &sweep.results.regions;
     let mut used = 0;
     let shown = |requirement: &Requirement| {
@@ -279,7 +274,7 @@ fn written(requirement: &Requirement) -> (Writing, &'static str) {
         Measure::Counted(_) => (Writing::Plain, ""),
         Measure::Nearness(nearness) if nearness.score.is_area() => (Writing::Plain, " m²"),
         Measure::Nearness(_) => (Writing::Down, " m"),
-        Measure::Controller(ControllerScore::MissedM) => (Writing::Plain, " m"),
+        Measure::Controller(ControllerScore::MissedM) => (Writing::Up, " m"),
         Measure::Controller(ControllerScore::NeedlessStops) => (Writing::Percent, ""),
     }
 }
