@@ -57,7 +57,12 @@ impl Bvh {
     /// # Errors
     /// When it cannot be read, is cut off, or contradicts itself. Frames are checked when they are posed.
     pub fn load(path: &Path, sources: &Sources) -> Result<Bvh> {
-        Bvh::parse(path, sources.table(path)?).map_err(|issue| issue.at(path).into())
+        let file = Bvh::parse(path, sources.table(path)?).map_err(|issue| issue.at(path))?;
+        if file.motion.behind > 0 {
+            let what = "lines behind the frames that it declares are not read";
+            sources.remark(path, format!("{} {what}", file.motion.behind));
+        }
+        Ok(file)
     }
 
     fn parse(path: &Path, text: String) -> Result<Bvh, Issue> {

@@ -16,7 +16,8 @@ use glam::DVec3;
 use roxmltree::{Document, Node};
 
 use super::mesh::Welder;
-use super::{Mesh, Up, xml};
+use super::xml::Xml;
+use super::{Mesh, Up};
 use crate::Result;
 use crate::error::Issue;
 use crate::source::Sources;
@@ -39,7 +40,8 @@ pub fn load(path: &Path, sources: &Sources) -> Result<(Mesh, Up)> {
 }
 
 fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
-    let document = xml::parse(text)?;
+    let xml = Xml::scan(text)?;
+    let document = xml.document()?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
@@ -102,20 +104,25 @@ fn unit_m(root: Node) -> Result<f64, Issue> {
 /// Elements by their ids, to follow references.
 struct Library<'a, 'i> {
     document: &'a Document<'i>,
-    by_id: HashMap<&'a str, Node<'a, 'i>>,
+    /// By the name of the element and the id, which elements of several kinds may share; of several the first.
+    by_id: HashMap<(&'a str, &'a str), Node<'a, 'i>>,
     /// Numbers that may still be read.
     left: Cell<usize>,
 }
 
 impl<'a, 'i> Library<'a, 'i> {
     fn of(document: &'a Document<'i>, left: usize) -> Self {
-        let with_id = |node: Node<'a, 'i>| Some((node.attribute("id")?, node));
-        let by_id = document.descendants().filter_map(with_id).collect();
+        let mut by_id = HashMap::new();
+        for node in document.descendants() {
+            if let Some(id) = node.attribute("id") {
+                by_id.entry((node.tag_name().name(), id)).or_insert(node);
+            }
+        }
         Library { document, by_id, left: Cell::new(left) }
     }
 
-    /// The element that an attribute refers to, which must be one of these.
-    fn follow(&self, node: Node<'a, 'i>, attribute: &str, tags: &[&str]) -> Result<Node<'a, 'i>, Issue> {
+    /// The element of a name that an attribute refers to.
+    fn follow(&self, node: Node<'a, 'i>, attribute: &str, tag: &str) -> Result<Node<'a, 'i>, Issue> {
         let url = node
             .attribute(attribute)
             .ok_or_else(|| self.at(node, Issue::says(format!("{attribute} is missing"))))?;
@@ -123,8 +130,8 @@ impl<'a, 'i> Library<'a, 'i> {
         let id = url
             .strip_prefix('#')
             .ok_or_else(|| wrong("must be # and the id of an element of the same file".into()))?;
-        let found = self.by_id.get(id).filter(|found| tags.contains(&found.tag_name().name()));
-        found.copied().ok_or_else(|| wrong(format!("the file has no <{}> of that id", tags[0])))
+        let found = self.by_id.get(&(tag, id)).copied();
+        found.ok_or_else(|| wrong(format!("the file has no <{tag}> of that id")))
     }
 
     /// A problem in an element, with its line.

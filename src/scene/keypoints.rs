@@ -14,7 +14,8 @@ use super::mannequin;
 use super::shipped::Shipped;
 use crate::Result;
 use crate::error::Issue;
-use crate::source::Sources;
+use crate::source::{Sources, wrong_table};
+use crate::spelling::number;
 
 /// COCO's keypoints, in COCO's order. Left and right are the person's own.
 pub const JOINTS: [&str; 17] = [
@@ -70,7 +71,9 @@ impl KeypointFile {
     /// # Errors
     /// When the file cannot be read, a row is not as above, or no joint is known.
     pub fn read(&self, sources: &Sources) -> Result<Keypoints> {
-        parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path).into())
+        let joints = parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path))?;
+        filled(&joints).into_iter().for_each(|what| sources.remark(&self.path, what));
+        Ok(joints)
     }
 }
 
@@ -109,7 +112,7 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
     let mut points: Vec<Option<DVec3>> = Vec::with_capacity(joints.len());
     let mut first = true;
     for record in reader.records() {
-        let record = record.map_err(|e| Issue::damaged(e.to_string()))?;
+        let record = record.map_err(|e| wrong_table(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let cells: Vec<&str> = record.iter().take(6).collect();
         if std::mem::take(&mut first) && is_header(&cells) {
@@ -130,10 +133,32 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
             joints.len()
         )));
     }
+    // A row's number before its coordinates would be taken for x, and z for a confidence.
+    let counts_rows = |first: usize| {
+        points.iter().enumerate().all(|(row, point)| point.is_some_and(|point| point.x == (row + first) as f64))
+    };
+    if counts_rows(0) || counts_rows(1) {
+        return Err(Issue::says("x_m is the number of the row in each row")
+            .wanted("take the column that counts the rows away; the columns are x_m,y_m,z_m"));
+    }
     if points.iter().all(Option::is_none) {
         return Err(Issue::says("all joints are empty").wanted("give the position of at least one"));
     }
     Ok(layout.keypoints(&points))
+}
+
+/// What looks as if a joint was not found, and the program that wrote the table filled in a number for it. Joints of the
+/// face may lie on each other.
+fn filled(joints: &Keypoints) -> Vec<String> {
+    let limbs = || joints.iter().zip(JOINTS).skip(SHOULDERS[0]).filter_map(|(at, name)| Some(((*at)?, name)));
+    let leave = "if it was not found, leave its cells empty";
+    let at_zero = limbs().filter(|(at, _)| *at == DVec3::ZERO);
+    let at_zero = at_zero.map(|(_, name)| format!("{name} is at exactly 0, 0, 0: {leave}"));
+    let on_another = limbs().enumerate().filter_map(|(number, (at, name))| {
+        let (_, other) = limbs().take(number).find(|(other, _)| *other == at && at != DVec3::ZERO)?;
+        Some(format!("{name} is exactly where {other} is: {leave}"))
+    });
+    at_zero.chain(on_another).collect()
 }
 
 fn is_header(cells: &[&str]) -> bool {
@@ -166,7 +191,7 @@ fn parse_row(joint: &str, layout: Layout, cells: &[&str]) -> Result<Option<DVec3
         Ok(confidence) if confidence.is_finite() && confidence >= 0.0 => Ok(confidence > 0.0),
         _ => Err(Issue::value("confidence", format!("{cell:.40}"), "must be 0 (unknown) or more")),
     })?;
-    let is_missing = |cell: &str| cell.is_empty() || cell.parse().is_ok_and(f64::is_nan);
+    let is_missing = |cell: &str| cell.is_empty() || number(cell).is_some_and(f64::is_nan);
     if !is_known || coordinates.iter().all(|cell| is_missing(cell)) {
         return Ok(None);
     }

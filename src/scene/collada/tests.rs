@@ -112,6 +112,32 @@ fn every_kind_of_face_gives_the_same_cube() {
 }
 
 #[test]
+fn elements_of_several_kinds_may_share_an_id() {
+    let shared = ["cube", "positions", "numbers", "vertices", "scene", "part"];
+    let text = shared.iter().fold(CUBE.to_string(), |text, id| {
+        text.replace(&format!("id=\"{id}\""), "id=\"one\"").replace(&format!("\"#{id}\""), "\"#one\"")
+    });
+    assert_spans(&text, [0.0; 3], [0.01; 3]);
+    // Of two of a kind the first.
+    let twice = changed("</library_visual_scenes>", "<visual_scene id=\"scene\"/></library_visual_scenes>");
+    assert_spans(&twice, [0.0; 3], [0.01; 3]);
+}
+
+#[test]
+fn what_turns_nothing_or_has_no_surface_refuses_no_file() {
+    let curve = "</geometry><geometry id=\"curve\"><spline closed=\"false\"/></geometry></library_geometries>";
+    let with_curve = changed("</geometry></library_geometries>", curve);
+    for text in [
+        changed("<node id=\"part\">", "<node id=\"part\"><rotate>0 0 0 0</rotate><rotate>0 0 0 -0</rotate>"),
+        with_curve.replacen("<instance_geometry", "<instance_geometry url=\"#curve\"/><instance_geometry", 1),
+        changed("count=\"24\"", "count=\"21\""),
+        changed("<COLLADA", "<!-- made -- by hand --><COLLADA").replacen(NODE, &format!("<fx:note/>{NODE}"), 1),
+    ] {
+        assert_spans(&text, [0.0; 3], [0.01; 3]);
+    }
+}
+
+#[test]
 fn what_is_wrong_is_named_by_its_line() {
     let loops = "<node id=\"part\"><instance_node url=\"#part\"/></node>";
     let doubling: String = (0..39)
@@ -134,7 +160,7 @@ fn what_is_wrong_is_named_by_its_line() {
         ("url=\"#cube\"", "url=\"other.dae#cube\"", "must be # and the id"),
         ("url=\"#cube\"", "", "line 13: url is missing"),
         ("url=\"#cube\"", "url=\"#vertices\"", "no <geometry> of that id"),
-        ("1 1 1 0 1 1<", "1 1 1 0 1<", "line 6: its count does not match the 23 numbers"),
+        ("1 1 1 0 1 1<", "1 1 1 0 1<", "line 6: its count is more than the 23 numbers"),
         ("1 1 1 0 1 1<", "1 1 1 0 nan 1<", "line 6: \"nan\" is no finite number"),
         ("1 1 1 0 1 1<", "1 1 1 0 1e999 1<", "is no finite number"),
         ("count=\"8\" stride=\"3\"", "count=\"9\" stride=\"3\"", "line 7: count = 9"),
@@ -146,7 +172,7 @@ fn what_is_wrong_is_named_by_its_line() {
         ("3 0 4 7<", "3 0 4 -1<", "line 11: \"-1\" is no index"),
         ("3 0 4 7<", "3 0 4<", "<vcount> asks for more than the 23 corners"),
         ("3 0 4 7<", "3 0 4 7 0<", "<vcount> leaves 1 corners"),
-        ("4 4 4 4 4 4<", "4 4 4 4 4 2 2<", "line 10: a face has 2 corners"),
+        ("4 4 4 4 4 4<", "4 4 4 4 4 2 2<", ""),
         ("semantic=\"VERTEX\"", "semantic=\"NORMAL\"", "has no <input semantic=\"VERTEX\">"),
         ("semantic=\"POSITION\"", "semantic=\"NORMAL\"", "has no <input semantic=\"POSITION\">"),
         ("<mesh>", "<convex_mesh/><mesh>", ""),
@@ -154,7 +180,7 @@ fn what_is_wrong_is_named_by_its_line() {
         (NODE, "<node id=\"part\"><instance_controller url=\"#skin\"/></node>", "a skeleton poses the mesh"),
         (NODE, "<node><lookat>0 0 0 0 0 0 0 0 0</lookat></node>", "<lookat> in line 13: not supported"),
         (NODE, "<node><translate>0 0</translate></node>", "has 2 numbers: must be 3"),
-        (NODE, "<node><rotate>0 0 0 90</rotate></node>", "its axis must not be zero"),
+        (NODE, "<node><rotate>0 0 0 90</rotate></node>", "turns about an axis that is zero"),
         (NODE, "<node><matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 2</matrix></node>", "its last row must be"),
         (NODE, loops, "more than 256 levels"),
         (NODE, &doubling, "more than 256 levels or 100000 nodes"),

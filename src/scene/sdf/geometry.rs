@@ -21,14 +21,14 @@ pub(super) const MOST_TRIANGLES: usize = 20_000_000;
 const SMALLEST_M: f64 = 1e-6;
 
 /// A body at its place in a link; its pose may be relative to nothing else.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) pose: Pose,
     pub(super) shape: Shape,
 }
 
 /// A body, about its own frame.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Shape {
     Box(DVec3),
     Cylinder {

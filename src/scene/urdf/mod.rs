@@ -105,11 +105,12 @@ enum LinkShape {
 pub(crate) fn load(
     path: &Path,
     xacro_args: &BTreeMap<String, String>,
+    packages: &Packages,
     sources: &Sources,
 ) -> Result<RobotModel> {
     let text = sources.text(path)?;
     if is_xacro(path) {
-        let expanded = sources.expanded(path, xacro_args)?;
+        let expanded = sources.expanded(path, xacro_args, packages.folders())?;
         return parse(path, &expanded.ok_or_else(|| document::expand(path).at(path))?);
     }
     parse(path, &text)

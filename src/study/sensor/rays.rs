@@ -7,10 +7,9 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence};
-use crate::error::Issue;
 use crate::sensor::quantise_q15;
 use crate::sensor::ray_set::RaySet;
-use crate::source::Sources;
+use crate::source::{Sources, wrong_table};
 use crate::study::Place;
 use crate::study::value::exactly;
 use crate::{Error, Result};
@@ -67,7 +66,7 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
     let mut dirs_q15 = Vec::new();
     for (row, record) in reader.deserialize::<RayRow>().enumerate() {
         let RayRow { x, y, z } =
-            record.map_err(|e| Error::from(Issue::damaged(e.to_string()).cure(columns).at(path)))?;
+            record.map_err(|e| Error::from(wrong_table(&e).cure(columns).at(path)))?;
         let length = DVec3::new(x, y, z).length();
         if !(length.is_finite() && length > 1e-9) {
             let what = format!("row {}: {x},{y},{z}: must be a direction, finite and not zero", row + 1);
