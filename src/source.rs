@@ -1,7 +1,7 @@
 //! Reads all files that a study names: only regular ones, only from the folders that it may read, none above
 //! a size, and records the hash of each.
 
-mod elsewhere;
+mod formats;
 mod limit;
 mod table;
 mod text;
@@ -20,10 +20,10 @@ use sha2::{Digest, Sha256};
 use crate::error::{Argument, Issue, Words};
 use crate::spelling::nearest;
 use crate::{Error, Result};
-pub(crate) use elsewhere::wanted;
+pub(crate) use formats::accepted_formats;
 pub(crate) use limit::MemoryLimit;
-pub(crate) use table::wrong_table;
-pub(crate) use text::{lines, without_mark};
+pub(crate) use table::table_issue;
+pub(crate) use text::{lines, strip_mark};
 
 /// Most bytes of files that people write: studies, scenes, robots, joints of a person. Some parsers need many
 /// times as much.
@@ -128,7 +128,7 @@ impl Sources {
     /// # Errors
     /// As [`Sources::bytes`], and when the text is in UTF-16 or UTF-32.
     pub(crate) fn bytes_of_text(&self, path: &Path) -> Result<Vec<u8>> {
-        without_mark(self.bytes(path)?).map_err(|issue| issue.at(path).into())
+        strip_mark(self.bytes(path)?).map_err(|issue| issue.at(path).into())
     }
 
     /// Keeps what a reader did with a file that its user may not expect, for a warning.
@@ -185,7 +185,7 @@ impl Sources {
             self.note(path, path.into(), given)?;
             return Ok(given.to_vec());
         }
-        let path = &*with_slashes_if_needed(path);
+        let path = &*resolve_backslashes(path);
         let unreadable = |source| Error::io(path, "cannot be read", source);
         let place = path.canonicalize().map_err(|e| match path.read_link() {
             Ok(target) if e.kind() == ErrorKind::NotFound => {
@@ -209,7 +209,8 @@ impl Sources {
             return Err(changed(path));
         }
         if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
-            return Err(Error::input(path, "is a pointer of Git LFS, not the file itself").wanted("run `git lfs pull`"));
+            return Err(Error::input(path, "is a pointer of Git LFS, not the file itself")
+                .wanted("run `git lfs pull`"));
         }
         self.note(path, place, &bytes)?;
         log::info!("read {}: {} bytes", path.display(), bytes.len());
@@ -310,8 +311,9 @@ fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String> {
 }
 
 /// The path with the slashes of this system, if only that is there: programs of Windows write backslashes.
-pub(crate) fn with_slashes_if_needed(path: &Path) -> Cow<'_, Path> {
-    let other = path.to_str().filter(|text| text.contains('\\')).map(|text| PathBuf::from(text.replace('\\', "/")));
+pub(crate) fn resolve_backslashes(path: &Path) -> Cow<'_, Path> {
+    let other =
+        path.to_str().filter(|text| text.contains('\\')).map(|text| PathBuf::from(text.replace('\\', "/")));
     match other {
         Some(other) if !path.exists() && other.exists() => Cow::Owned(other),
         _ => Cow::Borrowed(path),

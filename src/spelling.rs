@@ -40,7 +40,11 @@ mod tests {
         for word in ["nan", "-NaN", "nan(ind)", "-nan(ind)", "nan(snan)", "1.#QNAN", "-1.#IND", "-1.#IND00"] {
             assert!(number(word).is_some_and(f64::is_nan), "{word}");
         }
-        assert!(["inf", "-inf", "1.#INF", "-1.#INF"].iter().all(|word| number(word).is_some_and(f64::is_infinite)));
+        assert!(
+            ["inf", "-inf", "1.#INF", "-1.#INF"]
+                .iter()
+                .all(|word| number(word).is_some_and(f64::is_infinite))
+        );
         assert_eq!((number("-1.5e3"), number("1,5"), number("nano")), (Some(-1500.0), None, None));
         assert_eq!((number(""), number("one")), (None, None));
     }

@@ -25,7 +25,8 @@ const MOST_POINTS: usize = 100_000_000;
 /// Refuses more points than are read.
 pub(super) fn check_count(points: usize) -> Result<(), Issue> {
     match points > MOST_POINTS {
-        true => Err(Issue::too_large(format!("has {points} points")).wanted(format!("at most {MOST_POINTS} are read"))),
+        true => Err(Issue::too_large(format!("has {points} points"))
+            .wanted(format!("at most {MOST_POINTS} are read"))),
         false => Ok(()),
     }
 }

@@ -40,7 +40,7 @@ use crate::backend::Planes;
 use crate::error::Issue;
 use crate::pose::{Frame, Pose};
 use crate::scene::octomap;
-use crate::source::{Sources, wanted};
+use crate::source::{Sources, accepted_formats};
 use crate::voxel::Grid;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
@@ -171,7 +171,7 @@ impl Recording {
                 let map = VoxelMap { sensor_m: asked.sensor_m, ..map };
                 return Recording::of_map(map).map_err(|e| e.at(path).into());
             }
-            _ => return Err(Error::input(path, wanted(path, ENDINGS))),
+            _ => return Err(Error::input(path, accepted_formats(path, ENDINGS))),
         };
         Ok(Recording::Clouds(clouds.into_iter().map(|cloud| cloud.seen_from(asked.sensor_m)).collect()))
     }

@@ -32,7 +32,9 @@ impl Array {
             other => return Err(Issue::unsupported(format!("is a numpy array of version {other}"))),
         };
         if length > LONGEST_HEADER {
-            return Err(Issue::too_large(format!("has a header of {length} bytes, more than {LONGEST_HEADER}")));
+            return Err(Issue::too_large(format!(
+                "has a header of {length} bytes, more than {LONGEST_HEADER}"
+            )));
         }
         let begin = from + length;
         let header = String::from_utf8_lossy(bytes.get(from..begin).ok_or_else(damaged)?).into_owned();

@@ -28,7 +28,7 @@ const MOST_BYTES: u64 = 1 << 30;
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let no_archive = |_| {
-        Issue::damaged("is no archive of arrays, or a truncated one").wanted("write it with numpy.savez")
+        Issue::damaged("is not an archive of arrays, or a truncated one").wanted("write it with numpy.savez")
     };
     let archive = ZipArchive::from_slice(bytes).map_err(no_archive)?;
     let entries: Vec<_> = archive.entries().collect::<Result<_, _>>().map_err(no_archive)?;
@@ -89,7 +89,9 @@ fn unpacked(archive: &ZipSliceArchive<&[u8]>, entry: &ZipFileHeaderRecord) -> Re
     let read = packed.verifying_reader(plain).take(MOST_BYTES + 1).read_to_end(&mut bytes);
     read.map_err(|_| damaged())?;
     if bytes.len() as u64 > MOST_BYTES {
-        return Err(Issue::too_large(format!("has more than {MOST_BYTES} bytes")).wanted("cut the map to the cell"));
+        return Err(
+            Issue::too_large(format!("has more than {MOST_BYTES} bytes")).wanted("cut the map to the cell")
+        );
     }
     Ok(bytes)
 }

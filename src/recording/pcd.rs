@@ -7,7 +7,7 @@ use super::header::lines;
 use super::number::Number;
 use super::points::{Field, Layout, Order};
 use crate::error::Issue;
-use crate::pose::unit_of_file;
+use crate::pose::unit_quaternion;
 use crate::source::MemoryLimit;
 
 /// Parses a file. Its viewpoint is where the sensor was, and how it was turned: points are in the sensor's own
@@ -38,7 +38,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
     let (sensor_m, turned) = (DVec3::new(x, y, z), DQuat::from_xyzw(qx, qy, qz, qw));
     // Some programs write zeros where nothing is turned.
     let is_turn = (turned.length() - 1.0).abs() < 1e-3 || turned.length() == 0.0;
-    let Some(turned) = unit_of_file(turned).filter(|_| sensor_m.is_finite() && is_turn) else {
+    let Some(turned) = unit_quaternion(turned).filter(|_| sensor_m.is_finite() && is_turn) else {
         return Err(Issue::value(
             "VIEWPOINT",
             format!("{:?}", header.viewpoint),

@@ -42,7 +42,8 @@ impl Header {
             }
             ["element", "vertex", count] => {
                 let parsed = count.parse::<usize>().ok();
-                let wrong = || Issue::value("element vertex", format!("{count:.40}"), "must be a whole number");
+                let wrong =
+                    || Issue::value("element vertex", format!("{count:.40}"), "must be a whole number");
                 self.count = Some(parsed.ok_or_else(wrong)?);
                 self.in_points = true;
             }

@@ -321,7 +321,8 @@ fn the_points_of_every_kind_of_ply() {
 fn entries_without_a_point_are_written_in_many_ways() {
     for nothing in ["nan", "-nan", "NaN", "-nan(ind)", "nan(snan)", "1.#QNAN", "-1.#IND", "inf", "-1.#INF"] {
         let text = format!("1 2 3\n{nothing} {nothing} {nothing}\n");
-        let mut file = b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nVIEWPOINT 0 0 0 0 0 0 0\nDATA ascii\n".to_vec();
+        let mut file =
+            b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nVIEWPOINT 0 0 0 0 0 0 0\nDATA ascii\n".to_vec();
         file.extend(text.as_bytes());
         assert_eq!(points_of(pcd::parse(&file)), [[1.0, 2.0, 3.0]], "{nothing}");
         let mut file = b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n".to_vec();
@@ -501,7 +502,7 @@ fn archives_that_are_damaged_or_packed_otherwise_are_refused() {
         let name_begins = directory + 46;
         assert!(good[name_begins..].starts_with(b"labels.npy"));
         for (at, to, expected) in [
-            (directory, 0, "is no archive of arrays"),
+            (directory, 0, "is not an archive of arrays"),
             (directory + 8, 1, "is encrypted"),
             (directory + 10, 12, "BZIP2"),
             (directory + 10, 99, "numpy.savez_compressed"),
@@ -517,7 +518,7 @@ fn archives_that_are_damaged_or_packed_otherwise_are_refused() {
             assert!(refused(&bytes).contains(expected), "{name}, {at}: {}", refused(&bytes));
         }
         for cut in [0, 10, good.len() / 2, good.len() - 1] {
-            assert!(refused(&good[..cut]).contains("is no archive of arrays"), "{name}, {cut}");
+            assert!(refused(&good[..cut]).contains("is not an archive of arrays"), "{name}, {cut}");
         }
     }
 }

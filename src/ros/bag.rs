@@ -115,7 +115,9 @@ fn asked_for(
                 .wanted("record the topic of the point clouds, with `ros2 bag record`");
             match others.is_empty() {
                 true => Err(none),
-                false => Err(none.cure(format!("it has {}", Vec::from_iter(others.iter().cloned()).join(", ")))),
+                false => {
+                    Err(none.cure(format!("it has {}", Vec::from_iter(others.iter().cloned()).join(", "))))
+                }
             }
         }
         (None, [only]) => Ok((*only).clone()),

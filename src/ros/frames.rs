@@ -78,7 +78,10 @@ impl Frames {
     /// As [`Frames::learn`].
     pub(super) fn learn_moving(&mut self, topic: &str, said: TransformStamped) -> Result<(), Issue> {
         let held = Held::new(topic, &said);
-        let first = self.moving.entry(plain(&said.child_frame_id).to_owned()).or_insert_with(|| Held::new(topic, &said));
+        let first = self
+            .moving
+            .entry(plain(&said.child_frame_id).to_owned())
+            .or_insert_with(|| Held::new(topic, &said));
         first.moves |= !first.is_as(&held);
         self.count()
     }
@@ -108,7 +111,9 @@ impl Frames {
             found = (&held.by, found.1.carried_by(pose));
         }
         let frame = plain(frame);
-        let what = format!("its frames hold each other in a ring, or more than {DEEPEST} deep, beginning at {frame:?}");
+        let what = format!(
+            "its frames hold each other in a ring, or more than {DEEPEST} deep, beginning at {frame:?}"
+        );
         Err(Issue::damaged(what))
     }
 

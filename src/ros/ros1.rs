@@ -17,7 +17,7 @@ fn bytes<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
     Some(*bytes)
 }
 
-fn list<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
+fn byte_sequence<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
     let length = u32::from_ros1(rest)? as usize;
     let (list, after) = rest.split_at_checked(length)?;
     *rest = after;
@@ -25,7 +25,7 @@ fn list<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
 }
 
 /// Things behind their number. Room is made for as many as there are bytes at most.
-fn several<T: FromRos1>(rest: &mut &[u8]) -> Option<Vec<T>> {
+fn sequence<T: FromRos1>(rest: &mut &[u8]) -> Option<Vec<T>> {
     let count = u32::from_ros1(rest)? as usize;
     (count <= rest.len()).then(|| (0..count).map(|_| T::from_ros1(rest)).collect())?
 }
@@ -50,7 +50,7 @@ impl FromRos1 for f64 {
 
 impl FromRos1 for String {
     fn from_ros1(rest: &mut &[u8]) -> Option<String> {
-        list(rest).map(|text| String::from_utf8_lossy(text).into_owned())
+        byte_sequence(rest).map(|text| String::from_utf8_lossy(text).into_owned())
     }
 }
 
@@ -79,11 +79,11 @@ impl FromRos1 for PointCloud2 {
             header: Header::from_ros1(rest)?,
             height: u32::from_ros1(rest)?,
             width: u32::from_ros1(rest)?,
-            fields: several(rest)?,
+            fields: sequence(rest)?,
             is_bigendian: u8::from_ros1(rest)? != 0,
             point_step: u32::from_ros1(rest)?,
             row_step: u32::from_ros1(rest)?,
-            data: list(rest)?.to_vec(),
+            data: byte_sequence(rest)?.to_vec(),
             is_dense: u8::from_ros1(rest)? != 0,
         })
     }
@@ -107,13 +107,16 @@ impl FromRos1 for TransformStamped {
         Some(TransformStamped {
             header: Header::from_ros1(rest)?,
             child_frame_id: String::from_ros1(rest)?,
-            transform: Transform { translation: Vector3::from_ros1(rest)?, rotation: Quaternion::from_ros1(rest)? },
+            transform: Transform {
+                translation: Vector3::from_ros1(rest)?,
+                rotation: Quaternion::from_ros1(rest)?,
+            },
         })
     }
 }
 
 impl FromRos1 for TfMessage {
     fn from_ros1(rest: &mut &[u8]) -> Option<TfMessage> {
-        Some(TfMessage { transforms: several(rest)? })
+        Some(TfMessage { transforms: sequence(rest)? })
     }
 }

@@ -8,7 +8,7 @@
 mod geometry;
 mod nodes;
 
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -20,15 +20,10 @@ use super::xml::Xml;
 use super::{Mesh, Up};
 use crate::Result;
 use crate::error::Issue;
-use crate::source::Sources;
+use crate::source::{MemoryLimit, Sources};
 
 /// Most triangles of a scene: a geometry may be placed many times.
 const MOST_TRIANGLES: usize = 20_000_000;
-/// Numbers that any file may have read, before its own size gives it more: a geometry is read again wherever
-/// it is placed, and its positions for each of its primitives.
-const FLOOR_NUMBERS: usize = 20_000_000;
-/// Numbers that may be read for each byte of a file; two bytes are the least that a number needs.
-const NUMBERS_PER_BYTE: usize = 8;
 
 /// Reads the triangles of a file's scene, in the file's own axes, and says which axis is up.
 ///
@@ -47,7 +42,7 @@ fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
         return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
             .wanted("a COLLADA file's is <COLLADA>"));
     }
-    let library = Library::of(&document, FLOOR_NUMBERS + NUMBERS_PER_BYTE * text.len());
+    let library = Library::of(&document, MemoryLimit::new(text.len() as u64));
     let (unit_m, up) = (unit_m(root)?, up_axis(root)?);
     let mut welder = Welder::default();
     let mut triangles = 0;
@@ -106,19 +101,20 @@ struct Library<'a, 'i> {
     document: &'a Document<'i>,
     /// By the name of the element and the id, which elements of several kinds may share; of several the first.
     by_id: HashMap<(&'a str, &'a str), Node<'a, 'i>>,
-    /// Numbers that may still be read.
-    left: Cell<usize>,
+    /// For the numbers that are read: those of a geometry again wherever it is placed, and its positions for each of its
+    /// primitives.
+    limit: RefCell<MemoryLimit>,
 }
 
 impl<'a, 'i> Library<'a, 'i> {
-    fn of(document: &'a Document<'i>, left: usize) -> Self {
+    fn of(document: &'a Document<'i>, limit: MemoryLimit) -> Self {
         let mut by_id = HashMap::new();
         for node in document.descendants() {
             if let Some(id) = node.attribute("id") {
                 by_id.entry((node.tag_name().name(), id)).or_insert(node);
             }
         }
-        Library { document, by_id, left: Cell::new(left) }
+        Library { document, by_id, limit: RefCell::new(limit) }
     }
 
     /// The element of a name that an attribute refers to.
@@ -152,11 +148,7 @@ impl<'a, 'i> Library<'a, 'i> {
     fn words<T>(&self, node: Node, what: &str, read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Issue> {
         let words = node.text().unwrap_or_default().split_whitespace();
         let number = |word: &str| {
-            let left = self.left.get().checked_sub(1).ok_or_else(|| {
-                let what = Issue::too_large("has the file's numbers read far too often");
-                self.at(node, what.wanted("place fewer copies of its geometries"))
-            })?;
-            self.left.set(left);
+            self.limit.borrow_mut().spend_on::<f64>(1).map_err(|issue| self.at(node, issue))?;
             read(word).ok_or_else(|| self.at(node, Issue::says(format!("{word:.40?} is no {what}"))))
         };
         words.map(number).collect()

@@ -140,7 +140,17 @@ const VISIBILITY: &str = "KHR_node_visibility";
 /// Whether an extension changes how surfaces look and not where they are.
 fn is_about_looks(extension: &str) -> bool {
     let (_, name) = extension.split_once('_').unwrap_or_default();
-    let looks = ["materials_", "material_", "texture_", "lights_", "image_", "techniques_", "xmp", "packing_", "environment_"];
+    let looks = [
+        "materials_",
+        "material_",
+        "texture_",
+        "lights_",
+        "image_",
+        "techniques_",
+        "xmp",
+        "packing_",
+        "environment_",
+    ];
     looks.iter().any(|begin| name.starts_with(begin))
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Result;
 use crate::error::Issue;
-use crate::source::{Sources, wrong_table};
+use crate::source::{Sources, table_issue};
 
 /// Most values of a table: about 1 GB.
 const MOST_VALUES: usize = 100_000_000;
@@ -49,7 +49,7 @@ impl JointTable {
     /// Reads a CSV whose first column is `time_s` and whose others are named after joints.
     ///
     /// # Errors
-    /// When the file cannot be read, a column has no name of its own, a cell is no number, or times do not increase.
+    /// When the file cannot be read, a column has no name of its own, a cell is not a number, or times do not increase.
     pub fn load(path: &Path, sources: &Sources) -> Result<JointTable> {
         parse(sources.table(path)?.as_bytes()).map_err(|issue| issue.at(path).into())
     }
@@ -93,7 +93,7 @@ fn parse(bytes: &[u8]) -> Result<JointTable, Issue> {
         .trim(csv::Trim::All)
         .from_reader(bytes);
     let mut records = reader.records();
-    let header = records.next().ok_or_else(|| Issue::says("has no header"))?.map_err(|e| wrong_table(&e))?;
+    let header = records.next().ok_or_else(|| Issue::says("has no header"))?.map_err(|e| table_issue(&e))?;
     let joints: Vec<String> = header.iter().skip(1).map(String::from).collect();
     if header.get(0) != Some("time_s") || joints.is_empty() {
         return Err(Issue::says(format!(
@@ -108,7 +108,7 @@ fn parse(bytes: &[u8]) -> Result<JointTable, Issue> {
     }
     let (mut times_s, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     for record in records {
-        let record = record.map_err(|e| wrong_table(&e))?;
+        let record = record.map_err(|e| table_issue(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let number = |(cell, column): (&str, &str)| {
             let number = cell.parse::<f64>().ok().filter(|number| number.abs() <= LARGEST);

@@ -14,7 +14,7 @@ use super::mannequin;
 use super::shipped::Shipped;
 use crate::Result;
 use crate::error::Issue;
-use crate::source::{Sources, wrong_table};
+use crate::source::{Sources, table_issue};
 use crate::spelling::number;
 
 /// COCO's keypoints, in COCO's order. Left and right are the person's own.
@@ -71,8 +71,9 @@ impl KeypointFile {
     /// # Errors
     /// When the file cannot be read, a row is not as above, or no joint is known.
     pub fn read(&self, sources: &Sources) -> Result<Keypoints> {
-        let joints = parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path))?;
-        filled(&joints).into_iter().for_each(|what| sources.remark(&self.path, what));
+        let joints =
+            parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path))?;
+        placeholder_remarks(&joints).into_iter().for_each(|what| sources.remark(&self.path, what));
         Ok(joints)
     }
 }
@@ -112,7 +113,7 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
     let mut points: Vec<Option<DVec3>> = Vec::with_capacity(joints.len());
     let mut first = true;
     for record in reader.records() {
-        let record = record.map_err(|e| wrong_table(&e))?;
+        let record = record.map_err(|e| table_issue(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let cells: Vec<&str> = record.iter().take(6).collect();
         if std::mem::take(&mut first) && is_header(&cells) {
@@ -135,11 +136,23 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
     }
     // A row's number before its coordinates would be taken for x, and z for a confidence.
     let counts_rows = |first: usize| {
-        points.iter().enumerate().all(|(row, point)| point.is_some_and(|point| point.x == (row + first) as f64))
+        points
+            .iter()
+            .enumerate()
+            .all(|(row, point)| point.is_some_and(|point| point.x == (row + first) as f64))
     };
     if counts_rows(0) || counts_rows(1) {
         return Err(Issue::says("x_m is the number of the row in each row")
             .wanted("take the column that counts the rows away; the columns are x_m,y_m,z_m"));
+    }
+    let known: Vec<DVec3> = points.iter().flatten().copied().collect();
+    if let [first, second, ..] = known[..]
+        && second == first
+        && known.iter().all(|point| *point == first)
+    {
+        return Err(
+            Issue::says(format!("all of its joints are at {first}")).wanted("give each its own place")
+        );
     }
     if points.iter().all(Option::is_none) {
         return Err(Issue::says("all joints are empty").wanted("give the position of at least one"));
@@ -147,18 +160,23 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
     Ok(layout.keypoints(&points))
 }
 
-/// What looks as if a joint was not found, and the program that wrote the table filled in a number for it. Joints of the
+/// What looks as if joints were not found, and the program that wrote the table filled in numbers for them. Joints of the
 /// face may lie on each other.
-fn filled(joints: &Keypoints) -> Vec<String> {
+fn placeholder_remarks(joints: &Keypoints) -> Vec<String> {
     let limbs = || joints.iter().zip(JOINTS).skip(SHOULDERS[0]).filter_map(|(at, name)| Some(((*at)?, name)));
-    let leave = "if it was not found, leave its cells empty";
-    let at_zero = limbs().filter(|(at, _)| *at == DVec3::ZERO);
-    let at_zero = at_zero.map(|(_, name)| format!("{name} is at exactly 0, 0, 0: {leave}"));
-    let on_another = limbs().enumerate().filter_map(|(number, (at, name))| {
-        let (_, other) = limbs().take(number).find(|(other, _)| *other == at && at != DVec3::ZERO)?;
-        Some(format!("{name} is exactly where {other} is: {leave}"))
+    let mut places: Vec<(DVec3, Vec<&str>)> = Vec::new();
+    for (at, name) in limbs() {
+        match places.iter_mut().find(|(place, _)| *place == at) {
+            Some((_, names)) => names.push(name),
+            None => places.push((at, vec![name])),
+        }
+    }
+    let is_odd = |(at, names): &(DVec3, Vec<&str>)| *at == DVec3::ZERO || names.len() > 1;
+    let told = places.into_iter().filter(is_odd).map(|(DVec3 { x, y, z }, names)| {
+        let names = names.join(" and ");
+        format!("{names} at exactly {x}, {y}, {z}: leave the cells of a joint empty that was not found")
     });
-    at_zero.chain(on_another).collect()
+    told.collect()
 }
 
 fn is_header(cells: &[&str]) -> bool {

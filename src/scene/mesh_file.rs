@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::gltf::Gltf;
 use super::{Mesh, Up, collada, obj, stl};
-use crate::source::{Sources, wanted};
+use crate::source::{Sources, accepted_formats};
 use crate::{Error, Result};
 
 /// The endings of all that can be read, for messages.
@@ -61,14 +61,14 @@ impl MeshFile {
         let (mesh, up) = load_mesh(&self.path, sources)?;
         let (mut mesh, up) = (mesh.scaled(self.scale), up.unwrap_or(self.up));
         mesh.vertices.iter_mut().for_each(|vertex| *vertex = z_up(*vertex, up));
-        if self.is_z_up_against_rules(sources) {
-            mesh.vertices.iter_mut().for_each(|vertex| *vertex = turned_back(*vertex));
+        if self.breaks_up_rule(sources) {
+            mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
         }
         Ok(mesh)
     }
 
     /// Whether it is a glTF that is z up as it is written; a remark tells of it.
-    pub(super) fn is_z_up_against_rules(&self, sources: &Sources) -> bool {
+    pub(super) fn breaks_up_rule(&self, sources: &Sources) -> bool {
         let is = self.format == MeshFormat::Gltf && self.up == Up::Z;
         if is {
             sources.remark(&self.path, "is taken as z up by up = \"z\", against the rules of glTF");
@@ -91,12 +91,12 @@ pub(crate) fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<
             let (mesh, up) = collada::load(path, sources)?;
             Ok((mesh, Some(up)))
         }
-        None => Err(Error::input(path, wanted(path, ENDINGS))),
+        None => Err(Error::input(path, accepted_formats(path, ENDINGS))),
     }
 }
 
 /// A place of a glTF as it is written, not turned from y up to z up.
-pub(super) fn turned_back(place: DVec3) -> DVec3 {
+pub(super) fn undo_z_up(place: DVec3) -> DVec3 {
     DVec3::new(place.x, place.z, -place.y)
 }
 
@@ -122,7 +122,7 @@ mod tests {
             let vertices = turned(up);
             assert_eq!(vertices[0].to_array(), expected, "{up:?}");
             assert_eq!(vertices[1].cross(vertices[2]), vertices[3], "{up:?}: turned, not mirrored");
-            assert_eq!(turned_back(z_up(DVec3::new(1.0, 2.0, 3.0), Up::Y)), DVec3::new(1.0, 2.0, 3.0));
+            assert_eq!(undo_z_up(z_up(DVec3::new(1.0, 2.0, 3.0), Up::Y)), DVec3::new(1.0, 2.0, 3.0));
         }
     }
 

@@ -62,7 +62,8 @@ fn corner<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, Issue> 
     let mut number = || -> Result<f64, Issue> {
         let word = words.next().ok_or_else(|| Issue::says("a corner has fewer than three numbers"))?;
         let value = number_of(word).ok_or_else(|| {
-            Issue::says(format!("{word:.40?} is no number")).wanted("write it with a decimal point, as in 1.5")
+            Issue::says(format!("{word:.40?} is not a number"))
+                .wanted("write it with a decimal point, as in 1.5")
         })?;
         if value.is_finite() {
             Ok(value)
@@ -152,7 +153,7 @@ mod tests {
             ("", "no face with an area"),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no face with an area"),
             ("v 0 0\n", "line 1: a corner has fewer than three numbers"),
-            ("v 0 0 x\n", "line 1: \"x\" is no number: write it with a decimal point"),
+            ("v 0 0 x\n", "line 1: \"x\" is not a number: write it with a decimal point"),
             ("v 0 0 -nan(ind)\n", "line 1: -nan(ind): must be finite"),
             ("v 0 0 nan\n", "line 1: nan: must be finite"),
             ("v 0 0 1e999\n", "line 1: 1e999: must be finite"),

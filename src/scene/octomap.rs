@@ -62,7 +62,7 @@ pub struct Tree {
 pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
     let bytes = sources.bytes_of_text(path)?;
     let (map, rest) = parse(&bytes).map_err(|issue| issue.at(path))?;
-    tell_rest(rest, path, sources);
+    remark_rest(rest, path, sources);
     Ok(map)
 }
 
@@ -73,12 +73,12 @@ pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
 pub fn read_tree(path: &Path, sources: &Sources) -> Result<Tree> {
     let bytes = sources.bytes_of_text(path)?;
     let (tree, rest) = parse_tree(&bytes).map_err(|issue| issue.at(path))?;
-    tell_rest(rest, path, sources);
+    remark_rest(rest, path, sources);
     Ok(tree)
 }
 
 /// Tells of bytes behind a tree.
-fn tell_rest(rest: usize, path: &Path, sources: &Sources) {
+fn remark_rest(rest: usize, path: &Path, sources: &Sources) {
     if rest > 0 {
         sources.remark(path, format!("{rest} bytes behind its tree are not read"));
     }

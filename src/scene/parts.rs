@@ -7,7 +7,7 @@ use wildmatch::WildMatch;
 use super::gltf::NodeMesh;
 use super::keypoints::Keypoints;
 use super::loaded::{SceneFiles, at};
-use super::mesh_file::{MeshFormat, turned_back};
+use super::mesh_file::{MeshFormat, undo_z_up};
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
 use super::{
     Mesh, Object, Optical, Role, Surface, keypoints as joints, mannequin, octomap, primitive, sdf, urdf,
@@ -49,11 +49,11 @@ fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<O
         }
         SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => {
             let mut nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?;
-            let is_z_up = file.is_z_up_against_rules(sources);
+            let is_z_up = file.breaks_up_rule(sources);
             for NodeMesh { mesh, .. } in &mut nodes {
                 *mesh = std::mem::take(mesh).scaled(file.scale);
                 if is_z_up {
-                    mesh.vertices.iter_mut().for_each(|vertex| *vertex = turned_back(*vertex));
+                    mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
                 }
             }
             return parts_by_rules(object, nodes, keypoints);

@@ -10,7 +10,7 @@ use super::Mesh;
 use super::mesh::Welder;
 use crate::Result;
 use crate::error::Issue;
-use crate::source::{Sources, lines, without_mark};
+use crate::source::{Sources, lines, strip_mark};
 use crate::spelling::number;
 
 /// Bytes before the first triangle of a binary file: 80 of free text, 4 of triangle count.
@@ -29,7 +29,10 @@ const LONGEST_LINE: usize = 1024;
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
     let (mesh, behind) = parse(sources.bytes(path)?).map_err(|issue| issue.at(path))?;
     if behind > 0 {
-        sources.remark(path, format!("{behind} bytes behind its triangles are not read: is it several files in one?"));
+        sources.remark(
+            path,
+            format!("{behind} bytes behind its triangles are not read: is it several files in one?"),
+        );
     }
     Ok(mesh)
 }
@@ -37,7 +40,7 @@ pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
 /// The surface, and how many bytes there are behind the triangles that a binary file declares.
 fn parse(bytes: Vec<u8>) -> Result<(Mesh, usize), Issue> {
     let is_whole = |bytes: &[u8]| declared_length(bytes).is_some_and(|length| length <= bytes.len() as u64);
-    let bytes = if is_whole(&bytes) { bytes } else { without_mark(bytes)? };
+    let bytes = if is_whole(&bytes) { bytes } else { strip_mark(bytes)? };
     // The triangle count of a binary file has a zero among its bytes, a text has none.
     let is_text = starts_with_word(&bytes, b"solid") && !bytes.contains(&0);
     let is_exact = declared_length(&bytes) == Some(bytes.len() as u64);
@@ -50,7 +53,8 @@ fn parse(bytes: Vec<u8>) -> Result<(Mesh, usize), Issue> {
         _ => return Err(wrong_length(&bytes)),
     };
     let mut reader = Cursor::new(prepared);
-    let triangles = stl_io::create_stl_reader(&mut reader).map_err(|_| Issue::damaged("is no STL"))?;
+    let triangles =
+        stl_io::create_stl_reader(&mut reader).map_err(|_| Issue::damaged("is not an STL file"))?;
     let mut welder = Welder::default();
     for (number, triangle) in triangles.enumerate() {
         let corners = triangle
@@ -134,7 +138,7 @@ fn joined_solids(text: &str) -> Result<Vec<u8>, Issue> {
     Ok(joined)
 }
 
-/// A line of a facet as the parser takes it. Normals are not used, and some programs write them as what is no number.
+/// A line of a facet as the parser takes it. Normals are not used, and some programs write numbers there that are not finite.
 fn facet_line(line: &str) -> Result<String, Issue> {
     let line = line.trim().to_ascii_lowercase();
     let mut words = line.split_whitespace();
@@ -143,7 +147,9 @@ fn facet_line(line: &str) -> Result<String, Issue> {
         Some("vertex") => {
             let numbers: Vec<&str> = words.collect();
             if numbers.len() != 3 {
-                return Err(Issue::damaged(format!("a vertex has {} numbers", numbers.len())).wanted("must be three"));
+                return Err(
+                    Issue::damaged(format!("a vertex has {} numbers", numbers.len())).wanted("must be three")
+                );
             }
             match numbers.iter().find(|word| !number(word).is_some_and(f64::is_finite)) {
                 Some(word) => Err(Issue::damaged(format!("a vertex has {word:.40?}"))
@@ -244,7 +250,10 @@ mod tests {
         let text = ascii("", &TETRAHEDRON);
         refused(text[..text.len() - 12].into(), "begins 1 solids and ends 0");
         refused(text.replace("endloop", "").into(), "triangle 0 is not as it must be");
-        refused(text.replace("endloop", "color 1 0 0").into(), "line 7: begins with \"color\": must be one of");
+        refused(
+            text.replace("endloop", "color 1 0 0").into(),
+            "line 7: begins with \"color\": must be one of",
+        );
         refused(text.replace("outer", &"x ".repeat(1000)).into(), "line 3 is");
         refused(text.encode_utf16().flat_map(u16::to_le_bytes).collect(), "is UTF-16 text");
         refused(b"solid of nothing\nendsolid".to_vec(), "no triangle");
@@ -254,7 +263,8 @@ mod tests {
     fn what_is_behind_or_is_not_used_refuses_no_file() {
         let whole = parse(binary(b"", &TETRAHEDRON)).unwrap();
         for (header, behind) in [(&b""[..], 1), (b"solid", 4), (b"solid part", 300)] {
-            let (mesh, left) = super::parse([binary(header, &TETRAHEDRON), vec![7; behind]].concat()).unwrap();
+            let (mesh, left) =
+                super::parse([binary(header, &TETRAHEDRON), vec![7; behind]].concat()).unwrap();
             assert_eq!((mesh, left), (whole.clone(), behind));
         }
         let text = ascii("", &TETRAHEDRON);

@@ -33,13 +33,13 @@ impl Xml {
             plain.push_str(&rest[..at]);
             rest = &rest[at..];
             let length = match () {
-                () if rest.starts_with('&') => escaped(rest, &mut plain),
+                () if rest.starts_with('&') => push_reference(rest, &mut plain),
                 () if rest.starts_with(CDATA[0]) => {
                     let length = rest.find(CDATA[1]).map_or(rest.len(), |end| end + CDATA[1].len());
                     plain.push_str(&rest[..length]);
                     length
                 }
-                () => match left_out(rest) {
+                () => match skipped_length(rest) {
                     Some(length) => {
                         plain.extend(rest[..length].matches('\n'));
                         length
@@ -78,7 +78,7 @@ impl Xml {
 
 /// The length of a comment, an instruction or a plain DOCTYPE at the beginning of a text. One without an end is left to
 /// the parser, which refuses it, as it does a DOCTYPE that declares entities.
-fn left_out(text: &str) -> Option<usize> {
+fn skipped_length(text: &str) -> Option<usize> {
     if text.starts_with(DOCTYPE) {
         return text.find(['>', '[']).filter(|&end| text[end..].starts_with('>')).map(|end| end + 1);
     }
@@ -87,7 +87,7 @@ fn left_out(text: &str) -> Option<usize> {
 }
 
 /// Writes a reference, or an ampersand that is none, and says how long it is in the text.
-fn escaped(text: &str, plain: &mut String) -> usize {
+fn push_reference(text: &str, plain: &mut String) -> usize {
     /// No reference that a parser knows is longer: `&#x10FFFF;`.
     const LONGEST: usize = 12;
     let end = text.bytes().take(LONGEST).position(|byte| byte == b';');
@@ -155,7 +155,7 @@ impl<'t> Element<'t> {
             let mut length = c.len_utf8();
             match (c, quote) {
                 (':', None) => plain.push('.'),
-                ('&', Some(_)) => length = escaped(rest, plain),
+                ('&', Some(_)) => length = push_reference(rest, plain),
                 ('<', Some(_)) => plain.push_str("&lt;"),
                 // The declaration of the default namespace.
                 ('x', None) if rest.starts_with("xmlns") => {
@@ -189,7 +189,12 @@ mod tests {
         let document = xml.document().map_err(told)?;
         let elements = document.descendants().filter(|node| node.is_element()).map(|node| {
             let attributes = node.attributes().map(|a| format!(" {}={}", a.name(), a.value()));
-            format!("{}{}: {}", node.tag_name().name(), attributes.collect::<String>(), node.text().unwrap_or_default().trim())
+            format!(
+                "{}{}: {}",
+                node.tag_name().name(),
+                attributes.collect::<String>(),
+                node.text().unwrap_or_default().trim()
+            )
         });
         Ok(elements.collect::<Vec<_>>().join("; "))
     }
@@ -230,7 +235,14 @@ mod tests {
         ] {
             assert_eq!(read(text).as_deref(), Ok(expected), "{text}");
         }
-        for broken in ["<a><b></a>", "<a", "<!-- <a/>", "<a><![CDATA[</a>", "<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "text"] {
+        for broken in [
+            "<a><b></a>",
+            "<a",
+            "<!-- <a/>",
+            "<a><![CDATA[</a>",
+            "<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>",
+            "text",
+        ] {
             assert!(read(broken).unwrap_err().starts_with("is no XML"), "{broken}");
         }
         let wrong = read("<a>\n<!--\n\n-->\n<b>\n</a>").unwrap_err();

@@ -28,8 +28,10 @@ impl MemoryLimit {
     pub(crate) fn spend(&mut self, bytes: u64) -> Result<(), Issue> {
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {
             let most = self.most >> 20;
-            Issue::too_large(format!("unfolds to far more than its size: over the {most} MiB that it may take"))
-                .wanted("split the file, or place fewer copies")
+            Issue::too_large(format!(
+                "unfolds to far more than its size: over the {most} MiB that it may take"
+            ))
+            .wanted("split the file, or place fewer copies")
         })?;
         Ok(())
     }

@@ -9,10 +9,11 @@ const MARK: &[u8] = b"\xef\xbb\xbf";
 ///
 /// # Errors
 /// When the text is in UTF-16 or UTF-32.
-pub(crate) fn without_mark(mut bytes: Vec<u8>) -> Result<Vec<u8>, Issue> {
-    if let Some(encoding) = wide(&bytes) {
-        return Err(Issue::unsupported(format!("is {encoding} text"))
-            .wanted("save it as UTF-8 (PowerShell's > writes UTF-16: `| Out-File -Encoding utf8` does not)"));
+pub(crate) fn strip_mark(mut bytes: Vec<u8>) -> Result<Vec<u8>, Issue> {
+    if let Some(encoding) = wide_encoding(&bytes) {
+        return Err(Issue::unsupported(format!("is {encoding} text")).wanted(
+            "save it as UTF-8 (PowerShell's > writes UTF-16: `| Out-File -Encoding utf8` does not)",
+        ));
     }
     if bytes.starts_with(MARK) {
         bytes.drain(..MARK.len());
@@ -25,7 +26,7 @@ pub(crate) fn without_mark(mut bytes: Vec<u8>) -> Result<Vec<u8>, Issue> {
 /// # Errors
 /// When it is in another encoding than UTF-8.
 pub(super) fn utf8(bytes: Vec<u8>) -> Result<String, Issue> {
-    String::from_utf8(without_mark(bytes)?).map_err(|e| {
+    String::from_utf8(strip_mark(bytes)?).map_err(|e| {
         let (at, bytes) = (e.utf8_error().valid_up_to(), e.as_bytes());
         let line = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
         Issue::says(format!("is not UTF-8 text: line {line} has the byte 0x{:02X}", bytes[at]))
@@ -40,7 +41,7 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
 
 /// The encoding of a text whose characters have two or four bytes, by its mark, or by the zeros in its first two
 /// characters.
-fn wide(bytes: &[u8]) -> Option<&'static str> {
+fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     let is_letter = |byte: u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
     match *bytes {
         [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
@@ -56,7 +57,8 @@ mod tests {
 
     #[test]
     fn encodings_are_told_by_their_first_bytes() {
-        let wide = |text: &str, bytes: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(bytes).collect::<Vec<_>>();
+        let wide =
+            |text: &str, bytes: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(bytes).collect::<Vec<_>>();
         for (bytes, expected) in [
             (b"v 0 0 0".to_vec(), Ok("v 0 0 0")),
             (b"\xef\xbb\xbfsolid".to_vec(), Ok("solid")),

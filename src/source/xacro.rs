@@ -45,14 +45,13 @@ impl Sources {
         let args: Vec<String> = args.iter().map(|(name, value)| format!("{name}:={value}")).collect();
         // The program runs elsewhere, and what is not there is its to tell.
         let whole = |folder: PathBuf| folder.canonicalize().unwrap_or(folder);
-        let packages: Vec<(String, PathBuf)> =
-            packages.map(|(name, folder)| (name, whole(folder))).collect();
+        let packages: Vec<(String, PathBuf)> = packages.map(|(name, folder)| (name, whole(folder))).collect();
         let key = (path.to_path_buf(), args, packages);
         let known = self.record.lock().unwrap_or_else(PoisonError::into_inner).expanded.get(&key).cloned();
         if known.is_some() {
             return Ok(known);
         }
-        let text = named_by_package(utf8(path, run(path, &key.1, &key.2)?)?, &key.2);
+        let text = name_by_package(utf8(path, run(path, &key.1, &key.2)?)?, &key.2);
         log::info!("expanded {}: {} bytes", path.display(), text.len());
         let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         // What it includes is not listed, but what comes out is.
@@ -64,7 +63,7 @@ impl Sources {
 }
 
 /// The text with the files of packages named so that it is the same on every machine.
-fn named_by_package(text: String, packages: &[(String, PathBuf)]) -> String {
+fn name_by_package(text: String, packages: &[(String, PathBuf)]) -> String {
     packages.iter().fold(text, |text, (name, folder)| {
         let (folder, package) = (folder.display(), format!("package://{name}/"));
         let text = text.replace(&format!("file://{folder}/"), &package);

@@ -23,7 +23,7 @@ use crate::scene::sdf::SdfFile;
 use crate::scene::spec::{NodeRule, ObjectSpec, PersonFile, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role, Up};
-use crate::source::{Sources, wanted};
+use crate::source::{Sources, accepted_formats};
 use crate::{Error, Result};
 use person::PersonKeys;
 use snapshots::SnapshotsFile;
@@ -419,7 +419,7 @@ pub(super) fn mesh(
         };
         return Ok(MeshFile { path: folder.join(path), format, scale, up });
     }
-    Err(at.wrong("mesh", format!("{path:?}"), &wanted(path, ENDINGS).to_string()))
+    Err(at.wrong("mesh", format!("{path:?}"), &accepted_formats(path, ENDINGS).to_string()))
 }
 
 /// One rotation, none where neither is given; `index` is its place in a list.

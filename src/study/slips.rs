@@ -24,7 +24,10 @@ const CURES: [(&str, &str); 8] = [
     ("escaped value", BACKSLASHES),
     ("unicode value", BACKSLASHES),
     ("hexadecimal value", BACKSLASHES),
-    ("string values must be quoted", "write words between quotes, as in \"abc\", and numbers with a point, as in 1.5"),
+    (
+        "string values must be quoted",
+        "write words between quotes, as in \"abc\", and numbers with a point, as in 1.5",
+    ),
     ("invalid mantissa", "a number begins with a digit, as in 0.5"),
     ("invalid fraction", "a digit follows the point, as in 5.0"),
     ("leading zero", "a number has no zeros before it, as in 5"),

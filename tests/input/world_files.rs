@@ -71,13 +71,25 @@ fn meshes() {
     let told = "object \"part\" is not watertight (some of its faces are turned inside out";
     read(filled, &[("part.obj", turned.as_bytes())], &[WHOLE, told]);
     let open = CUBE.replacen("f 5 6 7 8", "", 1);
-    read(filled, &[("part.obj", open.as_bytes())], &["object \"part\" is not watertight (an edge has only one side)"]);
+    read(
+        filled,
+        &[("part.obj", open.as_bytes())],
+        &["object \"part\" is not watertight (an edge has only one side)"],
+    );
     // A triangle, and two bytes more than are declared.
     let corners = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].map(f32::to_le_bytes).concat();
     let stl = [&[b' '; 80][..], &[1, 0, 0, 0], &[0; 12], &corners, &[0; 4]].concat();
     let told = "object \"part\" is read from";
-    read("mesh = \"part.stl\"", &[("part.stl", &stl)], &[told, "part.stl: 2 bytes behind its triangles are not read"]);
-    refused("mesh = \"part.stl\"", &[("part.stl", b"solid s\nfacet normal 0 0 1\nouter loop\nvertex 0,5 1 1\n")], &["line 4: a vertex has \"0,5\": must be a finite number with a decimal point"]);
+    read(
+        "mesh = \"part.stl\"",
+        &[("part.stl", &stl)],
+        &[told, "part.stl: 2 bytes behind its triangles are not read"],
+    );
+    refused(
+        "mesh = \"part.stl\"",
+        &[("part.stl", b"solid s\nfacet normal 0 0 1\nouter loop\nvertex 0,5 1 1\n")],
+        &["line 4: a vertex has \"0,5\": must be a finite number with a decimal point"],
+    );
 }
 
 #[test]
@@ -88,7 +100,11 @@ fn gltf_files() {
     let hidden = r#"[{"mesh":0},{"mesh":0,"translation":[4,0,0],"extensions":{"KHR_node_visibility":{"visible":false}}}]"#;
     let used = r#","extensionsUsed":["KHR_node_visibility"],"extensionsRequired":["KHR_materials_unlit"]"#;
     let told = "part.gltf: 1 nodes hidden by KHR_node_visibility are left out";
-    read(mesh, &[("part.gltf", &gltf(hidden, used))], &["object \"part\"", told, "[0.00, 0.00, 0.00] … [1.00, 0.00, 1.00]"]);
+    read(
+        mesh,
+        &[("part.gltf", &gltf(hidden, used))],
+        &["object \"part\"", told, "[0.00, 0.00, 0.00] … [1.00, 0.00, 1.00]"],
+    );
     let told = "part.gltf: is taken as z up by up = \"z\", against the rules of glTF";
     read(
         "mesh = \"part.gltf\"\nup = \"z\"",
@@ -97,7 +113,11 @@ fn gltf_files() {
     );
     read("mesh = \"part.gltf\"\nup = \"y\"", &[("part.gltf", &gltf(both, ""))], &["[5.00, 0.00, 1.00]"]);
     refused(mesh, &[("part.gltf", b"")], &["part.gltf: is empty: export it again"]);
-    refused(mesh, &[("part.gltf", br#"{"asset":{"version":"1.0"},"nodes":{"a":{}}}"#)], &["needs glTF 1.0: export it again as glTF 2.0"]);
+    refused(
+        mesh,
+        &[("part.gltf", br#"{"asset":{"version":"1.0"},"nodes":{"a":{}}}"#)],
+        &["needs glTF 1.0: export it again as glTF 2.0"],
+    );
 }
 
 #[test]
@@ -133,27 +153,50 @@ fn paths_and_numbers_in_toml() {
     }
     read(r"mesh = 'parts\cube.obj'", &[("parts/cube.obj", CUBE.as_bytes())], &[" 12 ", WHOLE]);
     let near = r"parts\cubes.obj: cannot be read";
-    refused(r"mesh = 'parts\cubes.obj'", &[("parts/cube.obj", CUBE.as_bytes())], &[near, "there is \"cube.obj\""]);
+    refused(
+        r"mesh = 'parts\cubes.obj'",
+        &[("parts/cube.obj", CUBE.as_bytes())],
+        &[near, "there is \"cube.obj\""],
+    );
 }
 
 #[test]
 fn robots_and_worlds() {
     let urdf = r"<!-- a -- b --><robot name='r'><gazebo><gz:x/></gazebo><link name='a'><collision><geometry><mesh filename='m\cube.obj'/></geometry></collision></link></robot>";
-    read("urdf = \"r.urdf\"", &[("r.urdf", urdf.as_bytes()), ("m/cube.obj", CUBE.as_bytes())], &[" 12 ", WHOLE]);
+    read(
+        "urdf = \"r.urdf\"",
+        &[("r.urdf", urdf.as_bytes()), ("m/cube.obj", CUBE.as_bytes())],
+        &[" 12 ", WHOLE],
+    );
     // Prefixes that are declared again and again, which take a parser of namespaces a minute.
     let declared: String = (0..250).map(|i| format!(" xmlns:n{i}='u'")).collect();
-    let nested = format!("{}{}{}", format!("<g{declared}>").repeat(60), "<h/>".repeat(30_000), "</g>".repeat(60));
+    let nested =
+        format!("{}{}{}", format!("<g{declared}>").repeat(60), "<h/>".repeat(30_000), "</g>".repeat(60));
     let slow = urdf.replacen("<gz:x/>", &nested, 1);
     let begun = std::time::Instant::now();
-    read("urdf = \"r.urdf\"", &[("r.urdf", slow.as_bytes()), ("m/cube.obj", CUBE.as_bytes())], &[" 12 ", WHOLE]);
+    read(
+        "urdf = \"r.urdf\"",
+        &[("r.urdf", slow.as_bytes()), ("m/cube.obj", CUBE.as_bytes())],
+        &[" 12 ", WHOLE],
+    );
     assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
     let link = "<model name='m'><link name='l'><collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision></link></model>";
     let state = "<state world_name='w'><model name='m'><pose>7 0 0 0 0 0</pose></model></state>";
-    let world = format!("<sdf version='1.6'><!-- saved -- today --><world name='w'><gz:x/>{link}{state}</world></sdf>");
+    let world = format!(
+        "<sdf version='1.6'><!-- saved -- today --><world name='w'><gz:x/>{link}{state}</world></sdf>"
+    );
     let told = "world.sdf: 1 models stand where its <state> has them";
-    read("sdf = \"world.sdf\"", &[("world.sdf", world.as_bytes())], &["object \"part\"", told, "[6.50, -0.50, -0.50] … [7.50, 0.50, 0.50]"]);
+    read(
+        "sdf = \"world.sdf\"",
+        &[("world.sdf", world.as_bytes())],
+        &["object \"part\"", told, "[6.50, -0.50, -0.50] … [7.50, 0.50, 0.50]"],
+    );
     refused("sdf = \"world.sdf\"", &[("world.sdf", &utf_16(&world))], &["world.sdf: is UTF-16 text"]);
-    refused("sdf = \"world.sdf\"", &[("world.sdf", b"<sdf>\nGeh\xe4use")], &["is not UTF-8 text: line 2 has the byte 0xE4"]);
+    refused(
+        "sdf = \"world.sdf\"",
+        &[("world.sdf", b"<sdf>\nGeh\xe4use")],
+        &["is not UTF-8 text: line 2 has the byte 0xE4"],
+    );
 }
 
 #[test]
@@ -166,10 +209,15 @@ fn people() {
     };
     let person = "mannequin = \"p.csv\"";
     read(person, &[("p.csv", rows("0,0.2,0.85").as_bytes())], &["human"]);
-    read(person, &[("p.csv", format!("\u{feff}x_m,y_m,z_m\n{}", rows("-nan(ind),nan,1.#QNAN")).as_bytes())], &["human"]);
-    let told = "p.csv: left_wrist is at exactly 0, 0, 0: if it was not found, leave its cells empty";
+    read(
+        person,
+        &[("p.csv", format!("\u{feff}x_m,y_m,z_m\n{}", rows("-nan(ind),nan,1.#QNAN")).as_bytes())],
+        &["human"],
+    );
+    let told = "p.csv: left_wrist at exactly 0, 0, 0: leave the cells of a joint empty that was not found";
     read(person, &[("p.csv", rows("0,0,0").as_bytes())], &["object \"part\"", told]);
-    let counted: String = rows("0,0.2,0.85").lines().enumerate().map(|(row, line)| format!("{row},{line}\n")).collect();
+    let counted: String =
+        rows("0,0.2,0.85").lines().enumerate().map(|(row, line)| format!("{row},{line}\n")).collect();
     refused(person, &[("p.csv", counted.as_bytes())], &["p.csv: x_m is the number of the row in each row"]);
     refused(person, &[("p.csv", &utf_16(&rows("0,0.2,0.85")))], &["p.csv: is UTF-16 text"]);
 }
@@ -184,7 +232,11 @@ fn clouds_in_map_coordinates() {
     let score = |more: &[&str]| perirobot(&[&["score", text(&scan), text(&study)], more].concat());
     let there = score(&["--at=-654321,-6123456,-100,0", "--sensor=654321,6123456,101"]);
     assert_eq!(there.code, Some(0), "{}", there.stderr);
-    assert!(there.stdout.contains("1 points measured from 654321.000, 6123456.000, 101.000 m"), "{}", there.stdout);
+    assert!(
+        there.stdout.contains("1 points measured from 654321.000, 6123456.000, 101.000 m"),
+        "{}",
+        there.stdout
+    );
     let beyond = score(&["--at=0,1e9,0,0"]);
     assert!(beyond.stderr.contains("each from -100000000 to 100000000"), "{}", beyond.stderr);
     folder.edit("study.toml", "[[sensor]]", "[[sensor]]\nname = \"old\"\nkind = \"recorded\"\n[[sensor.recording]]\nfile = \"scan.ply\"\nposition_m = [-654321, -6123456, -100]\nsensor_m = [654321, 6123456, 101]\n[[sensor]]");

@@ -167,6 +167,34 @@ fn what_comes_out_is_part_of_what_a_sweep_is_of() {
     assert!(code == Some(2) && said.contains("post.urdf.xacro"), "{code:?}: {said}");
 }
 
+/// `$(find NAME)` is what the module of ROS says, which comes with perirobot: the folder in the scene file.
+#[test]
+fn packages_are_found_without_a_ros() {
+    let Some(interpreter) = python::python() else { return };
+    let find = |name: &str| {
+        let ask = format!(
+            "from ament_index_python.packages import get_package_share_directory as find; print(find(\"{name}\"))"
+        );
+        format!(
+            "folder=$('{}' -c '{ask}') || exit 1; cat \"$folder/box.xml\"; echo \"<link name='m'><visual><geometry>\
+             <mesh filename='file://$folder/box.xml'/></geometry></visual></link><joint name='j' type='fixed'><parent link='a'/><child link='m'/></joint></robot>\"",
+            interpreter.display()
+        )
+    };
+    let folder = folder("packages = { arm_description = \"parts\" }");
+    std::fs::create_dir(folder.path("parts")).unwrap();
+    folder.write("parts/box.xml", "<robot name='r'><link name='a'><collision><geometry><box size='0.2 0.2 0.4'/></geometry></collision></link>");
+    let found = voxelize(&folder, &stand_in(&folder, &find("arm_description")), &["--xacro"]);
+    assert!(post(&found).contains("0.40]"), "from 0 to 0.4 m: {}", found.stdout);
+    // A name of a file in a package is the same on every machine.
+    folder.edit("cell.toml", "urdf = ", "geometry = \"visual\"\nurdf = ");
+    let named = voxelize(&folder, &stand_in(&folder, &find("arm_description")), &["--xacro"]);
+    assert!(named.stderr.contains("mesh \"package://arm_description/box.xml\""), "{}", named.stderr);
+    let unknown = voxelize(&folder, &stand_in(&folder, &find("hand")), &["--xacro"]);
+    let expected = "package \"hand\" is not known: say where it is, as in packages = { hand = \"DIR\" }";
+    assert!(unknown.code == Some(2) && unknown.stderr.contains(expected), "{}", unknown.stderr);
+}
+
 #[test]
 fn the_program_itself_agrees() {
     let Some(interpreter) = python::python() else { return };

@@ -211,7 +211,8 @@ fn types_without_msg_and_messages_of_ros_1_are_read() {
     ]
     .concat();
     let numbers = |numbers: &[f64]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>();
-    let place = [word(1), header("base"), text("lidar"), numbers(&[0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0])].concat();
+    let place =
+        [word(1), header("base"), text("lidar"), numbers(&[0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0])].concat();
     let old = |cloud: Vec<u8>| {
         raw_bag(&[
             ("tf2_msgs/TFMessage", "ros1", "/tf_static", 1, place.clone()),
@@ -220,7 +221,8 @@ fn types_without_msg_and_messages_of_ros_1_are_read() {
     };
     let clouds = parse(&old(cloud.clone()), None, None).unwrap();
     assert_eq!(clouds[0].sensor_m, DVec3::new(0.0, 0.0, 5.0));
-    let lifted: Vec<DVec3> = expected[0].points_m.iter().map(|point| *point + DVec3::new(0.0, 0.0, 5.0)).collect();
+    let lifted: Vec<DVec3> =
+        expected[0].points_m.iter().map(|point| *point + DVec3::new(0.0, 0.0, 5.0)).collect();
     assert_eq!(clouds[0].points_m, lifted);
     for length in 0..cloud.len() {
         let said = told(parse(&old(cloud[..length].to_vec()), None, None));
@@ -247,7 +249,9 @@ fn frames_that_are_told_elsewhere_are_followed_or_told() {
     for topic in ["/tf", "/robot/tf"] {
         let (place, said) = remarks(&[(topic, at(1.0))]);
         assert_eq!((place, said.len()), ([0.0; 3], 1));
-        let expected = format!("{topic} has the frame \"lidar\" at 0.000, 0.000, 1.000 m in \"base\", and is not followed");
+        let expected = format!(
+            "{topic} has the frame \"lidar\" at 0.000, 0.000, 1.000 m in \"base\", and is not followed"
+        );
         assert!(said[0].starts_with(&expected), "{said:?}");
     }
     let (_, said) = remarks(&[("/tf", at(1.0)), ("/tf", at(2.0))]);
@@ -288,7 +292,9 @@ fn small_recordings_take_no_gigabytes() {
         header: header("lidar"),
         height: 1,
         width: points,
-        fields: ["x", "y", "z"].map(|name| PointField { name: name.into(), offset: 0, datatype: 1, count: 1 }).to_vec(),
+        fields: ["x", "y", "z"]
+            .map(|name| PointField { name: name.into(), offset: 0, datatype: 1, count: 1 })
+            .to_vec(),
         is_bigendian: false,
         point_step: 1,
         row_step: points,
@@ -345,11 +351,13 @@ fn packed_bag(messages: &[Vec<u8>]) -> Vec<u8> {
         packer.write_all(&records).unwrap();
         let packed = packer.finish().unwrap();
         let size = (records.len() as u64).to_le_bytes();
-        let head = [&[0; 16][..], &size, &[0; 4], &text("lz4"), &(packed.len() as u64).to_le_bytes()].concat();
+        let head =
+            [&[0; 16][..], &size, &[0; 4], &text("lz4"), &(packed.len() as u64).to_le_bytes()].concat();
         record(6, &[head, packed].concat())
     };
     let magic = b"\x89MCAP0\r\n";
-    let head = [record(1, &[text("ros2"), text("")].concat()), record(3, &schema), record(4, &channel)].concat();
+    let head =
+        [record(1, &[text("ros2"), text("")].concat()), record(3, &schema), record(4, &channel)].concat();
     let chunks: Vec<u8> = messages.iter().flat_map(chunk).collect();
     [&magic[..], &head, &chunks, &record(15, &[0; 4]), &record(2, &[0; 20]), magic].concat()
 }

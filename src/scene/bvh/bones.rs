@@ -41,7 +41,7 @@ pub(super) struct Chosen {
 }
 
 /// The joint before one on the same limb, whose bone carries that of the other.
-fn before(joint: &str) -> Option<String> {
+fn previous_joint(joint: &str) -> Option<String> {
     let (side, part) = joint.split_once('_')?;
     let before = match part {
         "elbow" => "shoulder",
@@ -86,8 +86,9 @@ pub(super) fn choose(bones: &[Bone], named: &BTreeMap<String, String>) -> Result
         let is_free = |bone: &usize| taken.iter().all(|(taken, _)| taken != bone);
         let found = usual.iter().flat_map(|name| (0..bones.len()).filter(|&bone| plain[bone] == *name));
         let found: Vec<usize> = found.filter(is_free).collect();
-        let carrier = before(joint).and_then(|before| bone_of(&taken, &before));
-        let carried = found.iter().find(|&&bone| carrier.is_some_and(|carrier| hangs_on(bones, bone, carrier)));
+        let carrier = previous_joint(joint).and_then(|before| bone_of(&taken, &before));
+        let carried =
+            found.iter().find(|&&bone| carrier.is_some_and(|carrier| hangs_on(bones, bone, carrier)));
         let bone = carried.or(found.first()).ok_or_else(|| {
             Issue::says(format!("none of its bones has a usual name of the one at {joint}"))
                 .wanted(format!("name it, as in bones = {{ {joint} = \"…\" }}, or leave it out with \"\""))

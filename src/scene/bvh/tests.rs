@@ -296,8 +296,14 @@ fn bones_are_known_by_their_usual_names() {
     );
     assert!(error.contains("there are Hips, Spine, Neck"), "{error}");
     assert_eq!(with(&[("left_wrist", "Pfote")]).unwrap(), expected);
-    let without =
-        with(&[("left_wrist", ""), ("head", ""), ("nose", "Neck"), ("right_elbow", "RightHand"), ("right_wrist", "")]).unwrap();
+    let without = with(&[
+        ("left_wrist", ""),
+        ("head", ""),
+        ("nose", "Neck"),
+        ("right_elbow", "RightHand"),
+        ("right_wrist", ""),
+    ])
+    .unwrap();
     assert_eq!((without[WRISTS[0]], without[WRISTS[1]], without[EARS[0]]), (None, None, None));
     near(&without, NOSE, [0.0, 0.0, 1.45]);
     near(&without, ELBOWS[1], [-0.18, 0.0, 0.84]);
@@ -318,7 +324,10 @@ fn each_joint_has_the_bone_of_its_own() {
     };
     let choose = |named: &dyn Fn(&str) -> String, bones: &[(&str, &str)]| {
         let bones = bones.iter().map(|(joint, bone)| ((*joint).into(), (*bone).into())).collect();
-        read(&file(named, &[frame(&[])])).unwrap().keypoints(&MotionFile { bones, ..motion() }).map_err(|e| e.to_string())
+        read(&file(named, &[frame(&[])]))
+            .unwrap()
+            .keypoints(&MotionFile { bones, ..motion() })
+            .map_err(|e| e.to_string())
     };
     // Knees above, ankles and feet below: what is called a foot is not the ankle.
     let with_feet = renamed(&[("LeftUpLeg", "L_Hip"), ("LeftLeg", "L_Ankle"), ("LeftFoot", "L_Foot")]);

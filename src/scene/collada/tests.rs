@@ -125,13 +125,18 @@ fn elements_of_several_kinds_may_share_an_id() {
 
 #[test]
 fn what_turns_nothing_or_has_no_surface_refuses_no_file() {
-    let curve = "</geometry><geometry id=\"curve\"><spline closed=\"false\"/></geometry></library_geometries>";
+    let curve =
+        "</geometry><geometry id=\"curve\"><spline closed=\"false\"/></geometry></library_geometries>";
     let with_curve = changed("</geometry></library_geometries>", curve);
     for text in [
         changed("<node id=\"part\">", "<node id=\"part\"><rotate>0 0 0 0</rotate><rotate>0 0 0 -0</rotate>"),
         with_curve.replacen("<instance_geometry", "<instance_geometry url=\"#curve\"/><instance_geometry", 1),
         changed("count=\"24\"", "count=\"21\""),
-        changed("<COLLADA", "<!-- made -- by hand --><COLLADA").replacen(NODE, &format!("<fx:note/>{NODE}"), 1),
+        changed("<COLLADA", "<!-- made -- by hand --><COLLADA").replacen(
+            NODE,
+            &format!("<fx:note/>{NODE}"),
+            1,
+        ),
     ] {
         assert_spans(&text, [0.0; 3], [0.01; 3]);
     }
@@ -204,10 +209,10 @@ fn every_cut_of_a_good_file_is_refused() {
 
 #[test]
 fn numbers_that_are_read_again_and_again_are_refused() {
-    // Each of 300 primitives has no corner, and all positions read for it; 30 nodes show them.
+    // Each of 300 primitives has no corner, and all positions read for it; 40 nodes show them.
     let primitive =
         "<triangles><input semantic=\"VERTEX\" source=\"#vertices\" offset=\"0\"/><p/></triangles>";
-    let places = NODE.repeat(30).replace(" id=\"part\"", "");
+    let places = NODE.repeat(40).replace(" id=\"part\"", "");
     let (numbers, count) = ("1 2 3 ".repeat(1000), "count=\"3000\"");
     let text = changed("<polylist", &(primitive.repeat(300) + "<polylist"))
         .replace("0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1", &numbers)
@@ -215,7 +220,7 @@ fn numbers_that_are_read_again_and_again_are_refused() {
         .replace(NODE, &places);
     let what = parse(&text).unwrap_err();
     assert!(
-        what.to_string().starts_with("<float_array> in line 6: has the file's numbers read far too often"),
+        what.to_string().starts_with("<float_array> in line 6: unfolds to far more than its size"),
         "{what}"
     );
 }

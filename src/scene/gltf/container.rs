@@ -12,7 +12,7 @@ use serde::Deserialize;
 use serde_json::{Value, error::Category};
 
 use crate::error::Issue;
-use crate::source::{Sources, with_slashes_if_needed, without_mark};
+use crate::source::{Sources, resolve_backslashes, strip_mark};
 use crate::{Error, Result};
 
 /// A parsed file with its buffers.
@@ -28,7 +28,7 @@ pub(super) struct Container {
 impl Container {
     pub(super) fn open(path: &Path, sources: &Sources) -> Result<Container> {
         let place = |issue: Issue| issue.at(path);
-        let bytes = without_mark(sources.bytes(path)?).map_err(place)?;
+        let bytes = strip_mark(sources.bytes(path)?).map_err(place)?;
         let (json, blob) = match bytes.starts_with(b"glTF") {
             true => split_glb(&bytes).map_err(place)?,
             false => (&bytes[..], None),
@@ -36,7 +36,7 @@ impl Container {
         check_version(json).map_err(place)?;
         let root = root(json).map_err(place)?;
         let hidden = match root.extensions_used.iter().any(|name| name == super::VISIBILITY) {
-            true => hidden(json).map_err(|e| place(unread(&e)))?,
+            true => hidden_nodes(json).map_err(|e| place(json_issue(&e)))?,
             false => HashSet::new(),
         };
         let buffers = Vec::with_capacity(root.buffers.len());
@@ -102,7 +102,7 @@ fn check_version(json: &[u8]) -> Result<(), Issue> {
         return Err(Issue::damaged("is empty").wanted("export it again"));
     }
     let Versions { version, min_version } =
-        serde_json::from_slice::<File>(json).map_err(|e| unread(&e))?.asset;
+        serde_json::from_slice::<File>(json).map_err(|e| json_issue(&e))?.asset;
     let needed = min_version.as_ref().unwrap_or(&version);
     // A minor version adds to those before it, and says which it cannot do without.
     let is_read = match min_version {
@@ -111,25 +111,27 @@ fn check_version(json: &[u8]) -> Result<(), Issue> {
     };
     match is_read {
         true => Ok(()),
-        false => Err(Issue::unsupported(format!("needs glTF {needed:.20}")).wanted("export it again as glTF 2.0")),
+        false => {
+            Err(Issue::unsupported(format!("needs glTF {needed:.20}")).wanted("export it again as glTF 2.0"))
+        }
     }
 }
 
 /// The whole file. The parser wants `nodes` of every scene, which may be left out.
 fn root(json: &[u8]) -> Result<Root, Issue> {
     Root::from_slice(json).or_else(|e| {
-        let mut value: Value = serde_json::from_slice(json).map_err(|e| unread(&e))?;
+        let mut value: Value = serde_json::from_slice(json).map_err(|e| json_issue(&e))?;
         let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
         for scene in scenes.into_iter().flatten().filter_map(Value::as_object_mut) {
             scene.entry("nodes").or_insert(Value::Array(Vec::new()));
         }
         // The first error has the line, so that it is told if there is another one.
-        Root::deserialize(value).map_err(|_| unread(&e))
+        Root::deserialize(value).map_err(|_| json_issue(&e))
     })
 }
 
 /// The nodes that `KHR_node_visibility` hides.
-fn hidden(json: &[u8]) -> serde_json::Result<HashSet<usize>> {
+fn hidden_nodes(json: &[u8]) -> serde_json::Result<HashSet<usize>> {
     #[derive(Deserialize)]
     struct File {
         #[serde(default)]
@@ -161,11 +163,11 @@ fn hidden(json: &[u8]) -> serde_json::Result<HashSet<usize>> {
 }
 
 /// What is wrong with a file's JSON.
-fn unread(e: &serde_json::Error) -> Issue {
+fn json_issue(e: &serde_json::Error) -> Issue {
     let place = format!("line {}, column {}", e.line(), e.column());
     match e.classify() {
         Category::Eof => Issue::damaged("its JSON ends too early").wanted("the file is cut off"),
-        Category::Syntax => Issue::damaged(format!("is no JSON: {place}")).wanted("is it a glTF file?"),
+        Category::Syntax => Issue::damaged(format!("is not JSON: {place}")).wanted("is it a glTF file?"),
         Category::Data | Category::Io => Issue::damaged(format!("its JSON is not that of glTF 2.0: {e}")),
     }
 }
@@ -178,7 +180,8 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Issue> {
         Ok::<_, Issue>(u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
     };
     if word(4)? != 2 {
-        return Err(Issue::unsupported(format!("is glTF {}.0 by its header", word(4)?)).wanted("export it again as glTF 2.0"));
+        return Err(Issue::unsupported(format!("is glTF {}.0 by its header", word(4)?))
+            .wanted("export it again as glTF 2.0"));
     }
     let length = word(8)? as usize;
     if length > bytes.len() {
@@ -244,7 +247,7 @@ impl Beside<'_> {
             true => Path::new("."),
             false => self.folder,
         };
-        let relative = match with_slashes_if_needed(&folder.join(&relative)).strip_prefix(folder) {
+        let relative = match resolve_backslashes(&folder.join(&relative)).strip_prefix(folder) {
             Ok(relative) => relative.to_path_buf(),
             Err(_) => relative.into(),
         };

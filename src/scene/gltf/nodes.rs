@@ -9,7 +9,7 @@ use super::container::Container;
 use super::{MemoryLimit, Moved};
 
 use crate::error::{Issue, Site};
-use crate::pose::unit_of_file;
+use crate::pose::unit_quaternion;
 
 /// Deepest nesting of nodes that is read; each node repeats the names of all above it.
 const MAX_DEPTH: usize = 256;
@@ -119,7 +119,7 @@ fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Issu
         return Err(Issue::says("must be finite").at("translation or scale"));
     }
     // The file's quaternion has unit length in f32 only, which would stretch what hangs on it.
-    let rotation = unit_of_file(rotation)
+    let rotation = unit_quaternion(rotation)
         .ok_or_else(|| Issue::says("must be a quaternion of finite length").at("rotation"))?;
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }

@@ -214,7 +214,11 @@ fn what_is_wrong_is_named() {
     refused("/asset", json!({"version": "2.1", "minVersion": "2.1"}), "needs glTF 2.1");
     refused("/asset", json!({"version": "2.0", "minVersion": "3.0"}), "needs glTF 3.0");
     refused("/nodes", json!({"n": {"meshes": ["m"]}}), "its JSON is not that of glTF 2.0");
-    refused("/extensionsRequired", json!(["KHR_materials_unlit", "EXT_meshopt_compression"]), "without compression");
+    refused(
+        "/extensionsRequired",
+        json!(["KHR_materials_unlit", "EXT_meshopt_compression"]),
+        "without compression",
+    );
     refused("/extensionsUsed", json!(["EXT_mesh_gpu_instancing"]), "each copy as a node");
     refused("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "export again without compression");
     refused("/extensionsRequired", json!(["KHR_mesh_quantization"]), "as plain glTF");
@@ -258,7 +262,7 @@ fn a_file_of_version_1_is_told_by_its_version() {
         (b"glTF\x01\0\0\0\x14\0\0\0", "is glTF 1.0 by its header: export it again as glTF 2.0"),
         (b"", "is empty: export it again"),
         (b"{\"asset\": {", "its JSON ends too early: the file is cut off"),
-        (b"solid part\nfacet", "is no JSON: line 1, column 1: is it a glTF file?"),
+        (b"solid part\nfacet", "is not JSON: line 1, column 1: is it a glTF file?"),
     ] {
         let error = load_bytes(bytes).unwrap_err().to_string();
         assert!(error.contains(expected), "{error:?} lacks {expected:?}");
@@ -271,8 +275,24 @@ fn what_is_not_looked_at_refuses_no_file() {
     for (pointer, value) in [
         ("/scenes", json!([{"nodes": [0]}, {"name": "spare"}, {}])),
         ("/asset", json!({"version": "2.1", "minVersion": "2.0"})),
-        ("/extensionsRequired", json!(["KHR_materials_unlit", "KHR_texture_transform", "KHR_lights_punctual", "EXT_texture_webp"])),
-        ("/extensionsRequired", json!(["KHR_xmp_json_ld", "KHR_materials_variants", "KHR_node_visibility", "MSFT_packing_normalRoughnessMetallic"])),
+        (
+            "/extensionsRequired",
+            json!([
+                "KHR_materials_unlit",
+                "KHR_texture_transform",
+                "KHR_lights_punctual",
+                "EXT_texture_webp"
+            ]),
+        ),
+        (
+            "/extensionsRequired",
+            json!([
+                "KHR_xmp_json_ld",
+                "KHR_materials_variants",
+                "KHR_node_visibility",
+                "MSFT_packing_normalRoughnessMetallic"
+            ]),
+        ),
         ("/nodes/0/rotation", json!([0, 0, 0, 0])),
         ("/nodes/0/extensions", json!({"KHR_node_visibility": {"visible": false}})),
     ] {
@@ -304,7 +324,10 @@ fn hidden_nodes_are_left_out_and_told() {
     let nodes = Gltf::load(&path, &sources).unwrap().parts(None).unwrap();
     assert_eq!(nodes.iter().map(|node| &node.names[..]).collect::<Vec<_>>(), [["shown"]]);
     let remarks = sources.take_remarks();
-    assert!(remarks.len() == 1 && remarks[0].contains("part.glb: 2 nodes hidden by KHR_node_visibility"), "{remarks:?}");
+    assert!(
+        remarks.len() == 1 && remarks[0].contains("part.glb: 2 nodes hidden by KHR_node_visibility"),
+        "{remarks:?}"
+    );
     assert_eq!(sources.take_remarks(), [""; 0]);
 }
 

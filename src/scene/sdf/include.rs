@@ -13,7 +13,7 @@ use super::{File, SdfFile, state};
 use crate::error::{Issue, Site};
 use crate::scene::urdf::Geometry;
 use crate::scene::xml::Xml;
-use crate::source::{Sources, with_slashes_if_needed};
+use crate::source::{Sources, resolve_backslashes};
 use crate::{Error, Result};
 
 /// Deepest nesting of models and includes.
@@ -147,7 +147,7 @@ impl Reader<'_> {
                 let what = "models stand where its <state> has them, as in Gazebo classic";
                 self.sources.remark(file, format!("{count} {what}"));
             }
-            state::left_out(node).for_each(|what| *self.left_out.entry(what.into()).or_default() += 1);
+            state::unread_parts(node).for_each(|what| *self.left_out.entry(what.into()).or_default() += 1);
         }
         Ok(model)
     }
@@ -257,13 +257,14 @@ impl Reader<'_> {
                 return Err(inside(Issue::says("has no model to include")));
             }
             None => {
-                root.children().filter(Node::is_element).for_each(|part| self.leave_out(part.tag_name().name()));
+                root.children()
+                    .filter(Node::is_element)
+                    .for_each(|part| self.leave_out(part.tag_name().name()));
                 None
             }
         };
         let inner = std::mem::replace(&mut self.size, outer_size);
-        let size =
-            Size { models: inner.models - outer_size.models, parts: inner.parts - outer_size.parts };
+        let size = Size { models: inner.models - outer_size.models, parts: inner.parts - outer_size.parts };
         let left_out = std::mem::replace(&mut self.left_out, outer_left_out);
         Ok(Included { path: path.clone(), model, size, left_out })
     }
@@ -273,7 +274,7 @@ impl Reader<'_> {
         let folder = from.parent().unwrap_or(Path::new(""));
         if let Some(rest) = uri.strip_prefix("model://") {
             let all = self.file.models.iter().map(|models| models.join(rest));
-            let found = all.map(|path| with_slashes_if_needed(&path).into_owned()).find(|path| path.exists());
+            let found = all.map(|path| resolve_backslashes(&path).into_owned()).find(|path| path.exists());
             return found.ok_or_else(|| {
                 Issue::says(format!("{uri:.200} is in none of the folders of models"))
                     .wanted("name the folder that has it, as in models = [\"models\"]")

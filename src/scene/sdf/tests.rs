@@ -274,7 +274,7 @@ fn what_is_wrong_is_named() {
         "<size>0.02 0.02</size>",
         "collision \"c\": box.size = \"0.02 0.02\": must be 3 numbers",
     );
-    changed("<size>0.02 0.02 0.02</size>", "<size>0.02 0 0.02</size>", "must be 0.000001 m or more");
+    changed("<size>0.02 0.02 0.02</size>", "<size>0.02 -1 0.02</size>", "must be 0, or 0.000001 m or more");
     changed("<box><size>0.02 0.02 0.02</size></box>", "<sphere/>", "sphere.radius = \"\": must be a number");
     changed(
         "<box><size>0.02 0.02 0.02</size></box>",
@@ -336,7 +336,10 @@ fn models_stand_where_the_state_of_a_saved_world_has_them() {
     near(&read, "f in free", [0.0, 7.0, 0.0]);
     assert!(read.warning().unwrap().ends_with("left out: model inserted by state"), "{:?}", read.warning());
     let remarks = sources.take_remarks();
-    assert!(remarks.len() == 1 && remarks[0].contains("2 models stand where its <state> has them"), "{remarks:?}");
+    assert!(
+        remarks.len() == 1 && remarks[0].contains("2 models stand where its <state> has them"),
+        "{remarks:?}"
+    );
 }
 
 #[test]
@@ -349,7 +352,8 @@ fn many_models_and_frames_take_little_time() {
     let crate_ = format!("<sdf version='1.6'><model name='crate'>{}</model></sdf>", dot("l", ""));
     let included: String =
         (0..1_000).map(|i| format!("<include><uri>model://crate</uri><name>c{i}</name></include>")).collect();
-    let text = world(&format!("<model name='m0'><frame name='f'/>{}</model>{chained}{included}", dot("l", "")));
+    let text =
+        world(&format!("<model name='m0'><frame name='f'/>{}</model>{chained}{included}", dot("l", "")));
     let files = [("world.sdf", text.as_str()), ("models/crate/model.sdf", crate_.as_str())];
     assert_eq!(read_as(&files, Geometry::Collision).unwrap().links.len(), 1_001);
     assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
@@ -358,7 +362,34 @@ fn many_models_and_frames_take_little_time() {
     let crate_ = format!("<sdf version='1.6'><model name='crate'>{links}</model></sdf>");
     let files = [("world.sdf", text.as_str()), ("models/crate/model.sdf", crate_.as_str())];
     let refused = read_as(&files, Geometry::Collision).unwrap_err();
-    assert!(refused.contains("has more than 250000 links, frames and bodies: include fewer models"), "{refused}");
+    assert!(
+        refused.contains("has more than 250000 links, frames and bodies: include fewer models"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn bodies_without_extent_are_passed_over_and_plates_are_not() {
+    let with = |shape: &str| {
+        let body = format!("<collision name='d'><geometry>{shape}</geometry></collision>");
+        read(&world(&format!(
+            "<model name='m'>{}</model>",
+            dot("l", "").replacen("<collision", &(body + "<collision"), 1)
+        )))
+    };
+    for nothing in [
+        "<sphere><radius>0</radius></sphere>",
+        "<cylinder><radius>0</radius><length>1</length></cylinder>",
+        "<box><size>0 0 1</size></box>",
+        "<ellipsoid><radii>0 1 0</radii></ellipsoid>",
+        "<plane><size>0 1</size></plane>",
+    ] {
+        let read = with(nothing).unwrap();
+        near(&read, "l in m", [0.0; 3]);
+        assert!(read.warning().unwrap().ends_with("left out: body without extent"), "{:?}", read.warning());
+    }
+    let plate = with("<box><size>4 2 0</size></box>").unwrap();
+    assert_eq!((plate.links[0].mesh.triangles.len(), plate.warning()), (24, None));
 }
 
 #[test]

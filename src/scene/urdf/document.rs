@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat};
 use roxmltree::Node;
 
 use crate::error::{Argument, Issue, Words};
-use crate::pose::{from_rpy, unit_of_file};
+use crate::pose::{from_rpy, unit_quaternion};
 use crate::scene::xml::Xml;
 
 /// Deepest nesting of elements: a URDF needs 5.
@@ -229,7 +229,7 @@ fn origin(node: Node, version: Version) -> Result<Origin, Issue> {
         (Some(_), Some(_)) => {
             return Err(wrong(origin, "<origin>".into(), "must have rpy or quat_xyzw, not both"));
         }
-        (_, Some(turn)) => unit_of_file(turn).map(DMat3::from_quat).ok_or_else(|| {
+        (_, Some(turn)) => unit_quaternion(turn).map(DMat3::from_quat).ok_or_else(|| {
             wrong(origin, "<origin quat_xyzw>".into(), "must be a quaternion of finite length")
         })?,
         (rpy, None) => from_rpy(rpy.unwrap_or([0.0; 3])),

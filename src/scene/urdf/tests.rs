@@ -121,13 +121,13 @@ fn numbers_must_be_numbers_of_a_sensible_size() {
         ("xyz='1 0 0'", "xyz='1 0 nan'", "joint \"turn\" (line 4): <origin xyz"),
         (
             "size='1 2 3'",
-            "size='1 0 3'",
-            "link \"arm\": collision 1: box size = 0: must be a length in metres",
+            "size='1 1e-9 3'",
+            "link \"arm\": collision 1: box size = 0.000000001: must be 0 or a length in metres",
         ),
         ("size='1 2 3'", "size='1 -2 3'", "box size = -2"),
         ("<box size='1 2 3'/>", "<sphere radius='nan'/>", "sphere radius = NaN"),
-        ("<box size='1 2 3'/>", "<cylinder radius='1' length='0'/>", "cylinder length = 0"),
-        ("<box size='1 2 3'/>", "<capsule radius='0' length='1'/>", "capsule radius = 0"),
+        ("<box size='1 2 3'/>", "<cylinder radius='1' length='-1'/>", "cylinder length = -1"),
+        ("<box size='1 2 3'/>", "<capsule radius='-1' length='1'/>", "capsule radius = -1"),
         (
             "<box size='1 2 3'/>",
             "<mesh filename='a.stl' scale='1 0 1'/>",
@@ -285,4 +285,27 @@ fn visual_geometry_is_its_own() {
     };
     assert_eq!(count(Geometry::Visual), [0, 12, 0]);
     assert_eq!(count(Geometry::Collision)[..2], [0, 0]);
+}
+
+#[test]
+fn bodies_without_extent_are_passed_over_and_plates_are_not() {
+    let with = |shape: &str| {
+        let text = format!(
+            "<robot name='r'><link name='a'><collision><geometry>{shape}</geometry></collision><collision><geometry>\
+             <box size='1 1 1'/></geometry></collision></link></robot>"
+        );
+        let model = parse(Path::new("arm.urdf"), &text).unwrap();
+        (model.links[0].collision.len(), model.passed_over)
+    };
+    for nothing in [
+        "<sphere radius='0'/>",
+        "<cylinder radius='0' length='0'/>",
+        "<capsule radius='0.0' length='1'/>",
+        "<box size='0 0 0'/>",
+        "<box size='0 1 0'/>",
+    ] {
+        assert_eq!(with(nothing), (1, 1), "{nothing}");
+    }
+    assert_eq!(with("<box size='1 1 0'/>"), (2, 0));
+    assert_eq!(with("<cylinder radius='1' length='0'/>"), (2, 0));
 }

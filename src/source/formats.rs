@@ -28,22 +28,37 @@ const CONVERTERS: [(&[&str], &str); 25] = [
     (&["dxf"], "FreeCAD opens it and exports its faces as .stl (File > Export); lines have no surface"),
     (&["ifc", "ifczip"], "`IfcConvert --y-up FILE STEM.glb` (IfcOpenShell)"),
     (&["3mf", "amf"], "open it in FreeCAD or in a slicer and export .stl; then add unit = \"mm\""),
-    (&["usd", "usda", "usdc", "usdz"], "Blender imports it (File > Import > Universal Scene Description) and exports .glb"),
+    (
+        &["usd", "usda", "usdc", "usdz"],
+        "Blender imports it (File > Import > Universal Scene Description) and exports .glb",
+    ),
     (&["fbx"], "`FBX2glTF --binary FILE`, or Blender (File > Import > FBX), which exports .glb"),
     (&["blend"], "Blender exports it as .glb (File > Export > glTF 2.0)"),
-    (&["wrl", "vrml", "x3d", "off", "3ds", "lwo", "ac", "vtk", "vtp"], "MeshLab or Blender imports it and exports .stl or .glb"),
+    (
+        &["wrl", "vrml", "x3d", "off", "3ds", "lwo", "ac", "vtk", "vtp"],
+        "MeshLab or Blender imports it and exports .stl or .glb",
+    ),
     (&["las", "laz"], "`pdal translate FILE STEM.ply` (PDAL), or CloudCompare"),
     (
         &["e57"],
         "`pdal translate FILE STEM.ply` (PDAL with its E57 plugin), or CloudCompare, for each scan by itself: rays begin \
          where the scanner was",
     ),
-    (&["xyz", "pts", "ptx", "asc", "txt", "fls", "rcp", "zfs"], "CloudCompare opens it and saves .ply or .pcd"),
+    (
+        &["xyz", "pts", "ptx", "asc", "txt", "fls", "rcp", "zfs"],
+        "CloudCompare opens it and saves .ply or .pcd",
+    ),
     (&["bag"], "`mcap convert FILE STEM.mcap` (the mcap command line tool)"),
-    (&["db3", "sqlite3"], "`mcap convert FILE STEM.mcap` (the mcap command line tool), or `ros2 bag convert` with storage_id: mcap"),
-    (&["ply"], "Blender or MeshLab imports its faces and exports .glb or .stl; a cloud of points is read by a sensor of kind = \"recorded\""),
+    (
+        &["db3", "sqlite3"],
+        "`mcap convert FILE STEM.mcap` (the mcap command line tool), or `ros2 bag convert` with storage_id: mcap",
+    ),
+    (
+        &["ply"],
+        "Blender or MeshLab imports its faces and exports .glb or .stl; a cloud of points is read by a sensor of kind = \"recorded\"",
+    ),
     (&["pcd", "mcap", "npz"], "points have no surface: a sensor of kind = \"recorded\" reads them"),
-    (&["bt", "ot"], "an OctoMap is no mesh: write octomap = instead"),
+    (&["bt", "ot"], "an OctoMap is not a mesh: write octomap = instead"),
     (&["glb", "gltf", "stl", "obj", "dae"], "it has surfaces, which belong into a scene: write mesh = there"),
     (&["urdf", "xacro"], "it is a robot: write urdf = instead"),
     (&["sdf", "world"], "it is a world of Gazebo: write sdf = instead"),
@@ -52,7 +67,7 @@ const CONVERTERS: [(&[&str], &str); 25] = [
 ];
 
 /// What a file must be, and what converts this one into that, if it is of a known format.
-pub(crate) fn wanted(path: &Path, endings: &str) -> Words {
+pub(crate) fn accepted_formats(path: &Path, endings: &str) -> Words {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     let converter = CONVERTERS.iter().find(|(known, _)| known.contains(&ending.as_str()));
     let file = path.file_name().unwrap_or_default().to_string_lossy();
@@ -87,11 +102,11 @@ mod tests {
             ("a.db3", "mcap convert a.db3 a.mcap"),
             ("a.urdf", "urdf ="),
         ] {
-            let said = wanted(Path::new(file), "a .glb file").to_string();
+            let said = accepted_formats(Path::new(file), "a .glb file").to_string();
             assert!(said.starts_with("must be a .glb file; a .") && said.contains(expected), "{said}");
         }
         for file in ["a.doc", "a", ""] {
-            assert_eq!(wanted(Path::new(file), "a .glb file").to_string(), "must be a .glb file");
+            assert_eq!(accepted_formats(Path::new(file), "a .glb file").to_string(), "must be a .glb file");
         }
         let mut all: Vec<&str> = CONVERTERS.iter().flat_map(|(endings, _)| endings.iter().copied()).collect();
         all.sort_unstable();
