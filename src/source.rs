@@ -248,6 +248,11 @@ impl Sources {
             };
             Some([missing, what].into_iter().filter(|said| !said.is_empty()).collect::<Vec<_>>().join("; "))
         };
+        if path.to_string_lossy().contains(char::is_control) {
+            return error.cure(
+                "its name has a control character: between \" in TOML a backslash begins an escape, so write paths with /",
+            );
+        }
         let is_not_there = matches!(error, Error::Input(_));
         match instead().filter(|said| is_not_there && !said.is_empty()) {
             Some(said) => error.cure(said),

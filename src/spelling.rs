@@ -18,6 +18,11 @@ pub(crate) fn nearest<'a>(written: &str, names: impl Iterator<Item = &'a str>) -
     rated.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, name)| name)
 }
 
+/// A number of things: `1 node`, `2 nodes`.
+pub(crate) fn plural(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
 /// A number. Infinities and what is not a number may be as Microsoft's compilers print them: `-nan(ind)`, `1.#QNAN`,
 /// `-1.#INF`.
 pub(crate) fn number(word: &str) -> Option<f64> {

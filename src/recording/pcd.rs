@@ -124,8 +124,8 @@ impl Header {
 /// Most numbers of one name in a point; descriptors of features have some hundred.
 const MOST_NUMBERS: usize = 1 << 16;
 
-/// The bytes of a compressed file's data: two lengths, and what LZF made of the columns. Equal lengths stand before what
-/// is not packed, since packing did not help. `wanted` is how many bytes the points have.
+/// The bytes of a compressed file's data: two lengths, and what LZF made of the columns. `wanted` is how many bytes the
+/// points have. If packing does not help, some programs store the bytes as they are, and both lengths are equal.
 fn decompressed(data: &[u8], wanted: usize, limit: &mut MemoryLimit) -> Result<Vec<u8>, Issue> {
     let damaged = || Issue::damaged("its compressed points end too early: the file is truncated or damaged");
     let length = |at: usize| {
@@ -139,30 +139,36 @@ fn decompressed(data: &[u8], wanted: usize, limit: &mut MemoryLimit) -> Result<V
         return Err(Issue::damaged(what).wanted("the file is truncated or damaged"));
     }
     limit.spend(unpacked as u64)?;
-    if packed == unpacked {
-        return Ok(input.to_vec());
+    match unpack(input, unpacked) {
+        Some(bytes) => Ok(bytes),
+        None if packed == unpacked => Ok(input.to_vec()),
+        None => Err(damaged()),
     }
+}
+
+/// What LZF packed, if it has this length.
+fn unpack(input: &[u8], length: usize) -> Option<Vec<u8>> {
     let mut input = input.iter().copied();
-    let mut out: Vec<u8> = Vec::with_capacity(unpacked);
+    let mut out: Vec<u8> = Vec::with_capacity(length);
     let mut next = || input.next();
     while let Some(control) = next().map(usize::from) {
         if control < 32 {
             for _ in 0..=control {
-                out.push(next().ok_or_else(damaged)?);
+                out.push(next()?);
             }
         } else {
             let mut run = control >> 5;
             if run == 7 {
-                run += usize::from(next().ok_or_else(damaged)?);
+                run += usize::from(next()?);
             }
-            let back = ((control & 31) << 8) + usize::from(next().ok_or_else(damaged)?) + 1;
+            let back = ((control & 31) << 8) + usize::from(next()?) + 1;
             // A run may reach into what it writes itself.
-            let from = out.len().checked_sub(back).ok_or_else(damaged)?;
+            let from = out.len().checked_sub(back)?;
             (from..from + run + 2).for_each(|at| out.push(out[at]));
         }
-        if out.len() > unpacked {
-            return Err(damaged());
+        if out.len() > length {
+            return None;
         }
     }
-    if out.len() == unpacked { Ok(out) } else { Err(damaged()) }
+    (out.len() == length).then_some(out)
 }

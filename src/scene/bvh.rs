@@ -19,6 +19,7 @@ use super::{Up, keypoints};
 use crate::Result;
 use crate::error::Issue;
 use crate::source::Sources;
+use crate::spelling::plural;
 use hierarchy::{Axis, Bone, Channel};
 use motion::Motion;
 
@@ -59,8 +60,8 @@ impl Bvh {
     pub fn load(path: &Path, sources: &Sources) -> Result<Bvh> {
         let file = Bvh::parse(path, sources.table(path)?).map_err(|issue| issue.at(path))?;
         if file.motion.behind > 0 {
-            let what = "lines behind the frames that it declares are not read";
-            sources.remark(path, format!("{} {what}", file.motion.behind));
+            let lines = plural(file.motion.behind, "line");
+            sources.remark(path, format!("without {lines} behind the frames that it declares"));
         }
         Ok(file)
     }

@@ -24,6 +24,7 @@ use super::Mesh;
 use crate::Result;
 use crate::error::Issue;
 use crate::source::{MemoryLimit, Sources};
+use crate::spelling::plural;
 
 /// A file that was read, to be posed as often as needed.
 pub struct Gltf {
@@ -49,8 +50,8 @@ impl Gltf {
         let container = Container::open(path, sources)?;
         refuse_extensions(&container.root).map_err(|issue| issue.at(path))?;
         if let count @ 1.. = container.hidden.len() {
-            let what = "hidden by KHR_node_visibility are left out, with all below them";
-            sources.remark(path, format!("{count} nodes {what}"));
+            let nodes = plural(count, "node");
+            sources.remark(path, format!("without {nodes} that KHR_node_visibility hides, and all below"));
         }
         Ok(Gltf { path: path.into(), container })
     }

@@ -9,6 +9,7 @@ use std::path::Path;
 use crate::Result;
 use crate::error::Issue;
 use crate::source::Sources;
+use crate::spelling::plural;
 pub use leaves::Leaf;
 use leaves::{Nodes, visit_leaves};
 pub use write::write;
@@ -80,7 +81,7 @@ pub fn read_tree(path: &Path, sources: &Sources) -> Result<Tree> {
 /// Tells of bytes behind a tree.
 fn remark_rest(rest: usize, path: &Path, sources: &Sources) {
     if rest > 0 {
-        sources.remark(path, format!("{rest} bytes behind its tree are not read"));
+        sources.remark(path, format!("without {} behind its tree", plural(rest, "byte")));
     }
 }
 

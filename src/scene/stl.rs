@@ -11,7 +11,7 @@ use super::mesh::Welder;
 use crate::Result;
 use crate::error::Issue;
 use crate::source::{Sources, lines, strip_mark};
-use crate::spelling::number;
+use crate::spelling::{number, plural};
 
 /// Bytes before the first triangle of a binary file: 80 of free text, 4 of triangle count.
 const HEADER: usize = 84;
@@ -29,10 +29,8 @@ const LONGEST_LINE: usize = 1024;
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
     let (mesh, behind) = parse(sources.bytes(path)?).map_err(|issue| issue.at(path))?;
     if behind > 0 {
-        sources.remark(
-            path,
-            format!("{behind} bytes behind its triangles are not read: is it several files in one?"),
-        );
+        let bytes = plural(behind, "byte");
+        sources.remark(path, format!("without {bytes} behind its triangles: is it several files in one?"));
     }
     Ok(mesh)
 }
@@ -114,7 +112,7 @@ fn starts_with_word(line: &[u8], word: &[u8]) -> bool {
 /// the other solids of a file without a word.
 fn joined_solids(text: &str) -> Result<Vec<u8>, Issue> {
     let mut joined = b"solid \n".to_vec();
-    let (mut opened, mut closed) = (0usize, 0usize);
+    let (mut opened, mut closed, mut wrong) = (0usize, 0usize, None);
     for (index, line) in lines(text).enumerate() {
         if starts_with_word(line.as_bytes(), b"solid") {
             opened += 1;
@@ -124,15 +122,23 @@ fn joined_solids(text: &str) -> Result<Vec<u8>, Issue> {
             return Err(Issue::too_large(format!("line {} is {} bytes long", index + 1, line.len()))
                 .wanted(format!("at most {LONGEST_LINE} are read")));
         } else {
-            let line = facet_line(line).map_err(|issue| issue.at(format!("line {}", index + 1)))?;
-            joined.extend(line.into_bytes());
-            joined.push(b'\n');
+            match facet_line(line) {
+                Ok(line) => {
+                    joined.extend(line.into_bytes());
+                    joined.push(b'\n');
+                }
+                Err(issue) => wrong = wrong.or(Some(issue.at(format!("line {}", index + 1)))),
+            }
         }
     }
     if opened != closed {
         return Err(Issue::damaged(format!(
             "begins {opened} solids and ends {closed}: it is truncated, or a damaged binary file"
         )));
+    }
+    // Of a file that is cut off the last line is mostly wrong, too.
+    if let Some(wrong) = wrong {
+        return Err(wrong);
     }
     joined.extend(b"endsolid\n");
     Ok(joined)

@@ -70,11 +70,14 @@ const CONVERTERS: [(&[&str], &str); 25] = [
 pub(crate) fn accepted_formats(path: &Path, endings: &str) -> Words {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     let converter = CONVERTERS.iter().find(|(known, _)| known.contains(&ending.as_str()));
-    let file = path.file_name().unwrap_or_default().to_string_lossy();
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    // A name that a shell might take for more than a name does not come into a command.
+    let is_plain = !name.starts_with('-') && name.chars().all(|c| c.is_alphanumeric() || "._-".contains(c));
+    let stem = if is_plain { &*name } else { "NAME" };
     match converter {
         Some((_, how)) => {
-            let how = how.replace("FILE", &file).replace("STEM", &stem);
+            let written = path.extension().unwrap_or_default().to_string_lossy();
+            let how = how.replace("FILE", &format!("{stem}.{written}")).replace("STEM", stem);
             format!("must be {endings}; a .{ending} file is not read: {how}").into()
         }
         None => format!("must be {endings}").into(),
@@ -101,6 +104,8 @@ mod tests {
             ("a.bag", "mcap convert a.bag a.mcap"),
             ("a.db3", "mcap convert a.db3 a.mcap"),
             ("a.urdf", "urdf ="),
+            ("$(reboot).ifc", "`IfcConvert --y-up NAME.ifc NAME.glb`"),
+            ("-o.fbx", "`FBX2glTF --binary NAME.fbx`"),
         ] {
             let said = accepted_formats(Path::new(file), "a .glb file").to_string();
             assert!(said.starts_with("must be a .glb file; a .") && said.contains(expected), "{said}");

@@ -28,6 +28,7 @@ pub(crate) fn table_issue(e: &Error) -> Issue {
             };
             line(pos, what)
         }
+        ErrorKind::Utf8 { pos, .. } => line(pos, Issue::says("is not UTF-8 text").wanted("save it as UTF-8")),
         _ => Issue::damaged("is not a table with commas between its cells"),
     }
 }

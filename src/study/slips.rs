@@ -12,6 +12,8 @@ use super::written::{Step, line_at, place_of};
 const LARGE_M: f64 = 100.0;
 /// No sensor of a cell measures so far, in metres.
 const FAR_M: f64 = 500.0;
+/// Recordings in the coordinates of a map are that far from its origin, in metres.
+const MAP_M: f64 = 1e5;
 /// Spreads and gaps of sensors are smaller, in metres.
 const WIDE_M: f64 = 5.0;
 /// Cameras have a wider field of view than so many degrees, which as radians is nearly all around.
@@ -74,7 +76,9 @@ fn within(table: &Table, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
             }
             Some("m") => {
                 all_numbers(value, &mut numbers);
-                millimetres(key, &numbers)
+                let is_map = steps.contains(&Step::Key("recording".into()))
+                    && numbers.iter().any(|number| number.abs() >= MAP_M);
+                if is_map { None } else { millimetres(key, &numbers) }
             }
             _ => None,
         };

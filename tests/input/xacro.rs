@@ -133,7 +133,7 @@ fn what_the_program_does_wrong_is_told() {
         "{failed}"
     );
     assert!(said("echo not xml").contains("post.urdf.xacro: is no XML"));
-    assert!(said("printf '\\377\\376'").contains("is not UTF-8 text"));
+    assert!(said("printf '\\377\\377'").contains("is not UTF-8 text"));
     assert!(said("yes '<robot/>'").contains("xacro: writes more than 64 MiB"));
     // What comes out is data like any other: nothing is expanded twice.
     assert!(said("cat \"$1\"").contains("is a xacro"));

@@ -122,11 +122,13 @@ fn root(json: &[u8]) -> Result<Root, Issue> {
     Root::from_slice(json).or_else(|e| {
         let mut value: Value = serde_json::from_slice(json).map_err(|e| json_issue(&e))?;
         let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
+        let mut is_changed = false;
         for scene in scenes.into_iter().flatten().filter_map(Value::as_object_mut) {
+            is_changed |= !scene.contains_key("nodes");
             scene.entry("nodes").or_insert(Value::Array(Vec::new()));
         }
         // The first error has the line, so that it is told if there is another one.
-        Root::deserialize(value).map_err(|_| json_issue(&e))
+        Root::deserialize(value).ok().filter(|_| is_changed).ok_or_else(|| json_issue(&e))
     })
 }
 

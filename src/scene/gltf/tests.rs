@@ -325,7 +325,7 @@ fn hidden_nodes_are_left_out_and_told() {
     assert_eq!(nodes.iter().map(|node| &node.names[..]).collect::<Vec<_>>(), [["shown"]]);
     let remarks = sources.take_remarks();
     assert!(
-        remarks.len() == 1 && remarks[0].contains("part.glb: 2 nodes hidden by KHR_node_visibility"),
+        remarks.len() == 1 && remarks[0].contains("part.glb: without 2 nodes that KHR_node_visibility hides"),
         "{remarks:?}"
     );
     assert_eq!(sources.take_remarks(), [""; 0]);

@@ -14,6 +14,7 @@ use crate::error::{Issue, Site};
 use crate::scene::urdf::Geometry;
 use crate::scene::xml::Xml;
 use crate::source::{Sources, resolve_backslashes};
+use crate::spelling::plural;
 use crate::{Error, Result};
 
 /// Deepest nesting of models and includes.
@@ -144,8 +145,9 @@ impl Reader<'_> {
         }
         for node in states {
             if let count @ 1.. = state::apply(node, &mut model).map_err(at)? {
-                let what = "models stand where its <state> has them, as in Gazebo classic";
-                self.sources.remark(file, format!("{count} {what}"));
+                let models = plural(count, "model");
+                self.sources
+                    .remark(file, format!("with {models} placed by its <state>, as in Gazebo classic"));
             }
             state::unread_parts(node).for_each(|what| *self.left_out.entry(what.into()).or_default() += 1);
         }

@@ -336,10 +336,7 @@ fn models_stand_where_the_state_of_a_saved_world_has_them() {
     near(&read, "f in free", [0.0, 7.0, 0.0]);
     assert!(read.warning().unwrap().ends_with("left out: model inserted by state"), "{:?}", read.warning());
     let remarks = sources.take_remarks();
-    assert!(
-        remarks.len() == 1 && remarks[0].contains("2 models stand where its <state> has them"),
-        "{remarks:?}"
-    );
+    assert!(remarks.len() == 1 && remarks[0].contains("with 2 models placed by its <state>"), "{remarks:?}");
 }
 
 #[test]

@@ -19,6 +19,7 @@ use glam::DAffine3;
 
 use crate::Result;
 use crate::source::Sources;
+use crate::spelling::plural;
 pub(super) use geometry::merged;
 pub use kinematics::JointValues;
 pub use packages::Packages;
@@ -117,7 +118,8 @@ pub(crate) fn load(
     }
     let model = parse(path, &text)?;
     if model.passed_over > 0 {
-        sources.remark(path, format!("{} bodies without extent are passed over", model.passed_over));
+        let shapes = plural(model.passed_over, "shape");
+        sources.remark(path, format!("without {shapes} that have no extent"));
     }
     Ok(model)
 }

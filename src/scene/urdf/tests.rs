@@ -45,7 +45,7 @@ fn a_xacro_is_named_with_the_command_that_expands_it() {
 
 #[test]
 fn what_is_no_urdf_is_refused() {
-    refused_at("arm.urdf", "", "is no XML");
+    refused_at("arm.urdf", "", "is empty");
     refused_at("arm.urdf", &TWO_LINKS[..100], "is no XML");
     refused_at("arm.urdf", "<sdf/>", "its root is <sdf>");
     refused_at("arm.urdf", "<robot/>", "has no link");
