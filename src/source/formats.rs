@@ -8,8 +8,8 @@ use crate::error::Words;
 const CONVERTERS: [(&[&str], &str); 25] = [
     (
         &["step", "stp", "p21"],
-        "STEP holds curved surfaces and no triangles: `pip install cascadio`, then `python -c \"import cascadio; \
-         cascadio.step_to_glb('FILE', 'STEM.glb')\"`, or FreeCAD (File > Export)",
+        "STEP holds curved surfaces and no triangles: `pip install cascadio numpy`, then `python -c \"import cascadio; \
+         cascadio.step_to_glb('FILE', 'STEM.glb')\"`, which leaves z up: add up = \"z\"; or FreeCAD (File > Export)",
     ),
     (
         &["iges", "igs", "brep", "brp", "x_t", "x_b", "sat", "fcstd"],

@@ -123,7 +123,10 @@ fn gltf_files() {
 #[test]
 fn formats_that_are_not_read() {
     for (keys, expected) in [
-        ("mesh = \"arm.stp\"", "cascadio.step_to_glb('arm.stp', 'arm.glb')"),
+        (
+            "mesh = \"arm.stp\"",
+            "cascadio.step_to_glb('arm.stp', 'arm.glb')\"`, which leaves z up: add up = \"z\"",
+        ),
         ("mesh = \"hall.IFC\"", "IfcConvert --y-up hall.IFC hall.glb"),
         ("mesh = \"arm.sldprt\"", "SOLIDWORKS"),
         ("mesh = \"plan.dxf\"", "FreeCAD"),
@@ -244,4 +247,22 @@ fn clouds_in_map_coordinates() {
     let outcome = perirobot(&["check", text(&study)]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stdout + &outcome.stderr);
     assert!(!outcome.stderr.contains("looks like millimetres"), "{}", outcome.stderr);
+}
+
+#[test]
+fn regions_are_read_from_files_like_objects() {
+    let folder = Folder::new();
+    let corners = [[0f32, 0., 0.], [0., 1., 0.], [1., 0., 0.], [0., 0., 1.]];
+    let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [2, 1, 3]].map(|face: [usize; 3]| {
+        [&[0; 12][..], &face.map(|i| corners[i].map(f32::to_le_bytes).concat()).concat(), &[0; 2]].concat()
+    });
+    folder.write("zone.stl", [&[b' '; 80][..], &[4, 0, 0, 0], &faces.concat(), b"more"].concat());
+    folder.edit("study.toml", "[[region]]", "[[region]]\nname = \"zone\"\nmesh = \"zone.stl\"\n[[region]]");
+    let outcome = perirobot(&["check", text(&folder.path("study.toml"))]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stdout + &outcome.stderr);
+    let said = outcome.stdout + &outcome.stderr;
+    assert!(
+        said.contains("a region is read from") && said.contains("zone.stl: without 4 bytes behind"),
+        "{said}"
+    );
 }

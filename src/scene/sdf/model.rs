@@ -100,7 +100,10 @@ impl Model {
     fn posed(&self, pose: &Pose, default: &str, steps: usize) -> Result<DAffine3, Issue> {
         let name = pose.relative_to.as_deref().unwrap_or(default);
         if steps > LONGEST_CHAIN {
-            return Err(Issue::says(format!("poses relative to {name:?} lead back to themselves")));
+            let what = format!(
+                "poses relative to {name:?} lead back to themselves, or are over {LONGEST_CHAIN} in a row"
+            );
+            return Err(Issue::says(what).wanted("write the last of them relative to its model"));
         }
         let frame = self.frame(name, steps + 1)?;
         let frame = frame.ok_or_else(|| {
