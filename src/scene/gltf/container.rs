@@ -166,10 +166,12 @@ fn hidden_nodes(json: &[u8]) -> serde_json::Result<HashSet<usize>> {
 
 /// What is wrong with a file's JSON.
 fn json_issue(e: &serde_json::Error) -> Issue {
-    let place = format!("line {}, column {}", e.line(), e.column());
     match e.classify() {
         Category::Eof => Issue::damaged("its JSON ends too early").wanted("the file is cut off"),
-        Category::Syntax => Issue::damaged(format!("is not JSON: {place}")).wanted("is it a glTF file?"),
+        Category::Syntax if (e.line(), e.column()) <= (1, 1) => {
+            Issue::damaged("does not begin with JSON").wanted("is it a glTF file?")
+        }
+        Category::Syntax => Issue::damaged(format!("its JSON is damaged: {e}")),
         Category::Data | Category::Io => Issue::damaged(format!("its JSON is not that of glTF 2.0: {e}")),
     }
 }
