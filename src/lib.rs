@@ -82,10 +82,10 @@
 //! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `march/metrics.rs`, `march/metrics/score.rs` |
 //! | `voxel` | grid, bit planes, solids, distances, floods, the voxels of people | `march/voxel/bits.rs` |
 //! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `march/backend/mod.rs` |
-//! | `spelling`, `shell` | "did you mean"; quoting for a shell | one file each |
-//! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder | `source.rs` |
+//! | `spelling`, `shell` | "did you mean", and numbers as other programs print them; quoting for a shell | one file each |
+//! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder; bounds memory, names encodings and converters | `source.rs` |
 //! | `pose` | position and rotation | `pose.rs` |
-//! | `ros` | messages of ROS 2 in MCAP files, read and written | `messages.rs`, `bag.rs` |
+//! | `ros` | messages of ROS in MCAP files, read and written | `messages.rs`, `bag.rs` |
 //! | `scene` | objects with roles: a file a mesh format (`stl.rs`, `gltf.rs`), robots (`urdf/`), people, motion | `mesh_file.rs`, `build.rs` |
 //! | `truth` | what is where in a scene, in voxels: the voxelizer, people, regions | `voxelize.rs`, `region.rs` |
 //! | `recording` | maps and point clouds that real sensors recorded, laid into the grid: a file a format (`pcd.rs`) | `mod.rs`, `voxels.rs` |

@@ -134,6 +134,17 @@ impl Pose {
     }
 }
 
+/// The unit quaternion of one in a file. Zeros turn nothing, as the libraries of ROS, Gazebo and three.js have it. `None`
+/// if its length is not finite.
+pub(crate) fn unit_quaternion(quaternion: DQuat) -> Option<DQuat> {
+    let length = quaternion.length();
+    match length > 1e-9 {
+        _ if !length.is_finite() => None,
+        true => Some(quaternion / length),
+        false => Some(DQuat::IDENTITY),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,9 +1,14 @@
 //! Reads all files that a study names: only regular ones, only from the folders that it may read, none above
 //! a size, and records the hash of each.
 
+mod formats;
+mod limit;
+mod table;
+mod text;
 mod xacro;
 
-use std::collections::{BTreeMap, HashMap};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::{File, Metadata};
 use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
@@ -15,6 +20,10 @@ use sha2::{Digest, Sha256};
 use crate::error::{Argument, Issue, Words};
 use crate::spelling::nearest;
 use crate::{Error, Result};
+pub(crate) use formats::accepted_formats;
+pub(crate) use limit::MemoryLimit;
+pub(crate) use table::table_issue;
+pub(crate) use text::{lines, strip_mark};
 
 /// Most bytes of files that people write: studies, scenes, robots, joints of a person. Some parsers need many
 /// times as much.
@@ -58,6 +67,7 @@ struct Record {
     /// By the place on the disk, since a file may have several names.
     by_place: HashMap<PathBuf, String>,
     expanded: xacro::Expanded,
+    remarks: Vec<String>,
 }
 
 impl Sources {
@@ -113,6 +123,28 @@ impl Sources {
         self.read(path, MOST_BYTES_OF_DATA)
     }
 
+    /// The bytes of a file that begins with text, without a byte-order mark.
+    ///
+    /// # Errors
+    /// As [`Sources::bytes`], and when the text is in UTF-16 or UTF-32.
+    pub(crate) fn bytes_of_text(&self, path: &Path) -> Result<Vec<u8>> {
+        strip_mark(self.bytes(path)?).map_err(|issue| issue.at(path).into())
+    }
+
+    /// Keeps what a reader did with a file that its user may not expect, for a warning.
+    pub(crate) fn remark(&self, path: &Path, what: impl std::fmt::Display) {
+        let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
+        record.remarks.push(format!("{}: {what}", path.display()));
+    }
+
+    /// The remarks since the last call, each once.
+    pub fn take_remarks(&self) -> Vec<String> {
+        let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut seen = HashSet::new();
+        let remarks = std::mem::take(&mut record.remarks).into_iter();
+        remarks.filter(|remark| seen.insert(remark.clone())).collect()
+    }
+
     /// The files read so far, each once, sorted by path.
     pub fn read_files(&self) -> Vec<ReadFile> {
         let record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
@@ -153,6 +185,7 @@ impl Sources {
             self.note(path, path.into(), given)?;
             return Ok(given.to_vec());
         }
+        let path = &*resolve_backslashes(path);
         let unreadable = |source| Error::io(path, "cannot be read", source);
         let place = path.canonicalize().map_err(|e| match path.read_link() {
             Ok(target) if e.kind() == ErrorKind::NotFound => {
@@ -175,6 +208,10 @@ impl Sources {
         if bytes.len() as u64 != length {
             return Err(changed(path));
         }
+        if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
+            return Err(Error::input(path, "is a pointer of Git LFS, not the file itself")
+                .wanted("run `git lfs pull`"));
+        }
         self.note(path, place, &bytes)?;
         log::info!("read {}: {} bytes", path.display(), bytes.len());
         Ok(bytes)
@@ -183,7 +220,9 @@ impl Sources {
     /// The error for a file that is not there, with the nearest name that is: of a folder on its path, or of
     /// a file beside it.
     fn with_nearest(&self, path: &Path, error: Error) -> Error {
+        let slashed = PathBuf::from(path.to_string_lossy().replace('\\', "/"));
         let instead = || {
+            let path = slashed.as_path();
             let upwards: Vec<&Path> = path.ancestors().filter(|part| !part.as_os_str().is_empty()).collect();
             let missing = *upwards.iter().rev().find(|part| !part.exists())?;
             let (name, folder) = (missing.file_name()?.to_str()?, folder_of(missing));
@@ -209,6 +248,11 @@ impl Sources {
             };
             Some([missing, what].into_iter().filter(|said| !said.is_empty()).collect::<Vec<_>>().join("; "))
         };
+        if path.to_string_lossy().contains(char::is_control) {
+            return error.cure(
+                "its name has a control character: between \" in TOML a backslash begins an escape, so write paths with /",
+            );
+        }
         let is_not_there = matches!(error, Error::Input(_));
         match instead().filter(|said| is_not_there && !said.is_empty()) {
             Some(said) => error.cure(said),
@@ -268,7 +312,17 @@ fn split(name: &str) -> (&str, &str) {
 }
 
 fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String> {
-    String::from_utf8(bytes).map_err(|_| Error::input(path, "is not UTF-8 text"))
+    text::utf8(bytes).map_err(|issue| issue.at(path).into())
+}
+
+/// The path with the slashes of this system, if only that is there: programs of Windows write backslashes.
+pub(crate) fn resolve_backslashes(path: &Path) -> Cow<'_, Path> {
+    let other =
+        path.to_str().filter(|text| text.contains('\\')).map(|text| PathBuf::from(text.replace('\\', "/")));
+    match other {
+        Some(other) if !path.exists() && other.exists() => Cow::Owned(other),
+        _ => Cow::Borrowed(path),
+    }
 }
 
 /// The length of a file that may be read.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use glam::DVec3;
 use perirobot::Result;
-use perirobot::recording::{Anchor, Asked, Recording};
+use perirobot::recording::{Anchor, Asked, FARTHEST_M, Recording};
 use perirobot::report::recorded;
 use perirobot::results::rows::RowsFile;
 use perirobot::results::table::TableFormat;
@@ -46,7 +46,7 @@ pub(super) struct Args {
     at: Option<Anchor>,
     /// Where the sensor was, in the recording's frame, in metres: a point cloud is carved from there, of a map it
     /// tells what was hidden [default: of a cloud what a .pcd says, else the frame's origin]
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = perirobot::render::point, help_heading = "Recording")]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = place, help_heading = "Recording")]
     sensor: Option<DVec3>,
     /// Of a .mcap: the topic of the point clouds [default: the only one]
     #[arg(long, value_name = "NAME", help_heading = "Recording")]
@@ -86,6 +86,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let sources = Sources::beside(&args.map).allow_outside();
     let asked = Asked { sensor_m: args.sensor, topic: args.topic.as_deref(), message: args.message };
     let recording = Recording::read(&args.map, asked, &sources)?;
+    sources.take_remarks().iter().for_each(|remark| say!("warning: {remark}"));
     let study = args.study.read()?;
     let names = Names { scene: args.scene.clone(), snapshot: args.snapshot, ..Names::default() };
     let worlds = World::prepare(&study, find_scene(&study, &names)?)?;
@@ -114,6 +115,20 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 fn anchor(text: &str) -> std::result::Result<Anchor, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
     numbers.and_then(|numbers| Anchor::of_numbers(&numbers)).ok_or_else(|| {
-        "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion qw,qx,qy,qz".into()
+        format!(
+            "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion qw,qx,qy,qz, each \
+             from -{FARTHEST_M} to {FARTHEST_M}"
+        )
     })
+}
+
+/// `X,Y,Z` as a place.
+fn place(text: &str) -> std::result::Result<DVec3, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.abs() <= FARTHEST_M) => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!(
+            "must be three numbers in metres, as in 2.8,1.8,2.7, each from -{FARTHEST_M} to {FARTHEST_M}"
+        )),
+    }
 }

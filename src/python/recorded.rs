@@ -20,11 +20,18 @@ pub(crate) type RecordedWords = (Vec<f64>, Option<String>, usize, Option<String>
 /// What of a file is read: where the sensor was, the topic of a bag, the number of a message.
 pub(crate) type AskedWords = (Option<[f64; 3]>, Option<String>, Option<usize>);
 
-/// What a file says.
-pub(crate) fn file(path: &Path, (sensor_m, topic, message): &AskedWords) -> Result<Recording> {
+/// What a file says. What is odd about it goes to `warn`.
+pub(crate) fn file(
+    path: &Path,
+    (sensor_m, topic, message): &AskedWords,
+    warn: impl FnMut(String),
+) -> Result<Recording> {
     let sensor_m = sensor_m.map(DVec3::from_array);
     let asked = Asked { sensor_m, topic: topic.as_deref(), message: *message };
-    Recording::read(path, asked, &Sources::beside(path).allow_outside())
+    let sources = Sources::beside(path).allow_outside();
+    let recording = Recording::read(path, asked, &sources)?;
+    sources.take_remarks().into_iter().for_each(warn);
+    Ok(recording)
 }
 
 /// What labels say: 1 occupied, 0 free, 255 unknown.
@@ -89,7 +96,7 @@ fn reasons(map: &RecordedMap, view: &View, rows: &[Row]) -> Columns {
 fn anchor(numbers: &[f64]) -> Result<Anchor> {
     Anchor::of_numbers(numbers).ok_or_else(|| {
         let rule =
-            "must be x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion qw, qx, qy, qz";
+            "must be x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion qw, qx, qy, qz, within 1e8";
         Error::from(Issue::value("pose", format!("{numbers:?}"), rule))
     })
 }

@@ -153,7 +153,10 @@ impl Study {
         words: RecordedWords,
     ) -> PyResult<[Columns; 2]> {
         let worlds = self.worlds(py)?;
-        run(py, None, |_| recorded::score(&self.study, worlds, recorded::file(&path, &asked)?, words))
+        run(py, None, |listener| {
+            let recording = recorded::file(&path, &asked, |remark| listener.warns(remark))?;
+            recorded::score(&self.study, worlds, recording, words)
+        })
     }
 
     /// Scores labels of voxels; the columns of the table, and of that of reasons.

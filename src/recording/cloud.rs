@@ -19,6 +19,18 @@ use crate::error::Issue;
 use crate::march;
 use crate::voxel::Grid;
 
+/// Most points of a file: 2.4 GB.
+const MOST_POINTS: usize = 100_000_000;
+
+/// Refuses more points than are read.
+pub(super) fn check_count(points: usize) -> Result<(), Issue> {
+    match points > MOST_POINTS {
+        true => Err(Issue::too_large(format!("has {points} points"))
+            .wanted(format!("at most {MOST_POINTS} are read"))),
+        false => Ok(()),
+    }
+}
+
 /// Points that a sensor measured from one place, in metres of the recording's frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {

@@ -2,13 +2,14 @@
 
 use glam::DVec3;
 
+use super::FARTHEST_M;
 use super::voxels::{Known, VoxelMap};
 use crate::backend::Planes;
 use crate::error::Issue;
 use crate::voxel::{BitGrid, Window};
 
-/// Most voxels, with rows along x filled up to 32.
-const MOST_VOXELS: usize = 1 << 33;
+/// Most voxels, with rows along x filled up to 32: three planes of a quarter of a gigabyte.
+const MOST_VOXELS: usize = 1 << 31;
 
 /// Calls what it is given with the place and the number of each entry of an array.
 pub(super) type Each<'a> = dyn Fn(&mut dyn FnMut([i32; 3], f64)) + 'a;
@@ -38,9 +39,8 @@ impl Labels<'_> {
         let Labels { shape, origin_m, voxel_size_m, .. } = self;
         let [x, y, z] = shape.map(|n| n.min(1 << 21));
         if shape.iter().any(|n| *n > 1 << 20) || x.next_multiple_of(32) * y * z > MOST_VOXELS {
-            return Err(Issue::too_large(format!("has the shape {shape:?}"))
-                .wanted("cut the map to the cell")
-                .at("labels"));
+            let what = format!("has the shape {shape:?}: over {MOST_VOXELS} voxels, with x filled up to 32");
+            return Err(Issue::too_large(what).wanted("cut the map to the cell").at("labels"));
         }
         let window = Window { min: [0; 3], size: [x, y, z].map(|n| n as u32) };
         let [mut occupied, mut free, mut hits] = [(); 3].map(|()| BitGrid::new(window));
@@ -66,8 +66,9 @@ impl Labels<'_> {
         if occupied.is_empty() && free.is_empty() {
             return Err(Issue::says("has no voxel that is occupied or free").at("labels"));
         }
-        if !origin_m.to_array().iter().all(|v| v.abs() < 1e6) {
-            return Err(Issue::says("must be three lengths in metres").at("origin_m"));
+        if !origin_m.to_array().iter().all(|v| v.abs() <= FARTHEST_M) {
+            let rule = format!("must be three lengths in metres, from -{FARTHEST_M} to {FARTHEST_M}");
+            return Err(Issue::says(rule).at("origin_m"));
         }
         if !(voxel_size_m.is_finite() && voxel_size_m > 0.0) {
             return Err(Issue::says("must be one positive length in metres").at("voxel_size_m"));

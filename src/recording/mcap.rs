@@ -1,52 +1,68 @@
-//! Reads point clouds from an MCAP file of ROS 2: each `sensor_msgs/PointCloud2` of a topic, measured from the origin
+//! Reads point clouds from an MCAP file of ROS: each `sensor_msgs/PointCloud2` of a topic, measured from the origin
 //! of its frame, which `/tf_static` places.
+
+use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::cloud::Cloud;
+use super::cloud::{Cloud, check_count};
 use super::number::Number;
 use crate::error::Issue;
 use crate::pose::Pose;
 use crate::ros::messages::{PointCloud2, PointField};
 use crate::ros::read_clouds;
+use crate::source::MemoryLimit;
 
-/// Most points of all clouds together: 2.4 GB.
-const MOST_POINTS: usize = 100_000_000;
-
-/// Parses a file; the frame of the recording is the outermost one around those of the clouds.
-pub(super) fn parse(bytes: &[u8], topic: Option<&str>, message: Option<usize>) -> Result<Vec<Cloud>, Issue> {
-    let mut clouds: Vec<Cloud> = Vec::new();
+/// Parses a file; the frame of the recording is the outermost one around those of the clouds. With the clouds come
+/// remarks about that frame.
+pub(super) fn parse(
+    bytes: &[u8],
+    topic: Option<&str>,
+    message: Option<usize>,
+) -> Result<(Vec<Cloud>, Vec<String>), Issue> {
+    // Each with its place in the order of time.
+    let mut clouds: Vec<(usize, Cloud)> = Vec::new();
     let mut outermost: Option<String> = None;
+    let mut remarks = Vec::new();
+    let mut placed: HashMap<String, (String, Pose)> = HashMap::new();
+    let mut limit = MemoryLimit::new(bytes.len() as u64);
     let (mut points, mut empty) = (0, 0);
-    let topic = read_clouds(bytes, topic, message, |frames, cloud| {
-        let (frame, pose) = frames.outermost(&cloud.header.frame_id)?;
-        let first = outermost.get_or_insert_with(|| frame.to_owned());
+    let topic = read_clouds(bytes, topic, message, |frames, in_time, cloud| {
+        if !placed.contains_key(&cloud.header.frame_id) {
+            placed.insert(cloud.header.frame_id.clone(), frames.outermost(&cloud.header.frame_id)?);
+        }
+        let (frame, pose) = &placed[&cloud.header.frame_id];
+        let first = outermost.get_or_insert_with(|| {
+            remarks = frames.remarks(frame);
+            frame.clone()
+        });
         if first != frame {
             let what = format!(
                 "its clouds are in the frames {first:?} and {frame:?}, which /tf_static does not join"
             );
             return Err(Issue::says(what).wanted("name one message, or one topic whose sensor does not move"));
         }
-        let found = points_m(&cloud, &pose)?;
-        points += found.len();
-        if points > MOST_POINTS {
-            return Err(Issue::too_large(format!("holds more than {MOST_POINTS} points"))
-                .wanted("name one message of it"));
-        }
+        let found = points_m(&cloud, pose, &mut points, &mut limit)?;
         match found.iter().any(|point| point.is_finite()) {
-            true => clouds.push(Cloud::new(pose.position_m, found)?),
+            true => clouds.push((in_time, Cloud::new(pose.position_m, found)?)),
             false => empty += 1,
         }
         Ok(())
     })?;
-    match clouds.is_empty() {
-        true => Err(Issue::says(format!("{topic} has no point ({empty} messages)"))),
-        false => Ok(clouds),
+    if clouds.is_empty() {
+        return Err(Issue::says(format!("{topic} has no point ({empty} messages)")));
     }
+    clouds.sort_by_key(|(in_time, _)| *in_time);
+    Ok((clouds.into_iter().map(|(_, cloud)| cloud).collect(), remarks))
 }
 
-/// The points of a message, from its frame into that which holds it at a pose.
-fn points_m(cloud: &PointCloud2, pose: &Pose) -> Result<Vec<DVec3>, Issue> {
+/// The points of a message, from its frame into that which holds it at a pose. `before` counts those of earlier ones.
+fn points_m(
+    cloud: &PointCloud2,
+    pose: &Pose,
+    before: &mut usize,
+    limit: &mut MemoryLimit,
+) -> Result<Vec<DVec3>, Issue> {
     let wrong = |what: String| Issue::damaged(format!("a message of {:?}: {what}", cloud.header.frame_id));
     let [width, height, step, row] =
         [cloud.width, cloud.height, cloud.point_step, cloud.row_step].map(|n| n as usize);
@@ -70,6 +86,9 @@ fn points_m(cloud: &PointCloud2, pose: &Pose) -> Result<Vec<DVec3>, Issue> {
             cloud.data.len()
         )));
     }
+    *before += width * height;
+    check_count(*before).map_err(|issue| issue.cure("name one message of it"))?;
+    limit.spend_on::<DVec3>(width * height)?;
     let mut points = Vec::with_capacity(width * height);
     for line in cloud.data.chunks_exact(row.max(1)).take(height) {
         for point in line.chunks_exact(step).take(width) {

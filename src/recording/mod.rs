@@ -40,7 +40,7 @@ use crate::backend::Planes;
 use crate::error::Issue;
 use crate::pose::{Frame, Pose};
 use crate::scene::octomap;
-use crate::source::Sources;
+use crate::source::{Sources, accepted_formats};
 use crate::voxel::Grid;
 use crate::voxel::grid::VOXEL_SIZES_M;
 use crate::{Error, Result};
@@ -57,8 +57,8 @@ const FINEST: f64 = 64.0;
 /// Most voxels of a map that are laid into a grid: three planes of a gigabyte.
 const MOST_VOXELS: u64 = 1 << 33;
 
-/// No frame stands farther away; beyond it there are slips of the pen.
-const FARTHEST_M: f64 = 1e6;
+/// No frame is farther away: the northings of maps go up to ten million metres.
+pub const FARTHEST_M: f64 = 1e8;
 
 /// How far the parts x and y of a quaternion may be from zero where a frame is upright.
 const LEVEL: f64 = 1e-9;
@@ -110,7 +110,7 @@ impl Anchor {
     }
 
     /// Where a frame stands by numbers: x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion w, x, y, z.
-    /// `None` for other numbers.
+    /// `None` for other numbers, and for those beyond [`FARTHEST_M`].
     pub fn of_numbers(numbers: &[f64]) -> Option<Anchor> {
         if !numbers.iter().all(|number| number.abs() <= FARTHEST_M) {
             return None;
@@ -156,9 +156,13 @@ impl Recording {
                 .wanted("leave them out"));
         }
         let clouds = match ending {
-            "pcd" => vec![pcd::parse(&bytes()?).map_err(at)?],
-            "ply" => vec![ply::parse(&bytes()?).map_err(at)?],
-            "mcap" => mcap::parse(&bytes()?, asked.topic, asked.message).map_err(at)?,
+            "pcd" => vec![pcd::parse(&sources.bytes_of_text(path)?).map_err(at)?],
+            "ply" => vec![ply::parse(&sources.bytes_of_text(path)?).map_err(at)?],
+            "mcap" => {
+                let (clouds, remarks) = mcap::parse(&bytes()?, asked.topic, asked.message).map_err(at)?;
+                remarks.iter().for_each(|remark| sources.remark(path, remark));
+                clouds
+            }
             "bt" | "ot" | "npz" => {
                 let map = match ending {
                     "npz" => npz::parse(&bytes()?).map_err(at)?,
@@ -167,7 +171,7 @@ impl Recording {
                 let map = VoxelMap { sensor_m: asked.sensor_m, ..map };
                 return Recording::of_map(map).map_err(|e| e.at(path).into());
             }
-            _ => return Err(Error::input(path, format!("must be {ENDINGS}"))),
+            _ => return Err(Error::input(path, accepted_formats(path, ENDINGS))),
         };
         Ok(Recording::Clouds(clouds.into_iter().map(|cloud| cloud.seen_from(asked.sensor_m)).collect()))
     }

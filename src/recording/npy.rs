@@ -4,6 +4,9 @@ use super::labels::voxels_of;
 use super::number::Number;
 use crate::error::Issue;
 
+/// The longest header; that of an array of plain numbers has a hundred bytes.
+const LONGEST_HEADER: usize = 1 << 16;
+
 /// An array of numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
@@ -28,6 +31,11 @@ impl Array {
             2 | 3 => (word(8)? | word(9)? << 8 | word(10)? << 16 | word(11)? << 24, 12),
             other => return Err(Issue::unsupported(format!("is a numpy array of version {other}"))),
         };
+        if length > LONGEST_HEADER {
+            return Err(Issue::too_large(format!(
+                "has a header of {length} bytes, more than {LONGEST_HEADER}"
+            )));
+        }
         let begin = from + length;
         let header = String::from_utf8_lossy(bytes.get(from..begin).ok_or_else(damaged)?).into_owned();
         let after = |key: &str| {

@@ -27,7 +27,9 @@ const MOST_BYTES: u64 = 1 << 30;
 
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
-    let no_archive = |e: rawzip::Error| Issue::damaged(format!("is no archive of arrays: {e}"));
+    let no_archive = |_| {
+        Issue::damaged("is not an archive of arrays, or a truncated one").wanted("write it with numpy.savez")
+    };
     let archive = ZipArchive::from_slice(bytes).map_err(no_archive)?;
     let entries: Vec<_> = archive.entries().collect::<Result<_, _>>().map_err(no_archive)?;
     let array = |name: &str| {
@@ -73,7 +75,8 @@ fn unpacked(archive: &ZipSliceArchive<&[u8]>, entry: &ZipFileHeaderRecord) -> Re
     if entry.flags().is_encrypted() {
         return Err(Issue::unsupported("is encrypted"));
     }
-    let packed = archive.get_entry(entry.wayfinder()).map_err(|e| Issue::damaged(e.to_string()))?;
+    let damaged = || Issue::damaged("is damaged in the archive").wanted("write it again");
+    let packed = archive.get_entry(entry.wayfinder()).map_err(|_| damaged())?;
     let plain: Box<dyn Read> = match entry.compression_method() {
         CompressionMethod::STORE => Box::new(packed.data()),
         CompressionMethod::DEFLATE => Box::new(DeflateDecoder::new(packed.data())),
@@ -84,9 +87,11 @@ fn unpacked(archive: &ZipSliceArchive<&[u8]>, entry: &ZipFileHeaderRecord) -> Re
     };
     let mut bytes = Vec::new();
     let read = packed.verifying_reader(plain).take(MOST_BYTES + 1).read_to_end(&mut bytes);
-    read.map_err(|e| Issue::damaged(e.to_string()))?;
+    read.map_err(|_| damaged())?;
     if bytes.len() as u64 > MOST_BYTES {
-        return Err(Issue::too_large(format!("has more than {MOST_BYTES} bytes")));
+        return Err(
+            Issue::too_large(format!("has more than {MOST_BYTES} bytes")).wanted("cut the map to the cell")
+        );
     }
     Ok(bytes)
 }

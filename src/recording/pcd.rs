@@ -2,11 +2,13 @@
 
 use glam::{DQuat, DVec3};
 
-use super::cloud::Cloud;
+use super::cloud::{Cloud, check_count};
 use super::header::lines;
 use super::number::Number;
 use super::points::{Field, Layout, Order};
 use crate::error::Issue;
+use crate::pose::unit_quaternion;
+use crate::source::MemoryLimit;
 
 /// Parses a file. Its viewpoint is where the sensor was, and how it was turned: points are in the sensor's own
 /// frame, and the viewpoint moves them, as PCL's programs do.
@@ -23,20 +25,26 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
     let points = match header.data.as_str() {
         "ascii" => layout.points(data, count, Order::Text)?,
         "binary" => layout.points(data, count, Order::Records { is_big_endian: false })?,
-        "binary_compressed" => layout.points(&decompressed(data)?, count, Order::Columns)?,
+        "binary_compressed" => {
+            check_count(count)?;
+            let mut limit = MemoryLimit::new(bytes.len() as u64);
+            limit.spend_on::<DVec3>(count)?;
+            let wanted = count.saturating_mul(layout.bytes());
+            layout.points(&decompressed(data, wanted, &mut limit)?, count, Order::Columns)?
+        }
         other => return Err(Issue::unsupported(format!("has DATA {other:.40?}"))),
     };
     let [x, y, z, qw, qx, qy, qz] = header.viewpoint;
     let (sensor_m, turned) = (DVec3::new(x, y, z), DQuat::from_xyzw(qx, qy, qz, qw));
-    let is_unit = (turned.length() - 1.0).abs() < 1e-3;
-    if !sensor_m.is_finite() || !is_unit {
+    // Some programs write zeros where nothing is turned.
+    let is_turn = (turned.length() - 1.0).abs() < 1e-3 || turned.length() == 0.0;
+    let Some(turned) = unit_quaternion(turned).filter(|_| sensor_m.is_finite() && is_turn) else {
         return Err(Issue::value(
             "VIEWPOINT",
             format!("{:?}", header.viewpoint),
             "must be x y z and a unit quaternion w x y z",
         ));
-    }
-    let turned = turned.normalize();
+    };
     Cloud::new(sensor_m, points.into_iter().map(|point| sensor_m + turned * point).collect())
 }
 
@@ -116,35 +124,51 @@ impl Header {
 /// Most numbers of one name in a point; descriptors of features have some hundred.
 const MOST_NUMBERS: usize = 1 << 16;
 
-/// The bytes of a compressed file's data: two lengths, and what LZF made of the columns.
-fn decompressed(data: &[u8]) -> Result<Vec<u8>, Issue> {
+/// The bytes of a compressed file's data: two lengths, and what LZF made of the columns. `wanted` is how many bytes the
+/// points have. If packing does not help, some programs store the bytes as they are, and both lengths are equal.
+fn decompressed(data: &[u8], wanted: usize, limit: &mut MemoryLimit) -> Result<Vec<u8>, Issue> {
     let damaged = || Issue::damaged("its compressed points end too early: the file is truncated or damaged");
     let length = |at: usize| {
         let word = data.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_le_bytes);
         word.map(|word| word as usize).ok_or_else(damaged)
     };
     let (packed, unpacked) = (length(0)?, length(4)?);
-    let mut input = data.get(8..8 + packed).ok_or_else(damaged)?.iter().copied();
-    let mut out: Vec<u8> = Vec::new();
+    let input = data.get(8..8 + packed).ok_or_else(damaged)?;
+    if unpacked != wanted {
+        let what = format!("its compressed points are {unpacked} bytes, and its header makes them {wanted}");
+        return Err(Issue::damaged(what).wanted("the file is truncated or damaged"));
+    }
+    limit.spend(unpacked as u64)?;
+    match unpack(input, unpacked) {
+        Some(bytes) => Ok(bytes),
+        None if packed == unpacked => Ok(input.to_vec()),
+        None => Err(damaged()),
+    }
+}
+
+/// What LZF packed, if it has this length.
+fn unpack(input: &[u8], length: usize) -> Option<Vec<u8>> {
+    let mut input = input.iter().copied();
+    let mut out: Vec<u8> = Vec::with_capacity(length);
     let mut next = || input.next();
     while let Some(control) = next().map(usize::from) {
         if control < 32 {
             for _ in 0..=control {
-                out.push(next().ok_or_else(damaged)?);
+                out.push(next()?);
             }
         } else {
             let mut run = control >> 5;
             if run == 7 {
-                run += usize::from(next().ok_or_else(damaged)?);
+                run += usize::from(next()?);
             }
-            let back = ((control & 31) << 8) + usize::from(next().ok_or_else(damaged)?) + 1;
+            let back = ((control & 31) << 8) + usize::from(next()?) + 1;
             // A run may reach into what it writes itself.
-            let from = out.len().checked_sub(back).ok_or_else(damaged)?;
+            let from = out.len().checked_sub(back)?;
             (from..from + run + 2).for_each(|at| out.push(out[at]));
         }
-        if out.len() > unpacked {
-            return Err(damaged());
+        if out.len() > length {
+            return None;
         }
     }
-    if out.len() == unpacked { Ok(out) } else { Err(damaged()) }
+    (out.len() == length).then_some(out)
 }

@@ -41,8 +41,10 @@ impl Header {
                 return Err(Issue::unsupported(format!("has the format {:?}", words[1..].join(" "))));
             }
             ["element", "vertex", count] => {
-                let parsed = count.parse::<usize>();
-                self.count = Some(parsed.map_err(|e| Issue::value("element vertex", count, e.to_string()))?);
+                let parsed = count.parse::<usize>().ok();
+                let wrong =
+                    || Issue::value("element vertex", format!("{count:.40}"), "must be a whole number");
+                self.count = Some(parsed.ok_or_else(wrong)?);
                 self.in_points = true;
             }
             // Data of elements behind the points are never reached.

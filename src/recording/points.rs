@@ -2,8 +2,10 @@
 
 use glam::DVec3;
 
+use super::cloud::check_count;
 use super::number::Number;
 use crate::error::Issue;
+use crate::spelling::number;
 
 /// The numbers of a point, in their order.
 #[derive(Clone, Debug, Default)]
@@ -32,13 +34,19 @@ impl Layout {
     /// The points of a file's data, of which there are so many.
     ///
     /// # Errors
-    /// When a point has no x, y or z, or the data are shorter.
+    /// When a point has no x, y or z, the data are shorter, or there are too many.
     pub(super) fn points(&self, data: &[u8], count: usize, order: Order) -> Result<Vec<DVec3>, Issue> {
+        check_count(count)?;
         match order {
             Order::Text => self.of_text(data, count),
             Order::Records { is_big_endian } => self.of_binary(data, count, is_big_endian, false),
             Order::Columns => self.of_binary(data, count, false, true),
         }
+    }
+
+    /// The bytes of a point.
+    pub(super) fn bytes(&self) -> usize {
+        self.0.iter().map(|field| field.number.bytes() * field.count).sum()
     }
 
     /// Index of the field of each axis.
@@ -58,15 +66,15 @@ impl Layout {
         let lines = text.lines().filter(|line| !line.trim().is_empty()).take(count).enumerate();
         let points: Vec<DVec3> = lines
             .map(|(row, line)| {
-                let words: Vec<&str> = line.split_whitespace().collect();
                 let mut point = DVec3::ZERO;
                 for (r, place) in places.into_iter().enumerate() {
-                    let word = words.get(place).copied().unwrap_or_default();
-                    point[r] = word.parse().map_err(|_| {
+                    let word = line.split_whitespace().nth(place).unwrap_or_default();
+                    point[r] = number(word).ok_or_else(|| {
                         Issue::damaged(format!(
                             "point {row}: {line:.60?} has no number at place {}",
                             place + 1
                         ))
+                        .wanted("must be numbers with a decimal point, as in 1.5, with spaces between them")
                     })?;
                 }
                 Ok(point)
@@ -86,7 +94,7 @@ impl Layout {
         in_columns: bool,
     ) -> Result<Vec<DVec3>, Issue> {
         let bytes = |field: &Field| field.number.bytes() * field.count;
-        let length: usize = self.0.iter().map(bytes).sum();
+        let length = self.bytes();
         let axes = self.axes()?;
         if data.len() / length < count {
             return Err(truncated(data.len() / length, count));

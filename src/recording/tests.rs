@@ -317,6 +317,47 @@ fn the_points_of_every_kind_of_ply() {
     }
 }
 
+#[test]
+fn entries_without_a_point_are_written_in_many_ways() {
+    for nothing in ["nan", "-nan", "NaN", "-nan(ind)", "nan(snan)", "1.#QNAN", "-1.#IND", "inf", "-1.#INF"] {
+        let text = format!("1 2 3\n{nothing} {nothing} {nothing}\n");
+        let mut file =
+            b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nVIEWPOINT 0 0 0 0 0 0 0\nDATA ascii\n".to_vec();
+        file.extend(text.as_bytes());
+        assert_eq!(points_of(pcd::parse(&file)), [[1.0, 2.0, 3.0]], "{nothing}");
+        let mut file = b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n".to_vec();
+        file.extend(text.as_bytes());
+        assert_eq!(points_of(ply::parse(&file)), [[1.0, 2.0, 3.0]], "{nothing}");
+    }
+}
+
+#[test]
+fn compressed_points_that_are_stored_are_read() {
+    let columns = [1.0f32, f32::NAN, 2.5, 0.0, -0.25, 0.0].map(f32::to_le_bytes).concat();
+    let mut file = b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nDATA binary_compressed\n".to_vec();
+    file.extend([24, 0, 0, 0, 24, 0, 0, 0]);
+    file.extend(columns);
+    assert_eq!(points_of(pcd::parse(&file)), [[1.0, 2.5, -0.25]]);
+}
+
+#[test]
+fn thin_labels_are_refused_before_their_planes_are_made() {
+    // A row of one voxel takes the room of 32: 2^20 x 70 rows would be three planes of 280 MB.
+    let begun = std::time::Instant::now();
+    let each: &dyn Fn([usize; 3]) -> u8 = &|_| panic!("nothing is read");
+    let error = Recording::of_labels([1, 1 << 20, 70], each, DVec3::ZERO, 0.1).unwrap_err().to_string();
+    assert!(error.contains("with x filled up to 32: cut the map to the cell"), "{error}");
+    assert!(begun.elapsed().as_secs() < 5);
+}
+
+#[test]
+fn maps_of_a_country_are_moved_to_the_cell() {
+    let numbers = [-500_000.0, -5_700_000.0, 0.0, 0.0];
+    let anchor = Anchor::of_numbers(&numbers).unwrap();
+    assert_eq!(anchor.world(DVec3::new(500_001.5, 5_700_000.25, 1.0)), DVec3::new(1.5, 0.25, 1.0));
+    assert_eq!(Anchor::of_numbers(&[1.1e8, 0.0, 0.0, 0.0]), None);
+}
+
 fn pcd(data: &str, fields: &str, viewpoint: &str) -> Vec<u8> {
     format!(
         "# .PCD v0.7\nVERSION 0.7\nFIELDS {fields}\nSIZE 1 4 4 4\nTYPE U F F F\nCOUNT 2 1 1 1\nWIDTH 3\nHEIGHT 1\n\
@@ -461,13 +502,13 @@ fn archives_that_are_damaged_or_packed_otherwise_are_refused() {
         let name_begins = directory + 46;
         assert!(good[name_begins..].starts_with(b"labels.npy"));
         for (at, to, expected) in [
-            (directory, 0, "is no archive of arrays"),
+            (directory, 0, "is not an archive of arrays"),
             (directory + 8, 1, "is encrypted"),
             (directory + 10, 12, "BZIP2"),
             (directory + 10, 99, "numpy.savez_compressed"),
-            (directory + 16, good[directory + 16] ^ 1, "Invalid checksum"),
+            (directory + 16, good[directory + 16] ^ 1, "is damaged in the archive"),
             (directory + 20, 0, "labels"),
-            (directory + 24, good[directory + 24] ^ 1, "Invalid size"),
+            (directory + 24, good[directory + 24] ^ 1, "is damaged in the archive"),
             (directory + 44, 0x7f, "labels"),
             (name_begins, b'L', "labels"),
         ] {
@@ -477,7 +518,7 @@ fn archives_that_are_damaged_or_packed_otherwise_are_refused() {
             assert!(refused(&bytes).contains(expected), "{name}, {at}: {}", refused(&bytes));
         }
         for cut in [0, 10, good.len() / 2, good.len() - 1] {
-            assert!(refused(&good[..cut]).contains("is no archive of arrays"), "{name}, {cut}");
+            assert!(refused(&good[..cut]).contains("is not an archive of arrays"), "{name}, {cut}");
         }
     }
 }
@@ -488,6 +529,8 @@ fn damaged_files_are_refused_in_words() {
     for (file, expected) in [
         (&b"plx\n"[..], "`ply`"),
         (b"ply\nformat ascii 1.0\n", "end_header"),
+        (&[&b"ply\nformat ascii 1.0\ncomment"[..], &[b' '; 70_000]].concat(), "line 3 has more than 65536 bytes"),
+        (b"ply\nformat ascii 1.0\nelement vertex ten\n", "must be a whole number"),
         (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", "no y"),
         (b"ply\nformat ascii 1.0\nelement face 1\nelement vertex 1\nend_header\n", "before its vertices"),
         (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar int i\nend_header\n", "list"),
@@ -505,6 +548,10 @@ fn damaged_files_are_refused_in_words() {
         (b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA zipped\n", "zipped"),
         (b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nDATA ascii\n", "POINTS"),
         (b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nVIEWPOINT 0 0 0 9 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n", "unit quaternion"),
+        (b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nDATA binary_compressed\n\x02\0\0\0\x0c\0\0\0\xe0\x00", "are 12 bytes, and its header makes them 24"),
+        (b"FIELDS x y z\nSIZE 1 1 1\nTYPE I I I\nPOINTS 99999999\nDATA binary_compressed\n\x02\0\0\0\xfd\xa2\xe1\x11\xe0\x00", "unfolds to far more than its size"),
+        (b"FIELDS x y z\nSIZE 1 1 1\nTYPE I I I\nPOINTS 100000001\nDATA binary\n", "has 100000001 points"),
+        (b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA ascii\n1,5 2 3\n", "must be numbers with a decimal point"),
         (b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA binary_compressed\n\x02\0\0\0\x0c\0\0\0\xe0\x00", "too early"),
     ] {
         let said = said(pcd::parse(file));

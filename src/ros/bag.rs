@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use byteorder::{BigEndian, LittleEndian};
 use mcap::read::{ChannelAccumulator, parse_record};
-use mcap::records::{MessageHeader, Record};
+use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -13,46 +13,66 @@ use serde::de::DeserializeOwned;
 use super::Frames;
 use super::chunk::unpacked;
 use super::messages::{Message, PointCloud2, TfMessage, Time};
+use super::ros1::FromRos1;
 use crate::error::{Argument, Issue, Words};
+use crate::source::MemoryLimit;
 
 /// When all that is written was: not 0, which ROS takes for "no time".
 pub(crate) const STAMP: Time = Time { sec: 1, nanosec: 0 };
 const STAMP_NS: u64 = 1_000_000_000;
 
-/// Where a bag says which frames never move.
-const STATIC_FRAMES: &str = "/tf_static";
+/// The last part of the topics on which a bag says which frames never move, and where others are. Both may be in the
+/// namespace of a robot.
+pub(super) const STATIC_FRAMES: &str = "tf_static";
+const MOVING_FRAMES: &str = "tf";
 
 /// The longest record that is read, as a file may not be longer: a damaged length must not ask for all memory.
 pub(super) const LONGEST_RECORD: usize = 1 << 30;
 
-/// How a message is serialised, as MCAP names it.
+/// How messages are serialised, as MCAP names it: those of ROS 2, and those of ROS 1.
 const ENCODING: &str = "cdr";
+const ENCODING_OF_ROS1: &str = "ros1";
 
-/// Hands the point clouds of a topic, or that of one message (counted from 0), to `take`, in order of time, and
-/// returns the topic.
+/// Most kinds of other messages that are named where there is no cloud.
+const MOST_OTHERS: usize = 6;
+
+/// Hands the point clouds of a topic, or that of one message (counted from 0), to `take`, in the order of the file, each
+/// with its place in the order of time. Returns the topic.
 ///
 /// # Errors
-/// When the file is damaged, has no point clouds, has several topics of them and none is named, or none is what was asked for;
-/// and those of `take`.
+/// When the file is damaged, unfolds to far more than its size, has no point clouds, has several topics of them and none
+/// is named, or none is what was asked for; and those of `take`.
 pub(crate) fn read_clouds(
     bytes: &[u8],
     topic: Option<&str>,
     message: Option<usize>,
-    mut take: impl FnMut(&Frames, PointCloud2) -> Result<(), Issue>,
+    mut take: impl FnMut(&Frames, usize, PointCloud2) -> Result<(), Issue>,
 ) -> Result<String, Issue> {
+    /// What is kept of a message until it is read: its time, and two places.
+    const KEPT_BYTES: u64 = 48;
+    let mut limit = MemoryLimit::new(bytes.len() as u64);
     let mut frames = Frames::default();
     // Of each topic of clouds the times of its messages.
     let mut topics: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+    let mut others: BTreeSet<String> = BTreeSet::new();
     each_message(bytes, |message| {
-        if message.channel.topic == STATIC_FRAMES && is_a::<TfMessage>(&message) {
+        let topic = &message.channel.topic;
+        let kind = topic.rsplit('/').next().unwrap_or_default();
+        if is_a::<TfMessage>(&message) && [STATIC_FRAMES, MOVING_FRAMES].contains(&kind) {
+            let learn = if kind == STATIC_FRAMES { Frames::learn } else { Frames::learn_moving };
             let said: TfMessage = decoded(&message)?;
-            said.transforms.into_iter().try_for_each(|one| frames.learn(one))?;
-        } else if is_a::<PointCloud2>(&message) {
-            topics.entry(message.channel.topic.clone()).or_default().push(message.header.log_time);
+            return said.transforms.into_iter().try_for_each(|one| learn(&mut frames, topic, one));
+        }
+        if is_a::<PointCloud2>(&message) {
+            limit.spend(KEPT_BYTES)?;
+            topics.entry(topic.clone()).or_default().push(message.header.log_time);
+        } else if others.len() < MOST_OTHERS {
+            let schema = message.channel.schema.as_ref().map_or("no type", |schema| schema.name.as_str());
+            others.insert(format!("{schema} ({}) on {topic}", message.channel.message_encoding));
         }
         Ok(())
     })?;
-    let topic = asked_for(&topics, topic)?;
+    let topic = asked_for(&topics, &others, topic)?;
     let times = &topics[&topic];
     let mut order: Vec<usize> = (0..times.len()).collect();
     order.sort_by_key(|&place| times[place]);
@@ -67,20 +87,15 @@ pub(crate) fn read_clouds(
             }
         },
     };
-    // Files are in order of time but for what several threads wrote; what comes too early waits.
-    let mut waiting: BTreeMap<usize, PointCloud2> = BTreeMap::new();
-    let (mut place, mut next) = (0, wanted.iter().peekable());
-    let asked: BTreeSet<usize> = wanted.iter().copied().collect();
+    let mut places_in_time: Vec<Option<usize>> = vec![None; times.len()];
+    wanted.into_iter().enumerate().for_each(|(in_time, place)| places_in_time[place] = Some(in_time));
+    let mut places = places_in_time.into_iter();
     each_message(bytes, |message| {
-        if message.channel.topic == topic && is_a::<PointCloud2>(&message) {
-            if asked.contains(&place) {
-                waiting.insert(place, decoded(&message)?);
-            }
-            place += 1;
-            while let Some(cloud) = next.peek().and_then(|place| waiting.remove(place)) {
-                next.next();
-                take(&frames, cloud)?;
-            }
+        if message.channel.topic == topic
+            && is_a::<PointCloud2>(&message)
+            && let Some(in_time) = places.next().flatten()
+        {
+            take(&frames, in_time, decoded(&message)?)?;
         }
         Ok(())
     })?;
@@ -88,11 +103,23 @@ pub(crate) fn read_clouds(
 }
 
 /// The topic that is named, or the only one.
-fn asked_for(topics: &BTreeMap<String, Vec<u64>>, topic: Option<&str>) -> Result<String, Issue> {
+fn asked_for(
+    topics: &BTreeMap<String, Vec<u64>>,
+    others: &BTreeSet<String>,
+    topic: Option<&str>,
+) -> Result<String, Issue> {
     let known: Vec<&String> = topics.keys().collect();
     match (topic, &known[..]) {
-        (_, []) => Err(Issue::says(format!("has no messages of {}", PointCloud2::NAME))
-            .wanted("record the topic of the point clouds, with `ros2 bag record`")),
+        (_, []) => {
+            let none = Issue::says(format!("has no messages of {}", PointCloud2::NAME))
+                .wanted("record the topic of the point clouds, with `ros2 bag record`");
+            match others.is_empty() {
+                true => Err(none),
+                false => {
+                    Err(none.cure(format!("it has {}", Vec::from_iter(others.iter().cloned()).join(", "))))
+                }
+            }
+        }
         (None, [only]) => Ok((*only).clone()),
         (None, _) => Err(Issue::says(format!("has point clouds on several topics: {known:?}"))
             .cure(Words::from("name one with ") + Argument::Topic)),
@@ -108,13 +135,14 @@ struct Recorded<'m> {
     data: &'m [u8],
 }
 
-/// Hands over each message of a file. The file and one unpacked chunk are in memory, but no record of a damaged file makes
-/// room for more than it can hold.
+/// Hands over each message of a file. The file and one unpacked chunk are in memory; all chunks together may not be far
+/// larger than the file, and no record of a damaged file makes room for more than it can hold.
 fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue>) -> Result<(), Issue> {
     let options =
         LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(LONGEST_RECORD);
     let mut reader = LinearReader::new_with_options(options);
     let mut channels = ChannelAccumulator::default();
+    let mut limit = MemoryLimit::new(bytes.len() as u64);
     let (mut left, mut is_summary) = (bytes, false);
     while let Some(event) = reader.next_event() {
         let (opcode, data) = match event.map_err(damaged)? {
@@ -127,21 +155,58 @@ fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue
             }
             LinearReadEvent::Record { opcode, data } => (opcode, data),
         };
-        match parse_record(opcode, data).map_err(damaged)? {
+        match record(opcode, data)? {
             // Schemas and channels come once more behind all messages.
             _ if is_summary => {}
-            Record::DataEnd(_) => is_summary = true,
-            Record::Chunk { header, data } => {
+            Some(Record::DataEnd(_)) => is_summary = true,
+            Some(Record::Chunk { header, data }) => {
+                limit.spend(header.uncompressed_size)?;
                 let records = unpacked(&header, data)?;
                 let mut rest = &records[..];
                 while let Some((opcode, body)) = next_record(&mut rest)? {
-                    take_record(parse_record(opcode, body).map_err(damaged)?, &mut channels, &mut take)?;
+                    take_record(record(opcode, body)?, &mut channels, &mut take)?;
                 }
             }
             record => take_record(record, &mut channels, &mut take)?,
         }
     }
     Ok(())
+}
+
+/// A record of a kind that is needed here. The parser makes room for texts before it reads them, so their lengths are
+/// compared with that of the record first.
+fn record(opcode: u8, body: &[u8]) -> Result<Option<Record<'_>>, Issue> {
+    // How many bytes are before the first text, how many texts there are, and whether a list of texts follows.
+    let (before, texts, has_list) = match opcode {
+        op::SCHEMA => (2, 2, false),
+        op::CHANNEL => (4, 2, true),
+        op::CHUNK => (28, 1, false),
+        op::MESSAGE | op::DATA_END => (0, 0, false),
+        _ => return Ok(None),
+    };
+    let fits = || {
+        let mut rest = body.get(before..)?;
+        for _ in 0..texts {
+            text(&mut rest)?;
+        }
+        if has_list {
+            let mut list = text(&mut rest)?;
+            while !list.is_empty() {
+                text(&mut list)?;
+            }
+        }
+        Some(())
+    };
+    fits().ok_or_else(|| damaged(mcap::McapError::UnexpectedEof))?;
+    parse_record(opcode, body).map(Some).map_err(damaged)
+}
+
+/// Takes a length, and so many bytes.
+fn text<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
+    let (length, after) = rest.split_first_chunk::<4>()?;
+    let (text, after) = after.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    *rest = after;
+    Some(text)
 }
 
 fn damaged(e: mcap::McapError) -> Issue {
@@ -162,16 +227,16 @@ fn next_record<'d>(rest: &mut &'d [u8]) -> Result<Option<(u8, &'d [u8])>, Issue>
 
 /// Learns a channel, or hands a message over.
 fn take_record(
-    record: Record,
+    record: Option<Record>,
     channels: &mut ChannelAccumulator<'static>,
     take: &mut impl FnMut(Recorded) -> Result<(), Issue>,
 ) -> Result<(), Issue> {
     match record {
-        Record::Schema { header, data } => {
+        Some(Record::Schema { header, data }) => {
             channels.add_schema(header, data.into_owned().into()).map_err(damaged)
         }
-        Record::Channel(channel) => channels.add_channel(channel).map_err(damaged),
-        Record::Message { header, data } => {
+        Some(Record::Channel(channel)) => channels.add_channel(channel).map_err(damaged),
+        Some(Record::Message { header, data }) => {
             let channel = channels.get(header.channel_id).ok_or_else(|| {
                 Issue::damaged(format!("has a message of the channel {}, which it lacks", header.channel_id))
             })?;
@@ -181,23 +246,27 @@ fn take_record(
     }
 }
 
-/// Whether a message is one of ROS 2 of a type.
+/// Whether a message is one of ROS of a type. Some programs write the types of ROS 2 as those of ROS 1, without `msg`.
 fn is_a<M: Message>(message: &Recorded) -> bool {
-    let schema = message.channel.schema.as_ref();
-    message.channel.message_encoding == ENCODING && schema.is_some_and(|schema| schema.name == M::NAME)
+    let Some(schema) = message.channel.schema.as_ref() else { return false };
+    let is_known = [ENCODING, ENCODING_OF_ROS1].contains(&message.channel.message_encoding.as_str());
+    is_known && (schema.name == M::NAME || schema.name == M::NAME.replacen("/msg/", "/", 1))
 }
 
-fn decoded<M: Message + DeserializeOwned>(message: &Recorded) -> Result<M, Issue> {
+fn decoded<M: Message + DeserializeOwned + FromRos1>(message: &Recorded) -> Result<M, Issue> {
     let wrong = |what: &str| {
         let (topic, number) = (&message.channel.topic, message.header.sequence);
         Issue::damaged(format!("message {number} of {topic} is no {}: {what}", M::NAME))
     };
+    if message.channel.message_encoding == ENCODING_OF_ROS1 {
+        return M::from_ros1(&mut &*message.data).ok_or_else(|| wrong("it ends too early"));
+    }
     let read = match message.data.split_at_checked(4) {
         Some(([0, 0, ..], body)) => cdr_encoding::from_bytes::<M, BigEndian>(body),
         Some(([0, 1, ..], body)) => cdr_encoding::from_bytes::<M, LittleEndian>(body),
         _ => return Err(wrong("it is not serialised as plain CDR")),
     };
-    read.map(|(message, _)| message).map_err(|e| wrong(&e.to_string()))
+    read.map(|(message, _)| message).map_err(|_| wrong("it is cut off, or serialised otherwise"))
 }
 
 /// Writes an MCAP file in memory.

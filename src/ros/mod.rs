@@ -2,12 +2,14 @@
 //! recordings are read from, and views written to.
 //!
 //! A message is serialised as ROS 2 does by default: OMG's Common Data Representation, plain, behind four bytes that say
-//! which order its bytes have.
+//! which order its bytes have. Those of ROS 1, field after field without padding, are read, too.
 
 mod bag;
 mod chunk;
 mod frames;
 pub(crate) mod messages;
+mod ros1;
 
+use bag::STATIC_FRAMES;
 pub(crate) use bag::{BagWriter, STAMP, read_clouds};
 use frames::Frames;

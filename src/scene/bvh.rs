@@ -19,6 +19,7 @@ use super::{Up, keypoints};
 use crate::Result;
 use crate::error::Issue;
 use crate::source::Sources;
+use crate::spelling::plural;
 use hierarchy::{Axis, Bone, Channel};
 use motion::Motion;
 
@@ -57,7 +58,12 @@ impl Bvh {
     /// # Errors
     /// When it cannot be read, is cut off, or contradicts itself. Frames are checked when they are posed.
     pub fn load(path: &Path, sources: &Sources) -> Result<Bvh> {
-        Bvh::parse(path, sources.table(path)?).map_err(|issue| issue.at(path).into())
+        let file = Bvh::parse(path, sources.table(path)?).map_err(|issue| issue.at(path))?;
+        if file.motion.behind > 0 {
+            let lines = plural(file.motion.behind, "line");
+            sources.remark(path, format!("without {lines} behind the frames that it declares"));
+        }
+        Ok(file)
     }
 
     fn parse(path: &Path, text: String) -> Result<Bvh, Issue> {

@@ -8,7 +8,7 @@
 mod geometry;
 mod nodes;
 
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -16,18 +16,14 @@ use glam::DVec3;
 use roxmltree::{Document, Node};
 
 use super::mesh::Welder;
-use super::{Mesh, Up, xml};
+use super::xml::Xml;
+use super::{Mesh, Up};
 use crate::Result;
 use crate::error::Issue;
-use crate::source::Sources;
+use crate::source::{MemoryLimit, Sources};
 
 /// Most triangles of a scene: a geometry may be placed many times.
 const MOST_TRIANGLES: usize = 20_000_000;
-/// Numbers that any file may have read, before its own size gives it more: a geometry is read again wherever
-/// it is placed, and its positions for each of its primitives.
-const FLOOR_NUMBERS: usize = 20_000_000;
-/// Numbers that may be read for each byte of a file; two bytes are the least that a number needs.
-const NUMBERS_PER_BYTE: usize = 8;
 
 /// Reads the triangles of a file's scene, in the file's own axes, and says which axis is up.
 ///
@@ -39,13 +35,14 @@ pub fn load(path: &Path, sources: &Sources) -> Result<(Mesh, Up)> {
 }
 
 fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
-    let document = xml::parse(text)?;
+    let xml = Xml::scan(text)?;
+    let document = xml.document()?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
             .wanted("a COLLADA file's is <COLLADA>"));
     }
-    let library = Library::of(&document, FLOOR_NUMBERS + NUMBERS_PER_BYTE * text.len());
+    let library = Library::of(&document, MemoryLimit::new(text.len() as u64));
     let (unit_m, up) = (unit_m(root)?, up_axis(root)?);
     let mut welder = Welder::default();
     let mut triangles = 0;
@@ -102,20 +99,26 @@ fn unit_m(root: Node) -> Result<f64, Issue> {
 /// Elements by their ids, to follow references.
 struct Library<'a, 'i> {
     document: &'a Document<'i>,
-    by_id: HashMap<&'a str, Node<'a, 'i>>,
-    /// Numbers that may still be read.
-    left: Cell<usize>,
+    /// By the name of the element and the id, which elements of several kinds may share; of several the first.
+    by_id: HashMap<(&'a str, &'a str), Node<'a, 'i>>,
+    /// For the numbers that are read: those of a geometry again wherever it is placed, and its positions for each of its
+    /// primitives.
+    limit: RefCell<MemoryLimit>,
 }
 
 impl<'a, 'i> Library<'a, 'i> {
-    fn of(document: &'a Document<'i>, left: usize) -> Self {
-        let with_id = |node: Node<'a, 'i>| Some((node.attribute("id")?, node));
-        let by_id = document.descendants().filter_map(with_id).collect();
-        Library { document, by_id, left: Cell::new(left) }
+    fn of(document: &'a Document<'i>, limit: MemoryLimit) -> Self {
+        let mut by_id = HashMap::new();
+        for node in document.descendants() {
+            if let Some(id) = node.attribute("id") {
+                by_id.entry((node.tag_name().name(), id)).or_insert(node);
+            }
+        }
+        Library { document, by_id, limit: RefCell::new(limit) }
     }
 
-    /// The element that an attribute refers to, which must be one of these.
-    fn follow(&self, node: Node<'a, 'i>, attribute: &str, tags: &[&str]) -> Result<Node<'a, 'i>, Issue> {
+    /// The element of a name that an attribute refers to.
+    fn follow(&self, node: Node<'a, 'i>, attribute: &str, tag: &str) -> Result<Node<'a, 'i>, Issue> {
         let url = node
             .attribute(attribute)
             .ok_or_else(|| self.at(node, Issue::says(format!("{attribute} is missing"))))?;
@@ -123,8 +126,8 @@ impl<'a, 'i> Library<'a, 'i> {
         let id = url
             .strip_prefix('#')
             .ok_or_else(|| wrong("must be # and the id of an element of the same file".into()))?;
-        let found = self.by_id.get(id).filter(|found| tags.contains(&found.tag_name().name()));
-        found.copied().ok_or_else(|| wrong(format!("the file has no <{}> of that id", tags[0])))
+        let found = self.by_id.get(&(tag, id)).copied();
+        found.ok_or_else(|| wrong(format!("the file has no <{tag}> of that id")))
     }
 
     /// A problem in an element, with its line.
@@ -145,11 +148,7 @@ impl<'a, 'i> Library<'a, 'i> {
     fn words<T>(&self, node: Node, what: &str, read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Issue> {
         let words = node.text().unwrap_or_default().split_whitespace();
         let number = |word: &str| {
-            let left = self.left.get().checked_sub(1).ok_or_else(|| {
-                let what = Issue::too_large("has the file's numbers read far too often");
-                self.at(node, what.wanted("place fewer copies of its geometries"))
-            })?;
-            self.left.set(left);
+            self.limit.borrow_mut().spend_on::<f64>(1).map_err(|issue| self.at(node, issue))?;
             read(word).ok_or_else(|| self.at(node, Issue::says(format!("{word:.40?} is no {what}"))))
         };
         words.map(number).collect()

@@ -23,12 +23,8 @@ use self::container::Container;
 use super::Mesh;
 use crate::Result;
 use crate::error::Issue;
-use crate::source::Sources;
-
-/// Bytes that any file may unfold to, however small it is: a mesh may be placed many times.
-const FLOOR_BYTES: u64 = 256 << 20;
-/// Bytes a file may unfold to for each of its own; a plain export needs about 4.
-const BYTES_PER_BYTE: u64 = 64;
+use crate::source::{MemoryLimit, Sources};
+use crate::spelling::plural;
 
 /// A file that was read, to be posed as often as needed.
 pub struct Gltf {
@@ -53,6 +49,10 @@ impl Gltf {
     pub fn load(path: &Path, sources: &Sources) -> Result<Gltf> {
         let container = Container::open(path, sources)?;
         refuse_extensions(&container.root).map_err(|issue| issue.at(path))?;
+        if let count @ 1.. = container.hidden.len() {
+            let nodes = plural(count, "node");
+            sources.remark(path, format!("without {nodes} that KHR_node_visibility hides, and all below"));
+        }
         Ok(Gltf { path: path.into(), container })
     }
 
@@ -87,9 +87,9 @@ impl Gltf {
         let container = &self.container;
         let mut budget = self.budget();
         let moved = moment.map(|(clip, time_s)| clip.moved(time_s)).transpose()?.unwrap_or_default();
-        let placed = nodes::place_nodes(&container.root, &moved)?;
+        let placed = nodes::place_nodes(container, &moved)?;
         let mut meshes = Vec::new();
-        for node in &placed {
+        for node in placed.iter().filter(|node| !node.is_hidden) {
             let Some(mesh) = &node.json.mesh else { continue };
             let weights = moved.get(&node.index).and_then(|moved| moved.weights.as_deref());
             let mesh = surface::read_mesh(container, mesh.value(), node, weights, &placed, &mut budget)
@@ -106,7 +106,7 @@ impl Gltf {
     }
 
     fn budget(&self) -> MemoryLimit {
-        MemoryLimit(FLOOR_BYTES + BYTES_PER_BYTE * self.container.bytes)
+        MemoryLimit::new(self.container.bytes)
     }
 }
 
@@ -119,7 +119,8 @@ fn refuse_extensions(root: &Root) -> Result<(), Issue> {
             "not supported, export each copy as a node of its own",
         ));
     }
-    match root.extensions_required.first().map(String::as_str) {
+    let mut required = root.extensions_required.iter().map(String::as_str);
+    match required.find(|name| *name != VISIBILITY && !is_about_looks(name)) {
         None => Ok(()),
         Some(name) if name.contains("draco") || name.contains("meshopt") => Err(Issue::value(
             "extensionsRequired",
@@ -134,17 +135,24 @@ fn refuse_extensions(root: &Root) -> Result<(), Issue> {
     }
 }
 
-/// Memory a file may still ask for.
-struct MemoryLimit(u64);
+/// Says whether a node is shown.
+const VISIBILITY: &str = "KHR_node_visibility";
 
-impl MemoryLimit {
-    fn spend(&mut self, bytes: u64) -> Result<(), Issue> {
-        self.0 = (self.0.checked_sub(bytes)).ok_or_else(|| {
-            Issue::too_large("unfolds to far more than its size")
-                .wanted("place fewer copies of its meshes, or split the file")
-        })?;
-        Ok(())
-    }
+/// Whether an extension changes how surfaces look and not where they are.
+fn is_about_looks(extension: &str) -> bool {
+    let (_, name) = extension.split_once('_').unwrap_or_default();
+    let looks = [
+        "materials_",
+        "material_",
+        "texture_",
+        "lights_",
+        "image_",
+        "techniques_",
+        "xmp",
+        "packing_",
+        "environment_",
+    ];
+    looks.iter().any(|begin| name.starts_with(begin))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Result;
 use crate::error::Issue;
-use crate::source::Sources;
+use crate::source::{Sources, table_issue};
 
 /// Most values of a table: about 1 GB.
 const MOST_VALUES: usize = 100_000_000;
@@ -49,7 +49,7 @@ impl JointTable {
     /// Reads a CSV whose first column is `time_s` and whose others are named after joints.
     ///
     /// # Errors
-    /// When the file cannot be read, a column has no name of its own, a cell is no number, or times do not increase.
+    /// When the file cannot be read, a column has no name of its own, a cell is not a number, or times do not increase.
     pub fn load(path: &Path, sources: &Sources) -> Result<JointTable> {
         parse(sources.table(path)?.as_bytes()).map_err(|issue| issue.at(path).into())
     }
@@ -93,8 +93,7 @@ fn parse(bytes: &[u8]) -> Result<JointTable, Issue> {
         .trim(csv::Trim::All)
         .from_reader(bytes);
     let mut records = reader.records();
-    let damaged = |e: csv::Error| Issue::damaged(e.to_string());
-    let header = records.next().ok_or_else(|| Issue::says("has no header"))?.map_err(damaged)?;
+    let header = records.next().ok_or_else(|| Issue::says("has no header"))?.map_err(|e| table_issue(&e))?;
     let joints: Vec<String> = header.iter().skip(1).map(String::from).collect();
     if header.get(0) != Some("time_s") || joints.is_empty() {
         return Err(Issue::says(format!(
@@ -109,7 +108,7 @@ fn parse(bytes: &[u8]) -> Result<JointTable, Issue> {
     }
     let (mut times_s, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     for record in records {
-        let record = record.map_err(damaged)?;
+        let record = record.map_err(|e| table_issue(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let number = |(cell, column): (&str, &str)| {
             let number = cell.parse::<f64>().ok().filter(|number| number.abs() <= LARGEST);
@@ -189,7 +188,7 @@ mod tests {
             ("time_s,a\n0,one\n", "line 2: a = one: must be a number"),
             ("time_s,a\n0,nan\n", "line 2: a = nan: must be a number"),
             ("time_s,a\n0,1e7\n", "line 2: a = 1e7: must be a number"),
-            ("time_s,a\n0\n", "record 1 (line: 2"),
+            ("time_s,a\n0\n", "line 2: has 1 cells: must be 2, as in the header"),
         ] {
             let error = parse(text.as_bytes()).expect_err(text).to_string();
             assert!(error.contains(expected), "{error:?} lacks {expected:?}");

@@ -14,7 +14,8 @@ use super::mannequin;
 use super::shipped::Shipped;
 use crate::Result;
 use crate::error::Issue;
-use crate::source::Sources;
+use crate::source::{Sources, table_issue};
+use crate::spelling::number;
 
 /// COCO's keypoints, in COCO's order. Left and right are the person's own.
 pub const JOINTS: [&str; 17] = [
@@ -70,7 +71,10 @@ impl KeypointFile {
     /// # Errors
     /// When the file cannot be read, a row is not as above, or no joint is known.
     pub fn read(&self, sources: &Sources) -> Result<Keypoints> {
-        parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path).into())
+        let joints =
+            parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path))?;
+        placeholder_remarks(&joints).into_iter().for_each(|what| sources.remark(&self.path, what));
+        Ok(joints)
     }
 }
 
@@ -109,7 +113,7 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
     let mut points: Vec<Option<DVec3>> = Vec::with_capacity(joints.len());
     let mut first = true;
     for record in reader.records() {
-        let record = record.map_err(|e| Issue::damaged(e.to_string()))?;
+        let record = record.map_err(|e| table_issue(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let cells: Vec<&str> = record.iter().take(6).collect();
         if std::mem::take(&mut first) && is_header(&cells) {
@@ -130,10 +134,49 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
             joints.len()
         )));
     }
+    // A row's number before its coordinates would be taken for x, and z for a confidence.
+    let counts_rows = |first: usize| {
+        points
+            .iter()
+            .enumerate()
+            .all(|(row, point)| point.is_some_and(|point| point.x == (row + first) as f64))
+    };
+    if counts_rows(0) || counts_rows(1) {
+        return Err(Issue::says("x_m is the number of the row in each row")
+            .wanted("take the column that counts the rows away; the columns are x_m,y_m,z_m"));
+    }
+    let known: Vec<DVec3> = points.iter().flatten().copied().collect();
+    if let [first, second, ..] = known[..]
+        && second == first
+        && known.iter().all(|point| *point == first)
+    {
+        return Err(
+            Issue::says(format!("all of its joints are at {first}")).wanted("give each its own place")
+        );
+    }
     if points.iter().all(Option::is_none) {
         return Err(Issue::says("all joints are empty").wanted("give the position of at least one"));
     }
     Ok(layout.keypoints(&points))
+}
+
+/// What looks as if joints were not found, and the program that wrote the table filled in numbers for them. Joints of the
+/// face may lie on each other.
+fn placeholder_remarks(joints: &Keypoints) -> Vec<String> {
+    let limbs = || joints.iter().zip(JOINTS).skip(SHOULDERS[0]).filter_map(|(at, name)| Some(((*at)?, name)));
+    let mut places: Vec<(DVec3, Vec<&str>)> = Vec::new();
+    for (at, name) in limbs() {
+        match places.iter_mut().find(|(place, _)| *place == at) {
+            Some((_, names)) => names.push(name),
+            None => places.push((at, vec![name])),
+        }
+    }
+    let is_odd = |(at, names): &(DVec3, Vec<&str>)| *at == DVec3::ZERO || names.len() > 1;
+    let told = places.into_iter().filter(is_odd).map(|(DVec3 { x, y, z }, names)| {
+        let names = names.join(" and ");
+        format!("{names} at exactly {x}, {y}, {z}: leave the cells of a joint empty that was not found")
+    });
+    told.collect()
 }
 
 fn is_header(cells: &[&str]) -> bool {
@@ -166,7 +209,7 @@ fn parse_row(joint: &str, layout: Layout, cells: &[&str]) -> Result<Option<DVec3
         Ok(confidence) if confidence.is_finite() && confidence >= 0.0 => Ok(confidence > 0.0),
         _ => Err(Issue::value("confidence", format!("{cell:.40}"), "must be 0 (unknown) or more")),
     })?;
-    let is_missing = |cell: &str| cell.is_empty() || cell.parse().is_ok_and(f64::is_nan);
+    let is_missing = |cell: &str| cell.is_empty() || number(cell).is_some_and(f64::is_nan);
     if !is_known || coordinates.iter().all(|cell| is_missing(cell)) {
         return Ok(None);
     }

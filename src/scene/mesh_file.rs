@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::gltf::Gltf;
 use super::{Mesh, Up, collada, obj, stl};
-use crate::source::Sources;
+use crate::source::{Sources, accepted_formats};
 use crate::{Error, Result};
 
 /// The endings of all that can be read, for messages.
@@ -34,7 +34,7 @@ pub struct MeshFile {
     pub format: MeshFormat,
     /// Metres in one of its units; for a file that states its unit, a factor that corrects it.
     pub scale: f64,
-    /// The up axis of a file that does not state it.
+    /// The up axis of a file that does not state it. That of a glTF is y by the format's rules, and z if it breaks them.
     pub up: Up,
 }
 
@@ -61,7 +61,19 @@ impl MeshFile {
         let (mesh, up) = load_mesh(&self.path, sources)?;
         let (mut mesh, up) = (mesh.scaled(self.scale), up.unwrap_or(self.up));
         mesh.vertices.iter_mut().for_each(|vertex| *vertex = z_up(*vertex, up));
+        if self.breaks_up_rule(sources) {
+            mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
+        }
         Ok(mesh)
+    }
+
+    /// Whether it is a glTF that is z up as it is written; a remark tells of it.
+    pub(super) fn breaks_up_rule(&self, sources: &Sources) -> bool {
+        let is = self.format == MeshFormat::Gltf && self.up == Up::Z;
+        if is {
+            sources.remark(&self.path, "is taken as z up by up = \"z\", against the rules of glTF");
+        }
+        is
     }
 }
 
@@ -79,8 +91,13 @@ pub(crate) fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<
             let (mesh, up) = collada::load(path, sources)?;
             Ok((mesh, Some(up)))
         }
-        None => Err(Error::input(path, format!("must be {ENDINGS}"))),
+        None => Err(Error::input(path, accepted_formats(path, ENDINGS))),
     }
+}
+
+/// A place of a glTF as it is written, not turned from y up to z up.
+pub(super) fn undo_z_up(place: DVec3) -> DVec3 {
+    DVec3::new(place.x, place.z, -place.y)
 }
 
 /// A place turned to z up, exactly.
@@ -105,6 +122,7 @@ mod tests {
             let vertices = turned(up);
             assert_eq!(vertices[0].to_array(), expected, "{up:?}");
             assert_eq!(vertices[1].cross(vertices[2]), vertices[3], "{up:?}: turned, not mirrored");
+            assert_eq!(undo_z_up(z_up(DVec3::new(1.0, 2.0, 3.0), Up::Y)), DVec3::new(1.0, 2.0, 3.0));
         }
     }
 

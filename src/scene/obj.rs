@@ -9,7 +9,8 @@ use super::mesh::Welder;
 use super::{Mesh, polygon};
 use crate::Result;
 use crate::error::Issue;
-use crate::source::Sources;
+use crate::source::{Sources, lines};
+use crate::spelling::number as number_of;
 
 /// Reads an OBJ file: raw coordinates, nothing scaled; faces of more than three corners are cut into
 /// triangles.
@@ -19,7 +20,7 @@ use crate::source::Sources;
 /// there, or there is no triangle with an area. OBJ has no end mark: a file cut between two faces cannot be
 /// told from a whole one.
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
-    let bytes = sources.bytes(path)?;
+    let bytes = sources.bytes_of_text(path)?;
     // Names may be in any encoding; numbers are ASCII in all of them.
     parse(&String::from_utf8_lossy(&bytes)).map_err(|issue| issue.at(path).into())
 }
@@ -27,16 +28,15 @@ pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
 fn parse(text: &str) -> Result<Mesh, Issue> {
     let mut vertices = Vec::new();
     let mut welder = Welder::default();
-    let mut lines = text.lines().enumerate();
+    let mut lines = lines(text).enumerate();
     while let Some((number, line)) = lines.next() {
-        // A backslash carries a statement on to the next line.
-        let mut statement = line.trim_end().to_owned();
-        while statement.ends_with('\\') {
+        let mut statement = without_comment(line).to_owned();
+        // A backslash carries a corner or a face on to the next line. A name may end in one: `mtllib C:\\cell\\`.
+        while statement.ends_with('\\') && statement.trim_start().starts_with(['v', 'f']) {
             statement.pop();
             let Some((_, more)) = lines.next() else { break };
-            statement += more.trim_end();
+            statement += without_comment(more);
         }
-        let statement = statement.split('#').next().unwrap_or_default();
         let mut words = statement.split_whitespace();
         let read = match words.next() {
             Some("v") => corner(words).map(|corner| vertices.push(corner)),
@@ -52,11 +52,19 @@ fn parse(text: &str) -> Result<Mesh, Issue> {
     Ok(mesh)
 }
 
+/// A line up to its comment, which ends with the line whatever its last character is.
+fn without_comment(line: &str) -> &str {
+    line.split('#').next().unwrap_or_default().trim_end()
+}
+
 /// The three numbers of a `v` line; a weight or a colour may follow.
 fn corner<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, Issue> {
     let mut number = || -> Result<f64, Issue> {
         let word = words.next().ok_or_else(|| Issue::says("a corner has fewer than three numbers"))?;
-        let value: f64 = word.parse().map_err(|_| Issue::says(format!("{word:.40?} is no number")))?;
+        let value = number_of(word).ok_or_else(|| {
+            Issue::says(format!("{word:.40?} is not a number"))
+                .wanted("write it with a decimal point, as in 1.5")
+        })?;
         if value.is_finite() {
             Ok(value)
         } else {
@@ -110,6 +118,25 @@ mod tests {
         assert_eq!(parse(&CUBE.replace('\n', "\r\n")).unwrap(), mesh);
     }
 
+    /// Corners are counted by what is written, so a line too many or too few would move all that follows.
+    #[test]
+    fn neither_comments_nor_names_are_carried_on() {
+        let cube = parse(CUBE).unwrap();
+        for (from, to) in [
+            ("# a cube", "# saved to C:\\cell\\"),
+            ("# a cube", "#\\\n#"),
+            ("mtllib cube.mtl", "mtllib C:\\cell\\"),
+            ("o Cube", "o Cube\\"),
+            ("usemtl red", "g \\\\server\\parts\\"),
+            ("v 0 1 0", "v 0 1 0 # was D:\\"),
+            ("v 0 1 0", "v 0 \\\n1 \\\n  0 # in three lines \\"),
+            ("s off", "f 1 2\nf 3\nf"),
+        ] {
+            assert_eq!(parse(&CUBE.replacen(from, to, 1)).unwrap(), cube, "{to:?}");
+        }
+        assert_eq!(parse(&CUBE.replace('\n', "\r")).unwrap(), cube, "lines of an old Macintosh");
+    }
+
     #[test]
     fn a_face_with_a_dent_leaves_it_empty() {
         let mesh = parse("v 0 0 0\nv 2 1 0\nv 0 2 0\nv 0.5 1 0\nf 1 2 3 4\n").unwrap();
@@ -126,14 +153,15 @@ mod tests {
             ("", "no face with an area"),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no face with an area"),
             ("v 0 0\n", "line 1: a corner has fewer than three numbers"),
-            ("v 0 0 x\n", "line 1: \"x\" is no number"),
+            ("v 0 0 x\n", "line 1: \"x\" is not a number: write it with a decimal point"),
+            ("v 0 0 -nan(ind)\n", "line 1: -nan(ind): must be finite"),
             ("v 0 0 nan\n", "line 1: nan: must be finite"),
             ("v 0 0 1e999\n", "line 1: 1e999: must be finite"),
             ("v 0 0 0\nv 1 0 0\nf 1 2 3\n", "line 3: corner 3 of a face: there are 2 so far"),
             ("v 0 0 0\nv 1 0 0\nf 1 2 0\n", "line 3: corner 0 of a face"),
             ("v 0 0 0\nv 1 0 0\nf 1 2 -3\n", "line 3: corner -3 of a face"),
             ("f -9223372036854775808 9223372036854775807 1\n", "line 1: corner -92233"),
-            ("v 0 0 0\nv 1 0 0\nf 1 2\n", "line 3: a face has 2 corners"),
+            ("v 0 0 0\nv 1 0 0\nf 1 2\n", "no face with an area"),
             ("v 0 0 0\nf 1 a 2\n", "line 2: \"a\" is no corner"),
             ("v 0 0 0\nf 1 1 1\n", "no face with an area"),
         ] {

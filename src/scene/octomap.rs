@@ -9,6 +9,7 @@ use std::path::Path;
 use crate::Result;
 use crate::error::Issue;
 use crate::source::Sources;
+use crate::spelling::plural;
 pub use leaves::Leaf;
 use leaves::{Nodes, visit_leaves};
 pub use write::write;
@@ -60,8 +61,10 @@ pub struct Tree {
 /// # Errors
 /// When the file cannot be read, is not an OcTree, is damaged, or has more occupied voxels than are read.
 pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
-    let bytes = sources.bytes(path)?;
-    parse(&bytes).map_err(|issue| issue.at(path).into())
+    let bytes = sources.bytes_of_text(path)?;
+    let (map, rest) = parse(&bytes).map_err(|issue| issue.at(path))?;
+    remark_rest(rest, path, sources);
+    Ok(map)
 }
 
 /// Reads all that a file says is occupied or free.
@@ -69,14 +72,24 @@ pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
 /// # Errors
 /// When the file cannot be read, is not an OcTree, is damaged, or says nothing.
 pub fn read_tree(path: &Path, sources: &Sources) -> Result<Tree> {
-    let bytes = sources.bytes(path)?;
-    parse_tree(&bytes).map_err(|issue| issue.at(path).into())
+    let bytes = sources.bytes_of_text(path)?;
+    let (tree, rest) = parse_tree(&bytes).map_err(|issue| issue.at(path))?;
+    remark_rest(rest, path, sources);
+    Ok(tree)
 }
 
-fn parse_tree(bytes: &[u8]) -> Result<Tree, Issue> {
+/// Tells of bytes behind a tree.
+fn remark_rest(rest: usize, path: &Path, sources: &Sources) {
+    if rest > 0 {
+        sources.remark(path, format!("without {} behind its tree", plural(rest, "byte")));
+    }
+}
+
+/// All that is known, and how many bytes there are behind the tree.
+fn parse_tree(bytes: &[u8]) -> Result<(Tree, usize), Issue> {
     let header = TreeHeader::parse(bytes)?;
     let mut count = 0;
-    header.visit_leaves(bytes, &mut |_| count += 1)?;
+    let rest = header.visit_leaves(bytes, &mut |_| count += 1)?;
     if count > MAX_LEAVES {
         return Err(Issue::too_large(format!("has {count} leaves"))
             .wanted(format!("at most {MAX_LEAVES} are read, so use a coarser or smaller map")));
@@ -85,16 +98,17 @@ fn parse_tree(bytes: &[u8]) -> Result<Tree, Issue> {
     header.visit_leaves(bytes, &mut |leaf| leaves.push(leaf))?;
     match leaves.is_empty() {
         true => Err(Issue::says("has no voxel that is occupied or free")),
-        false => Ok(Tree { resolution_m: header.resolution_m, leaves }),
+        false => Ok((Tree { resolution_m: header.resolution_m, leaves }, rest)),
     }
 }
 
-fn parse(bytes: &[u8]) -> Result<OctoMap, Issue> {
+/// The occupied voxels, and how many bytes there are behind the tree.
+fn parse(bytes: &[u8]) -> Result<(OctoMap, usize), Issue> {
     let header = TreeHeader::parse(bytes)?;
 
     // The first pass only measures, so that nothing is allocated for a map that is too large.
     let mut voxels = 0u64;
-    header.visit_leaves(bytes, &mut |leaf| {
+    let rest = header.visit_leaves(bytes, &mut |leaf| {
         if leaf.occupied {
             // At most 2^48 a leaf: saturating keeps a lying tree from wrapping.
             voxels = voxels.saturating_add((leaf.edge as u64).pow(3));
@@ -119,7 +133,7 @@ fn parse(bytes: &[u8]) -> Result<OctoMap, Issue> {
             }
         }
     })?;
-    Ok(OctoMap { resolution_m: header.resolution_m, occupied })
+    Ok((OctoMap { resolution_m: header.resolution_m, occupied }, rest))
 }
 
 struct TreeHeader {
@@ -158,13 +172,16 @@ impl TreeHeader {
             let value = value.trim();
             match key {
                 "data" => break,
-                "id" if value == "OcTree" => id = true,
-                "id" => return Err(Issue::value("id", format!("{value:.40}"), "must be OcTree")),
+                // Only full files have the colours, times or labels of other trees.
+                "id" if value == "OcTree" || nodes == Nodes::Binary => id = true,
+                "id" => {
+                    let rule = "must be OcTree: save the map as .bt, which has only what is occupied";
+                    return Err(Issue::value("id", format!("{value:.40}"), rule));
+                }
                 "size" => {
-                    let parsed = value.parse::<u64>();
-                    size = Some(
-                        parsed.map_err(|e| Issue::value("size", format!("{value:.40}"), e.to_string()))?,
-                    );
+                    let parsed = value.parse::<u64>().ok();
+                    let wrong = || Issue::value("size", format!("{value:.40}"), "must be a whole number");
+                    size = Some(parsed.ok_or_else(wrong)?);
                 }
                 "res" => {
                     let parsed = value.parse::<f64>().ok();
@@ -188,11 +205,11 @@ impl TreeHeader {
         })
     }
 
-    /// Calls `visit` for each known leaf of the file's tree.
-    fn visit_leaves(&self, bytes: &[u8], visit: &mut dyn FnMut(Leaf)) -> Result<(), Issue> {
-        let nodes = visit_leaves(&bytes[self.length..], self.nodes, visit)?;
+    /// Calls `visit` for each known leaf of the file's tree, and returns how many bytes there are behind it.
+    fn visit_leaves(&self, bytes: &[u8], visit: &mut dyn FnMut(Leaf)) -> Result<usize, Issue> {
+        let (nodes, rest) = visit_leaves(&bytes[self.length..], self.nodes, visit)?;
         match nodes == self.size {
-            true => Ok(()),
+            true => Ok(rest),
             false => Err(Issue::damaged(format!(
                 "header says size {} and the tree has {nodes} nodes: the file is damaged",
                 self.size

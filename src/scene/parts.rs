@@ -7,7 +7,7 @@ use wildmatch::WildMatch;
 use super::gltf::NodeMesh;
 use super::keypoints::Keypoints;
 use super::loaded::{SceneFiles, at};
-use super::mesh_file::MeshFormat;
+use super::mesh_file::{MeshFormat, undo_z_up};
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
 use super::{
     Mesh, Object, Optical, Role, Surface, keypoints as joints, mannequin, octomap, primitive, sdf, urdf,
@@ -16,8 +16,17 @@ use crate::error::Issue;
 use crate::pose::Pose;
 use crate::{Error, Result};
 
-/// The parts of an object at one moment, in its own frame.
+/// The parts of an object at one moment, in its own frame. What was odd about its files is a warning of the first.
 pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<Object>> {
+    let mut parts = read(object, files, sag_m)?;
+    if let Some(first) = parts.first_mut() {
+        let remarks = files.sources.take_remarks().into_iter();
+        first.warnings.extend(remarks.map(|remark| format!("is read from {remark}")));
+    }
+    Ok(parts)
+}
+
+fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<Object>> {
     let sources = files.sources;
     let keypoints = object.keypoints.as_ref().map(|file| file.read(sources));
     let mut keypoints = keypoints.transpose().map_err(at("keypoints"))?;
@@ -39,8 +48,14 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
             mannequin::body(&person, sag_m)
         }
         SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => {
-            let nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?.into_iter();
-            let nodes = nodes.map(|node| NodeMesh { mesh: node.mesh.scaled(file.scale), ..node }).collect();
+            let mut nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?;
+            let is_z_up = file.breaks_up_rule(sources);
+            for NodeMesh { mesh, .. } in &mut nodes {
+                *mesh = std::mem::take(mesh).scaled(file.scale);
+                if is_z_up {
+                    mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
+                }
+            }
             return parts_by_rules(object, nodes, keypoints);
         }
         SurfaceSpec::Mesh(file) => file.load(sources).map_err(at("mesh"))?,
@@ -155,7 +170,7 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
 /// All links of a robot as one object, which keeps where they are.
 fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Object> {
     let sources = files.sources;
-    let model = urdf::load(&robot.path, &robot.xacro_args, sources).map_err(at("urdf"))?;
+    let model = urdf::load(&robot.path, &robot.xacro_args, &robot.packages, sources).map_err(at("urdf"))?;
     let mut joints = robot.joints.clone();
     if let Some((file, time_s)) = &robot.recorded {
         let at = at("snapshots.animation.joints");

@@ -10,18 +10,14 @@ const MOST_CORNERS: usize = 1024;
 /// take long would need hundreds.
 const MOST_LOOKS: usize = 64;
 
-/// The triangles of a polygon, as indices into its corners, turned as it is turned. The corners go round it
-/// once.
+/// The triangles of a polygon, as indices into its corners, turned as it is turned; none if it has fewer than three
+/// corners. The corners go round it once.
 ///
 /// # Errors
-/// When it has fewer than three corners, or too many, or winds about itself too much.
+/// When it has too many corners, or winds about itself too much.
 pub(crate) fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, Issue> {
     match corners.len() {
-        0..=2 => {
-            return Err(
-                Issue::says(format!("a face has {} corners", corners.len())).wanted("must be at least 3")
-            );
-        }
+        0..=2 => return Ok(Vec::new()),
         3 => return Ok(vec![[0, 1, 2]]),
         4..=MOST_CORNERS => {}
         count => {
@@ -156,7 +152,7 @@ mod tests {
 
     #[test]
     fn odd_polygons_end() {
-        assert!(triangles(&[DVec3::ZERO; 2]).unwrap_err().to_string().contains("2 corners"));
+        assert_eq!(triangles(&[DVec3::ZERO; 2]).unwrap().len(), 0);
         assert!(triangles(&[DVec3::ZERO; 2000]).unwrap_err().to_string().contains("2000 corners"));
         assert_eq!(triangles(&[DVec3::ZERO; 9]).unwrap().len(), 7);
         let crossed = [[0., 0.], [1., 1.], [1., 0.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, 0.0));

@@ -8,6 +8,7 @@ mod geometry;
 mod include;
 mod model;
 mod pose;
+mod state;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -50,7 +51,8 @@ pub struct World {
 /// model is not found, or nothing has a body.
 pub(super) fn load(file: &SdfFile, sources: &Sources, sag_m: f64) -> Result<World> {
     let mut reader = include::Reader::new(file, sources);
-    let world = reader.world()?;
+    let mut world = reader.world()?;
+    world.index();
     let mut links = Vec::new();
     let mut meshes =
         Meshes { sources, sag_m, triangles_left: geometry::MOST_TRIANGLES, read: Default::default() };

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::PoisonError;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{MOST_BYTES_OF_TEXT, Sources, sha256, utf8};
 use crate::error::Issue;
@@ -13,8 +14,11 @@ use crate::{Error, Result};
 /// Most of what the program says of a failure that is told.
 const MOST_SAID: usize = 2000;
 
-/// What a xacro was expanded to, by its path and its arguments.
-pub(super) type Expanded = BTreeMap<(std::path::PathBuf, Vec<String>), String>;
+/// What a xacro was expanded to, by its path, its arguments and the folders of packages.
+pub(super) type Expanded = BTreeMap<(PathBuf, Vec<String>, Vec<(String, PathBuf)>), String>;
+
+/// A module of Python that says where packages are.
+const AMENT_INDEX: &str = include_str!("ament_index.py");
 
 impl Sources {
     /// And xacros, which the program `xacro` on the path expands.
@@ -23,22 +27,31 @@ impl Sources {
         Sources { xacro: true, ..self }
     }
 
-    /// What a xacro becomes with these arguments; none if it may not be expanded. It is expanded once.
+    /// What a xacro becomes with these arguments, `$(find NAME)` being the folder of a package; none if it may not be
+    /// expanded. It is expanded once. Files of the packages are named by `package://NAME/`.
     ///
     /// # Errors
     /// When the program is not there or fails, or writes too much or no text. When it wrote something else at an earlier
     /// time.
-    pub(crate) fn expanded(&self, path: &Path, args: &BTreeMap<String, String>) -> Result<Option<String>> {
+    pub(crate) fn expanded(
+        &self,
+        path: &Path,
+        args: &BTreeMap<String, String>,
+        packages: impl Iterator<Item = (String, PathBuf)>,
+    ) -> Result<Option<String>> {
         if !self.xacro {
             return Ok(None);
         }
         let args: Vec<String> = args.iter().map(|(name, value)| format!("{name}:={value}")).collect();
-        let key = (path.to_path_buf(), args);
+        // The program runs elsewhere, and what is not there is its to tell.
+        let whole = |folder: PathBuf| folder.canonicalize().unwrap_or(folder);
+        let packages: Vec<(String, PathBuf)> = packages.map(|(name, folder)| (name, whole(folder))).collect();
+        let key = (path.to_path_buf(), args, packages);
         let known = self.record.lock().unwrap_or_else(PoisonError::into_inner).expanded.get(&key).cloned();
         if known.is_some() {
             return Ok(known);
         }
-        let text = utf8(path, run(path, &key.1)?)?;
+        let text = name_by_package(utf8(path, run(path, &key.1, &key.2)?)?, &key.2);
         log::info!("expanded {}: {} bytes", path.display(), text.len());
         let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         // What it includes is not listed, but what comes out is.
@@ -49,13 +62,57 @@ impl Sources {
     }
 }
 
+/// The text with the files of packages named so that it is the same on every machine.
+fn name_by_package(text: String, packages: &[(String, PathBuf)]) -> String {
+    packages.iter().fold(text, |text, (name, folder)| {
+        let (folder, package) = (folder.display(), format!("package://{name}/"));
+        let text = text.replace(&format!("file://{folder}/"), &package);
+        ['"', '\''].into_iter().fold(text, |text, quote| {
+            text.replace(&format!("{quote}{folder}/"), &format!("{quote}{package}"))
+        })
+    })
+}
+
+/// A folder with [`AMENT_INDEX`] where Python looks for it, which goes when it is dropped.
+struct AmentIndex(PathBuf);
+
+impl AmentIndex {
+    fn new() -> std::io::Result<AmentIndex> {
+        static NUMBER: AtomicUsize = AtomicUsize::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("perirobot-{}-{number}", std::process::id()));
+        // It must not be there yet: another user may have made it.
+        std::fs::create_dir(&folder)?;
+        let index = AmentIndex(folder);
+        let module = index.0.join("ament_index_python");
+        std::fs::create_dir(&module)?;
+        std::fs::write(module.join("__init__.py"), "")?;
+        std::fs::write(module.join("packages.py"), AMENT_INDEX)?;
+        Ok(index)
+    }
+}
+
+impl Drop for AmentIndex {
+    fn drop(&mut self) {
+        // What stays behind in the folder for temporary files does no harm.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
 /// What the program writes.
-fn run(path: &Path, args: &[String]) -> Result<Vec<u8>> {
+fn run(path: &Path, args: &[String], packages: &[(String, PathBuf)]) -> Result<Vec<u8>> {
     let failed = |what: String| Error::from(Issue::says(what).at("xacro").at(path));
     // A name that begins with a hyphen would be taken for an option.
     let place = path.canonicalize().map_err(|e| Error::io(path, "cannot be read", e))?;
     let mut command = Command::new("xacro");
     command.arg(place).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let index = AmentIndex::new().map_err(|e| failed(format!("no temporary folder can be made: {e}")))?;
+    let before = std::env::var_os("PYTHONPATH").unwrap_or_default();
+    let modules = std::env::join_paths([index.0.clone()].into_iter().chain(std::env::split_paths(&before)))
+        .map_err(|e| failed(format!("PYTHONPATH cannot be set: {e}")))?;
+    let packages: Vec<String> =
+        packages.iter().map(|(name, folder)| format!("{name}={}", folder.display())).collect();
+    command.env("PYTHONPATH", modules).env("PERIROBOT_PACKAGES", packages.join("\n"));
     let mut child = command.spawn().map_err(|e| match e.kind() {
         ErrorKind::NotFound => failed("the program is not on the path".into())
             .wanted("ROS has it (source its setup file first), and so has `pip install xacro`"),

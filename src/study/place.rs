@@ -78,10 +78,15 @@ impl Place<'_> {
     }
 
     pub(super) fn vector(&self, key: &str, value: [f64; 3]) -> Result<DVec3> {
-        if value.iter().all(|v| v.abs() <= FARTHEST_M) {
+        self.vector_within(key, value, FARTHEST_M)
+    }
+
+    /// A place whose coordinates are at most so far from 0.
+    pub(super) fn vector_within(&self, key: &str, value: [f64; 3], farthest_m: f64) -> Result<DVec3> {
+        if value.iter().all(|v| v.abs() <= farthest_m) {
             Ok(DVec3::from_array(value))
         } else {
-            let rule = format!("must be three numbers from -{FARTHEST_M} to {FARTHEST_M}");
+            let rule = format!("must be three numbers from -{farthest_m} to {farthest_m}");
             Err(self.wrong(key, format!("{value:?}"), &rule))
         }
     }

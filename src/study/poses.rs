@@ -15,7 +15,7 @@ use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::sensor::spread::WAYS;
 use crate::sensor::{Candidate, Setting, Spread, Stance};
-use crate::source::Sources;
+use crate::source::{Sources, table_issue};
 use crate::{Error, Result};
 
 use file::{PanTilt, PoseFile, RandomFile};
@@ -307,7 +307,7 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
         .from_reader(text.as_bytes());
     let mut poses = Vec::new();
     let columns = "the columns are x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose";
-    let unreadable = |e: csv::Error| Error::from(Issue::damaged(e.to_string()).cure(columns).at(path));
+    let unreadable = |e: csv::Error| Error::from(table_issue(&e).cure(columns).at(path));
     let header = reader.headers().map_err(unreadable)?.clone();
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
@@ -320,8 +320,9 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
                 header.len()
             )));
         }
-        let row: PoseRow =
-            record.deserialize(Some(&header)).map_err(|e| wrong(&format!("{e}; {columns}")))?;
+        let row: PoseRow = record
+            .deserialize(Some(&header))
+            .map_err(|e| wrong(&table_issue(&e).cure(columns).to_string()))?;
         if row.sensor.is_some_and(|name| !name.is_empty() && name != sensor) {
             continue;
         }

@@ -32,7 +32,8 @@ pub(super) struct RegionFile {
     pub(super) mesh: Option<PathBuf>,
     /// The unit of the mesh's numbers. Default "m"; a .dae file states its own.
     pub(super) unit: Option<Unit>,
-    /// The axis that points up in an .stl or .obj file. Default "z".
+    /// The axis that points up in an .stl or .obj file (default "z"), or in a glTF that is z up against the rules of the
+    /// format (default "y").
     pub(super) up: Option<UpFile>,
     /// Where the mesh is, [x, y, z] in metres. Default the origin.
     #[serde(default, deserialize_with = "exactly_if_given")]

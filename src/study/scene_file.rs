@@ -23,7 +23,7 @@ use crate::scene::sdf::SdfFile;
 use crate::scene::spec::{NodeRule, ObjectSpec, PersonFile, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role, Up};
-use crate::source::Sources;
+use crate::source::{Sources, accepted_formats};
 use crate::{Error, Result};
 use person::PersonKeys;
 use snapshots::SnapshotsFile;
@@ -67,7 +67,8 @@ struct ObjectFile {
     /// The unit of a file's numbers: "m", "cm", "mm", "in", or how many metres it is. Default "m", which glTF
     /// prescribes, but not every exporter keeps to; a .dae file states its own, and a .bvh file needs one.
     unit: Option<Unit>,
-    /// The axis that points up in an .stl or .obj file (default "z") or in a .bvh file (default "y").
+    /// The axis that points up in an .stl or .obj file (default "z"), in a .bvh file (default "y"), or in a glTF that is
+    /// z up against the rules of the format (default "y").
     up: Option<UpFile>,
     /// A solid box.
     r#box: Option<SizeFile>,
@@ -389,12 +390,7 @@ pub(super) fn unit_and_up_belong(
 ) -> Result<()> {
     match file.map(|file| file.format) {
         _ if unit.is_none() && up.is_none() => Ok(()),
-        Some(MeshFormat::Stl | MeshFormat::Obj) => Ok(()),
-        Some(MeshFormat::Gltf) if up.is_none() => Ok(()),
-        Some(MeshFormat::Gltf) => Err(at.says("up belongs to an .stl or .obj mesh").wanted(
-            "glTF is y up by its own rules and is turned to z up; if it was exported \
-                lying, turn it with rpy_deg",
-        )),
+        Some(MeshFormat::Stl | MeshFormat::Obj | MeshFormat::Gltf) => Ok(()),
         Some(MeshFormat::Collada) => Err(at.says("unit and up do not belong to a .dae mesh").wanted(
             "COLLADA says both itself and is turned to z up; if it was exported lying, \
                 turn it with rpy_deg",
@@ -414,20 +410,16 @@ pub(super) fn mesh(
     up: Option<UpFile>,
 ) -> Result<MeshFile> {
     let scale = unit.map_or(1.0, |Unit(metres)| metres);
-    let up = if up == Some(UpFile::Y) { Up::Y } else { Up::Z };
     if let Some(format) = MeshFormat::of(path) {
+        let up = match up {
+            Some(UpFile::Y) => Up::Y,
+            Some(UpFile::Z) => Up::Z,
+            None if format == MeshFormat::Gltf => Up::Y,
+            None => Up::Z,
+        };
         return Ok(MeshFile { path: folder.join(path), format, scale, up });
     }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let what = match extension.as_deref() {
-        Some("step" | "stp" | "iges" | "igs") => {
-            "holds curved surfaces and no triangles: convert it to a .glb or .stl file, for example in FreeCAD (File > \
-             Export); CAD programs mostly write millimetres, then add unit = \"mm\""
-        }
-        Some("bt") => "an OctoMap is not a mesh: write octomap = instead",
-        _ => &format!("must be {ENDINGS}: Blender reads most others, and exports these"),
-    };
-    Err(at.wrong("mesh", format!("{path:?}"), what))
+    Err(at.wrong("mesh", format!("{path:?}"), &accepted_formats(path, ENDINGS).to_string()))
 }
 
 /// One rotation, none where neither is given; `index` is its place in a list.

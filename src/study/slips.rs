@@ -12,12 +12,36 @@ use super::written::{IN_MEMORY, Step, line_at, place_of};
 const LARGE_M: f64 = 100.0;
 /// No sensor of a cell measures so far, in metres.
 const FAR_M: f64 = 500.0;
+/// Recordings in the coordinates of a map are that far from its origin, in metres.
+const MAP_M: f64 = 1e5;
 /// Spreads and gaps of sensors are smaller, in metres.
 const WIDE_M: f64 = 5.0;
 /// Cameras have a wider field of view than so many degrees, which as radians is nearly all around.
 const NARROW_DEG: f64 = 3.2;
 /// Slips that are told of a file; the others are counted.
 const MOST_TOLD: usize = 5;
+
+/// What to write instead of what TOML does not take, by a fragment of the parser's message.
+const CURES: [(&str, &str); 8] = [
+    ("escaped value", BACKSLASHES),
+    ("unicode value", BACKSLASHES),
+    ("hexadecimal value", BACKSLASHES),
+    (
+        "string values must be quoted",
+        "write words between quotes, as in \"abc\", and numbers with a point, as in 1.5",
+    ),
+    ("invalid mantissa", "a number begins with a digit, as in 0.5"),
+    ("invalid fraction", "a digit follows the point, as in 5.0"),
+    ("leading zero", "a number has no zeros before it, as in 5"),
+    ("expected newline", "a number has a decimal point, as in 1.5, and each key a line of its own"),
+];
+const BACKSLASHES: &str = "between \" a backslash begins an escape: write paths with /, as in \"C:/cell/part.stl\", or between \
+                           single quotes, as in 'C:\\cell\\part.stl'";
+
+/// What to write instead, where a parser's message does not say it.
+pub(super) fn cure(message: &str) -> Option<&'static str> {
+    CURES.iter().find(|(fragment, _)| message.contains(fragment)).map(|(_, cure)| *cure)
+}
 
 /// What looks like a slip in a study or a scene file, each with its line; nothing of a file that cannot be
 /// read.
@@ -56,7 +80,9 @@ fn within(table: &Table, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
             }
             Some("m") => {
                 all_numbers(value, &mut numbers);
-                millimetres(key, &numbers)
+                let is_map = steps.contains(&Step::Key("recording".into()))
+                    && numbers.iter().any(|number| number.abs() >= MAP_M);
+                if is_map { None } else { millimetres(key, &numbers) }
             }
             _ => None,
         };

@@ -14,7 +14,7 @@ use crate::error::{Argument, Issue, Words};
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use crate::voxel::flood::{enclosed, flood};
 use crate::voxel::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
-use crate::voxel::overlap::{self, Corner};
+use crate::voxel::overlap::{self, Closure, Corner};
 use crate::voxel::{BitGrid, grid};
 use crate::{Error, Result};
 
@@ -109,12 +109,13 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
     let mut warnings = object.warnings.clone();
     let nowhere = BitGrid::new(Window::between([0; 3], [-1; 3]));
     let (mut ignored, mut inside) = (nowhere.clone(), nowhere);
-    let watertight = match &object.surface {
-        Surface::Mesh(_) => Some(overlap::is_watertight(
-            lattice.triangles.iter().map(|t| t.map(|i| lattice.corners[i as usize])),
-        )),
+    let closure = match &object.surface {
+        Surface::Mesh(_) => {
+            Some(overlap::closure(lattice.triangles.iter().map(|t| t.map(|i| lattice.corners[i as usize]))))
+        }
         Surface::Voxels { .. } => None,
     };
+    let watertight = closure.map(|closure| closure == Closure::Closed);
     let mut voxels = surface(&lattice, world);
     // What is inside a robot is the robot's, even of a body that leaks less than a voxel.
     let (is_solid, is_robot) = (watertight.unwrap_or(true), object.role == Role::Robot);
@@ -138,9 +139,10 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
             ));
         }
     }
-    if watertight == Some(false) && object.interior == Interior::Occupied {
-        warnings
-            .push("is not watertight (an edge has only one side): it is kept as a shell, not filled".into());
+    if let Some(why) = closure.and_then(Closure::in_words)
+        && object.interior == Interior::Occupied
+    {
+        warnings.push(format!("{why}: it is kept as a shell, not filled"));
     }
     let bounds_m = bounds_m(object);
     warnings.extend(size_warning(object, bounds_m));

@@ -171,6 +171,9 @@ impl World {
             worlds.push(world);
         }
         worlds[0].warnings = warnings::warnings(study, &snapshots, &worlds);
+        // Those about objects are theirs already.
+        let remarks = study.sources.take_remarks().into_iter();
+        worlds[0].warnings.extend(remarks.map(|remark| format!("a region is read from {remark}")));
         if let (Some(all), [_, _, ..]) = (over_time, &worlds[..]) {
             let all = Arc::new(all);
             worlds.iter_mut().for_each(|world| world.over_time = Some(all.clone()));

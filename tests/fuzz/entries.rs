@@ -123,6 +123,27 @@ pub fn npz(bytes: &[u8]) {
     let _ = Recording::read(&path, Asked::default(), &Sources::beside(&path));
 }
 
+/// A bag of ROS, whole and one message of it.
+pub fn mcap(bytes: &[u8]) {
+    let path = file("scan.mcap", bytes);
+    for message in [None, Some(1)] {
+        let asked = Asked { message, ..Asked::default() };
+        let _ = Recording::read(&path, asked, &Sources::beside(&path));
+    }
+}
+
+/// A cloud of the Point Cloud Library.
+pub fn pcd(bytes: &[u8]) {
+    let path = file("scan.pcd", bytes);
+    let _ = Recording::read(&path, Asked::default(), &Sources::beside(&path));
+}
+
+/// A cloud as the vertices of a PLY file.
+pub fn ply(bytes: &[u8]) {
+    let path = file("scan.ply", bytes);
+    let _ = Recording::read(&path, Asked::default(), &Sources::beside(&path));
+}
+
 /// A table of poses.
 pub fn poses(bytes: &[u8]) {
     file("poses.csv", bytes);

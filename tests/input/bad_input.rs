@@ -178,13 +178,7 @@ fn things_that_are_missing_or_twice() {
             SCENE,
             "sphere = {",
             "mesh = \"cell.STEP\"\n#",
-            "mesh = \"cell.STEP\": holds curved surfaces and no",
-        ),
-        (
-            SCENE,
-            "sphere = {",
-            "up = \"y\"\nmesh = \"a.glb\"\n#",
-            "up belongs to an .stl or .obj mesh: glTF is y up by its own rules",
+            "mesh = \"cell.STEP\": must be a .glb, .gltf, .stl, .obj or .dae file; a .step file is not read: STEP holds curved",
         ),
         (
             SCENE,

@@ -22,5 +22,6 @@ mod snapshots;
 #[cfg(target_os = "linux")]
 mod strangers;
 mod warnings;
+mod world_files;
 #[cfg(unix)]
 mod xacro;

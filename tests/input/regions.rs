@@ -185,9 +185,11 @@ fn shapes_that_cannot_be() {
 fn meshes_that_cannot_be_regions() {
     wrong("mesh = \"gone.stl\"", &[".mesh = ", "gone.stl: cannot be read"]);
     wrong("mesh = \"zone.ply\"", &["mesh = \"zone.ply\": must be a .glb, .gltf, .stl, .obj or .dae file"]);
-    wrong("mesh = \"zone.glb\"\nup = \"y\"", &["up belongs to an .stl or .obj mesh"]);
     wrong("mesh = \"zone.dae\"\nup = \"y\"", &["unit and up do not belong to a .dae mesh"]);
-    wrong("mesh = \"open.stl\"", &["mesh: is not watertight (an edge has only one side)", "close its holes"]);
+    wrong(
+        "mesh = \"open.stl\"",
+        &["mesh: is not watertight (an edge has only one side)", "mend its surface"],
+    );
     wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, nan]", &["position_m = [0.0, 0.0, NaN]"]);
     wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, 900000]", &["mesh: has a corner at", "millimetres"]);
     wrong("mesh = \"zone.stl\"\nposition_m = [0, 0, 900]", &["lies outside the grid"]);

@@ -133,7 +133,7 @@ fn what_the_program_does_wrong_is_told() {
         "{failed}"
     );
     assert!(said("echo not xml").contains("post.urdf.xacro: is no XML"));
-    assert!(said("printf '\\377\\376'").contains("is not UTF-8 text"));
+    assert!(said("printf '\\377\\377'").contains("is not UTF-8 text"));
     assert!(said("yes '<robot/>'").contains("xacro: writes more than 64 MiB"));
     // What comes out is data like any other: nothing is expanded twice.
     assert!(said("cat \"$1\"").contains("is a xacro"));
@@ -165,6 +165,34 @@ fn what_comes_out_is_part_of_what_a_sweep_is_of() {
     stand_in(&folder, &PLAIN.replace("0.2 0.2 0.4", "0.2 0.2 0.3"));
     let (code, said) = sweep();
     assert!(code == Some(2) && said.contains("post.urdf.xacro"), "{code:?}: {said}");
+}
+
+/// `$(find NAME)` is what the module of ROS says, which comes with perirobot: the folder in the scene file.
+#[test]
+fn packages_are_found_without_a_ros() {
+    let Some(interpreter) = python::python() else { return };
+    let find = |name: &str| {
+        let ask = format!(
+            "from ament_index_python.packages import get_package_share_directory as find; print(find(\"{name}\"))"
+        );
+        format!(
+            "folder=$('{}' -c '{ask}') || exit 1; cat \"$folder/box.xml\"; echo \"<link name='m'><visual><geometry>\
+             <mesh filename='file://$folder/box.xml'/></geometry></visual></link><joint name='j' type='fixed'><parent link='a'/><child link='m'/></joint></robot>\"",
+            interpreter.display()
+        )
+    };
+    let folder = folder("packages = { arm_description = \"parts\" }");
+    std::fs::create_dir(folder.path("parts")).unwrap();
+    folder.write("parts/box.xml", "<robot name='r'><link name='a'><collision><geometry><box size='0.2 0.2 0.4'/></geometry></collision></link>");
+    let found = voxelize(&folder, &stand_in(&folder, &find("arm_description")), &["--xacro"]);
+    assert!(post(&found).contains("0.40]"), "from 0 to 0.4 m: {}", found.stdout);
+    // A name of a file in a package is the same on every machine.
+    folder.edit("cell.toml", "urdf = ", "geometry = \"visual\"\nurdf = ");
+    let named = voxelize(&folder, &stand_in(&folder, &find("arm_description")), &["--xacro"]);
+    assert!(named.stderr.contains("mesh \"package://arm_description/box.xml\""), "{}", named.stderr);
+    let unknown = voxelize(&folder, &stand_in(&folder, &find("hand")), &["--xacro"]);
+    let expected = "package \"hand\" is not known: say where it is, as in packages = { hand = \"DIR\" }";
+    assert!(unknown.code == Some(2) && unknown.stderr.contains(expected), "{}", unknown.stderr);
 }
 
 #[test]

@@ -35,20 +35,53 @@ pub fn extent<'a>(corners: impl IntoIterator<Item = &'a Corner>) -> Window {
         .fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one))
 }
 
-/// Whether each edge, corners welded on the lattice, is walked equally often in both directions.
-pub fn is_watertight(triangles: impl IntoIterator<Item = [Corner; 3]>) -> bool {
-    let mut balance: HashMap<(Corner, Corner), i64> = HashMap::new();
+/// Whether a surface has an inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Closure {
+    /// Each edge, corners welded on the lattice, is walked equally often in both directions.
+    Closed,
+    /// Each edge has two sides, or several pairs of them, but some faces are turned inside out.
+    Turned,
+    /// An edge has a side without another one, or there is no edge.
+    Open,
+}
+
+impl Closure {
+    /// What a surface that is not closed is, in words; nothing of a closed one.
+    pub fn in_words(self) -> Option<&'static str> {
+        match self {
+            Closure::Closed => None,
+            Closure::Turned => Some(
+                "is not watertight (some of its faces are turned inside out: turn all outwards, in Blender by Mesh > \
+                 Normals > Recalculate Outside)",
+            ),
+            Closure::Open => Some("is not watertight (an edge has only one side)"),
+        }
+    }
+}
+
+/// Whether a surface is closed.
+pub fn closure(triangles: impl IntoIterator<Item = [Corner; 3]>) -> Closure {
+    // How often an edge is walked one way less the other, and how often at all.
+    let mut walked: HashMap<(Corner, Corner), [i64; 2]> = HashMap::new();
     for corners in triangles {
         for e in 0..3 {
             let (from, to) = (corners[e], corners[(e + 1) % 3]);
-            match from.cmp(&to) {
-                std::cmp::Ordering::Less => *balance.entry((from, to)).or_default() += 1,
-                std::cmp::Ordering::Greater => *balance.entry((to, from)).or_default() -= 1,
-                std::cmp::Ordering::Equal => {}
-            }
+            let (edge, way) = match from.cmp(&to) {
+                std::cmp::Ordering::Less => ((from, to), 1),
+                std::cmp::Ordering::Greater => ((to, from), -1),
+                std::cmp::Ordering::Equal => continue,
+            };
+            let [balance, times] = walked.entry(edge).or_default();
+            *balance += way;
+            *times += 1;
         }
     }
-    !balance.is_empty() && balance.values().all(|&n| n == 0)
+    match () {
+        () if walked.is_empty() || walked.values().any(|[_, times]| times % 2 == 1) => Closure::Open,
+        () if walked.values().any(|[balance, _]| *balance != 0) => Closure::Turned,
+        () => Closure::Closed,
+    }
 }
 
 /// Calls `emit` with the world key of every voxel of `window` that the triangle meets.

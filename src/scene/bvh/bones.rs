@@ -21,15 +21,16 @@ pub const BONES: [&str; 18] = {
 };
 const HEAD: &str = "head";
 
-/// The names of the bone that begins at a joint of one side, the likelier first, as [`plain`] writes them without the
-/// side. An arm's own bone is preferred to what some call a shoulder, which is the collarbone.
+/// The names of the bone that begins at a joint of one side, as [`plain`] writes them without the side: first the joint's
+/// own, since a skeleton that has it may have the bone of a neighbour, too (SMPL has ankles and feet). But an arm's own
+/// bone is preferred to what some call a shoulder, which is the collarbone.
 const USUAL: [(&str, &[&str]); 6] = [
     ("shoulder", &["arm", "upperarm", "shldr", "shoulder"]),
-    ("elbow", &["forearm", "lowerarm", "elbow"]),
-    ("wrist", &["hand", "wrist"]),
+    ("elbow", &["elbow", "forearm", "lowerarm"]),
+    ("wrist", &["wrist", "hand"]),
     ("hip", &["upleg", "upperleg", "thigh", "hip"]),
-    ("knee", &["leg", "lowerleg", "shin", "calf", "knee"]),
-    ("ankle", &["foot", "ankle"]),
+    ("knee", &["knee", "leg", "lowerleg", "shin", "calf"]),
+    ("ankle", &["ankle", "foot"]),
 ];
 
 /// The bones that begin at the joints of a person.
@@ -39,40 +40,68 @@ pub(super) struct Chosen {
     head: Option<usize>,
 }
 
-/// Chooses the bones of a skeleton: those that are named, else those with usual names.
+/// The joint before one on the same limb, whose bone carries that of the other.
+fn previous_joint(joint: &str) -> Option<String> {
+    let (side, part) = joint.split_once('_')?;
+    let before = match part {
+        "elbow" => "shoulder",
+        "wrist" => "elbow",
+        "knee" => "hip",
+        "ankle" => "knee",
+        _ => return None,
+    };
+    Some(format!("{side}_{before}"))
+}
+
+/// Whether a bone hangs on another one, directly or by others.
+fn hangs_on(bones: &[Bone], bone: usize, other: usize) -> bool {
+    std::iter::successors(bones[bone].parent, |&parent| bones[parent].parent).any(|parent| parent == other)
+}
+
+/// Chooses the bones of a skeleton: those that are named, else those with usual names. No bone serves two joints, and
+/// of several with usual names one that hangs on the joint before it on the limb is preferred.
 pub(super) fn choose(bones: &[Bone], named: &BTreeMap<String, String>) -> Result<Chosen, Issue> {
     let plain: Vec<String> = bones.iter().map(|bone| plain(&bone.name)).collect();
     let there_are = || {
         let names: Vec<&str> = bones.iter().take(40).map(|bone| bone.name.as_str()).collect();
         format!("there are {}{}", names.join(", "), if bones.len() > names.len() { ", …" } else { "" })
     };
-    let choose = |joint: &str| match named.get(joint).map(String::as_str) {
-        Some("") => Ok(None),
-        Some(name) => match bones.iter().position(|bone| bone.name == name) {
-            Some(bone) => Ok(Some(bone)),
-            None => Err(Issue::value(format!("bones.{joint}"), format!("{name:?}"), "no bone has that name")
-                .cure(there_are())),
-        },
-        None => {
-            let usual = usual(joint);
-            let found = usual.iter().find_map(|name| plain.iter().position(|bone| bone == name));
-            match found.is_some() || usual.is_empty() {
-                true => Ok(found),
-                false => {
-                    Err(Issue::says(format!("none of its bones has a usual name of the one at {joint}"))
-                        .wanted(format!(
-                            "name it, as in bones = {{ {joint} = \"…\" }}, or leave it out with \"\""
-                        ))
-                        .cure(there_are()))
-                }
-            }
+    // Which joint has a bone, in the order in which they are chosen.
+    let mut taken: Vec<(usize, &str)> = Vec::new();
+    for joint in BONES {
+        let Some(name) = named.get(joint).filter(|name| !name.is_empty()) else { continue };
+        let wrong = |rule: String| Issue::value(format!("bones.{joint}"), format!("{name:?}"), rule);
+        let bone = bones.iter().position(|bone| bone.name == *name);
+        let bone = bone.ok_or_else(|| wrong("no bone has that name".into()).cure(there_are()))?;
+        if let Some((_, other)) = taken.iter().find(|(taken, _)| *taken == bone) {
+            return Err(wrong(format!("is the bone of {other}, too: each joint has its own")));
         }
-    };
-    let mut joints = [None; 17];
-    for (joint, name) in joints.iter_mut().zip(JOINTS) {
-        *joint = choose(name)?;
+        taken.push((bone, joint));
     }
-    Ok(Chosen { joints, head: choose(HEAD)? })
+    for joint in BONES {
+        let usual = usual(joint);
+        if named.contains_key(joint) || usual.is_empty() {
+            continue;
+        }
+        let is_free = |bone: &usize| taken.iter().all(|(taken, _)| taken != bone);
+        let found = usual.iter().flat_map(|name| (0..bones.len()).filter(|&bone| plain[bone] == *name));
+        let found: Vec<usize> = found.filter(is_free).collect();
+        let carrier = previous_joint(joint).and_then(|before| bone_of(&taken, &before));
+        let carried =
+            found.iter().find(|&&bone| carrier.is_some_and(|carrier| hangs_on(bones, bone, carrier)));
+        let bone = carried.or(found.first()).ok_or_else(|| {
+            Issue::says(format!("none of its bones has a usual name of the one at {joint}"))
+                .wanted(format!("name it, as in bones = {{ {joint} = \"…\" }}, or leave it out with \"\""))
+                .cure(there_are())
+        })?;
+        taken.push((*bone, joint));
+    }
+    Ok(Chosen { joints: JOINTS.map(|joint| bone_of(&taken, joint)), head: bone_of(&taken, HEAD) })
+}
+
+/// The bone of a joint.
+fn bone_of(taken: &[(usize, &str)], joint: &str) -> Option<usize> {
+    taken.iter().find(|(_, other)| *other == joint).map(|(bone, _)| *bone)
 }
 
 /// The plain names that the bone of a joint usually has; none for joints of the face, which skeletons do not have.

@@ -15,6 +15,8 @@ pub(super) struct Motion {
     channels: usize,
     /// Between one frame and the next.
     frame_s: f64,
+    /// Lines behind the frames that are declared.
+    pub(super) behind: usize,
 }
 
 impl Motion {
@@ -43,12 +45,14 @@ impl Motion {
         let Some(frame_s) = seconds.parse::<f64>().ok().filter(is_time) else {
             return rule("Frame Time", seconds, "must be seconds from 0.000001 to 1000");
         };
-        let frames: Vec<Range<usize>> = lines.map(|(line, _)| line).collect();
-        if frames.len() != count {
-            return Err(Issue::damaged(format!("has {} frames and says {count}", frames.len()))
+        let mut frames: Vec<Range<usize>> = lines.map(|(line, _)| line).collect();
+        if frames.len() < count {
+            return Err(Issue::damaged(format!("has {} frames and declares {count}", frames.len()))
                 .wanted("each is a line: is it cut off?"));
         }
-        Ok(Motion { text, frames, channels, frame_s })
+        let behind = frames.len() - count;
+        frames.truncate(count);
+        Ok(Motion { text, frames, channels, frame_s, behind })
     }
 
     pub(super) fn span_s(&self) -> [f64; 2] {

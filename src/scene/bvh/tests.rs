@@ -296,16 +296,63 @@ fn bones_are_known_by_their_usual_names() {
     );
     assert!(error.contains("there are Hips, Spine, Neck"), "{error}");
     assert_eq!(with(&[("left_wrist", "Pfote")]).unwrap(), expected);
-    let without =
-        with(&[("left_wrist", ""), ("head", ""), ("nose", "Neck"), ("right_elbow", "RightHand")]).unwrap();
-    assert_eq!((without[WRISTS[0]], without[EARS[0]]), (None, None));
+    let without = with(&[
+        ("left_wrist", ""),
+        ("head", ""),
+        ("nose", "Neck"),
+        ("right_elbow", "RightHand"),
+        ("right_wrist", ""),
+    ])
+    .unwrap();
+    assert_eq!((without[WRISTS[0]], without[WRISTS[1]], without[EARS[0]]), (None, None, None));
     near(&without, NOSE, [0.0, 0.0, 1.45]);
-    assert_eq!(without[ELBOWS[1]], without[WRISTS[1]]);
+    near(&without, ELBOWS[1], [-0.18, 0.0, 0.84]);
     let error = with(&[("left_wrist", "pfote")]).unwrap_err();
     assert!(
         error.contains("walk.bvh: bones.left_wrist = \"pfote\": no bone has that name; there are"),
         "{error}"
     );
+}
+
+/// Skeletons with a bone at the joint and one beyond it, both of which others use for that joint.
+#[test]
+fn each_joint_has_the_bone_of_its_own() {
+    let renamed = |pairs: &'static [(&'static str, &'static str)]| {
+        move |name: &str| {
+            pairs.iter().find(|(from, _)| *from == name).map_or(name.to_string(), |(_, to)| (*to).into())
+        }
+    };
+    let choose = |named: &dyn Fn(&str) -> String, bones: &[(&str, &str)]| {
+        let bones = bones.iter().map(|(joint, bone)| ((*joint).into(), (*bone).into())).collect();
+        read(&file(named, &[frame(&[])]))
+            .unwrap()
+            .keypoints(&MotionFile { bones, ..motion() })
+            .map_err(|e| e.to_string())
+    };
+    // Knees above, ankles and feet below: what is called a foot is not the ankle.
+    let with_feet = renamed(&[("LeftUpLeg", "L_Hip"), ("LeftLeg", "L_Ankle"), ("LeftFoot", "L_Foot")]);
+    let joints = choose(&with_feet, &[("left_knee", "")]).unwrap();
+    near(&joints, ANKLES[0], [0.1, 0.0, 0.48]);
+    let with_hands = renamed(&[("LeftForeArm", "left_wrist"), ("LeftHand", "left_hand")]);
+    near(&choose(&with_hands, &[("left_elbow", "")]).unwrap(), WRISTS[0], [0.18, 0.0, 1.1]);
+    // A bone that is the hip is not the knee, too, whatever its name is.
+    let legs = renamed(&[("LeftUpLeg", "Left leg"), ("LeftLeg", "Left shin")]);
+    near(&choose(&legs, &[("left_hip", "Left leg")]).unwrap(), KNEES[0], [0.1, 0.0, 0.48]);
+    let twice = choose(&same, &[("left_hip", "LeftUpLeg"), ("left_knee", "LeftUpLeg")]).unwrap_err();
+    assert!(twice.contains("bones.left_knee = \"LeftUpLeg\": is the bone of left_hip, too"), "{twice}");
+    let none_left = choose(&same, &[("left_hip", "LeftLeg")]).unwrap_err();
+    assert!(none_left.contains("usual name of the one at left_knee"), "{none_left}");
+    // A handle for animators that is called like a joint hangs on something else.
+    let handle = renamed(&[("Neck", "LeftFoot"), ("LeftFoot", "Foot_L")]);
+    near(&choose(&handle, &[]).unwrap(), ANKLES[0], [0.1, 0.0, 0.07]);
+}
+
+#[test]
+fn lines_behind_the_frames_are_not_read() {
+    let two = file(&same, &[frame(&[]), frame(&[("LeftUpLeg", [0.0, 90.0, 0.0])])]);
+    let one = read(&two.replacen("Frames: 2", "Frames: 1", 1)).unwrap();
+    assert_eq!((one.span_s(), one.motion.behind), ([0.0, 0.0], 1));
+    near(&one.keypoints(&MotionFile { time_s: 9.0, ..motion() }).unwrap(), KNEES[0], [0.1, 0.0, 0.48]);
 }
 
 #[test]
@@ -338,7 +385,7 @@ fn what_is_wrong_is_named() {
     changed("MOTION", "OFFSET 0 0 0\nMOTION", "an OFFSET outside of all bones");
     changed("MOTION", "CHANNELS 0\nMOTION", "CHANNELS outside of all bones");
     changed("Frames: 2", "Frames: 0", "Frames = 0: must be 1 or more");
-    changed("Frames: 2", "Frames: 3", "has 2 frames and says 3: each is a line");
+    changed("Frames: 2", "Frames: 3", "has 2 frames and declares 3: each is a line");
     changed("Frames: 2", "Frame: 2", "lacks `Frames:` behind MOTION");
     changed("Frame Time: 0.04", "Frame Time: 0", "Frame Time = 0: must be seconds from");
     changed("Frame Time: 0.04", "Frame Time: nan", "Frame Time = nan: must be seconds from");

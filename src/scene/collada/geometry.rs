@@ -13,11 +13,12 @@ pub(super) fn read(
     geometry: Node,
     mut triangle: impl FnMut(Corners) -> Result<(), Issue>,
 ) -> Result<(), Issue> {
+    // Splines are curves, which have no surface.
+    if child(geometry, "spline").is_some() {
+        return Ok(());
+    }
     let mesh = child(geometry, "mesh").ok_or_else(|| {
-        library.at(
-            geometry,
-            Issue::says("has no <mesh>").wanted("export the surfaces as meshes, not as splines"),
-        )
+        library.at(geometry, Issue::says("has no <mesh>").wanted("export the surfaces as meshes"))
     })?;
     for primitive in mesh.children().filter(Node::is_element) {
         let tag = primitive.tag_name().name();
@@ -127,7 +128,7 @@ impl IndexLayout {
             let offset = library.attribute(input, "offset")?.unwrap_or(0);
             stride = stride.max(offset.saturating_add(1));
             if input.attribute("semantic") == Some("VERTEX") {
-                vertices = Some((offset, library.follow(input, "source", &["vertices"])?));
+                vertices = Some((offset, library.follow(input, "source", "vertices")?));
             }
         }
         let (offset, vertices) = vertices
@@ -135,7 +136,7 @@ impl IndexLayout {
         let position = children(vertices, "input").find(|i| i.attribute("semantic") == Some("POSITION"));
         let position = position
             .ok_or_else(|| library.at(vertices, Issue::says("has no <input semantic=\"POSITION\">")))?;
-        let positions = positions(library, library.follow(position, "source", &["source"])?)?;
+        let positions = positions(library, library.follow(position, "source", "source")?)?;
         Ok(Some(IndexLayout { stride, offset, positions }))
     }
 
@@ -160,11 +161,11 @@ impl IndexLayout {
 fn positions(library: &Library, source: Node) -> Result<Vec<DVec3>, Issue> {
     let accessor = child(source, "technique_common").and_then(|common| child(common, "accessor"));
     let accessor = accessor.ok_or_else(|| library.at(source, Issue::says("has no <accessor>")))?;
-    let array = library.follow(accessor, "source", &["float_array"])?;
+    let array = library.follow(accessor, "source", "float_array")?;
     let numbers = library.numbers(array)?;
-    if library.attribute(array, "count")?.is_some_and(|count| count != numbers.len()) {
-        let what =
-            format!("its count does not match the {} numbers there: the file is damaged", numbers.len());
+    // More numbers than are declared are not referred to.
+    if library.attribute(array, "count")?.is_some_and(|count| count > numbers.len()) {
+        let what = format!("its count is more than the {} numbers there: the file is damaged", numbers.len());
         return Err(library.at(array, Issue::damaged(what)));
     }
     let stride = library.attribute(accessor, "stride")?.unwrap_or(1);

@@ -22,7 +22,7 @@ pub(super) fn place<'a, 'i>(
     let scene = scene.ok_or_else(|| {
         Issue::says("has no <scene> that shows a <visual_scene>").wanted("export the surfaces as a scene")
     })?;
-    let scene = library.follow(scene, "url", &["visual_scene"])?;
+    let scene = library.follow(scene, "url", "visual_scene")?;
     let mut open: Vec<_> = children(scene, "node").map(|node| (node, DAffine3::IDENTITY, 1)).collect();
     let mut seen = 0;
     while let Some((node, scene_from_parent, depth)) = open.pop() {
@@ -36,10 +36,10 @@ pub(super) fn place<'a, 'i>(
             match entry.tag_name().name() {
                 "node" => open.push((entry, scene_from_node, depth + 1)),
                 "instance_node" => {
-                    open.push((library.follow(entry, "url", &["node"])?, scene_from_node, depth + 1));
+                    open.push((library.follow(entry, "url", "node")?, scene_from_node, depth + 1));
                 }
                 "instance_geometry" => {
-                    placed(library.follow(entry, "url", &["geometry"])?, scene_from_node)?;
+                    placed(library.follow(entry, "url", "geometry")?, scene_from_node)?;
                 }
                 "instance_controller" => {
                     let what = Issue::unsupported("a skeleton poses the mesh");
@@ -83,7 +83,7 @@ fn parent_from_node(library: &Library, node: Node) -> Result<DAffine3, Issue> {
             "translate" => DAffine3::from_translation(vector()),
             "scale" => DAffine3::from_scale(vector()),
             _ => rotation(vector(), numbers[3])
-                .ok_or_else(|| library.at(entry, Issue::says("its axis must not be zero")))?,
+                .ok_or_else(|| library.at(entry, Issue::says("turns about an axis that is zero")))?,
         };
     }
     Ok(parent_from_node)
@@ -95,7 +95,11 @@ fn matrix(numbers: &[f64]) -> Option<DAffine3> {
     (matrix.row(3) == DVec4::W).then(|| DAffine3::from_mat4(matrix))
 }
 
+/// A turn about an axis. One by nothing needs none: modellers write it for what is not turned.
 fn rotation(axis: DVec3, angle_deg: f64) -> Option<DAffine3> {
+    if angle_deg == 0.0 {
+        return Some(DAffine3::IDENTITY);
+    }
     let axis = axis.try_normalize()?;
     let (sin, cos) = libm::sincos(angle_deg.to_radians() / 2.0);
     let v = axis * sin;

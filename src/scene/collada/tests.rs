@@ -112,6 +112,37 @@ fn every_kind_of_face_gives_the_same_cube() {
 }
 
 #[test]
+fn elements_of_several_kinds_may_share_an_id() {
+    let shared = ["cube", "positions", "numbers", "vertices", "scene", "part"];
+    let text = shared.iter().fold(CUBE.to_string(), |text, id| {
+        text.replace(&format!("id=\"{id}\""), "id=\"one\"").replace(&format!("\"#{id}\""), "\"#one\"")
+    });
+    assert_spans(&text, [0.0; 3], [0.01; 3]);
+    // Of two of a kind the first.
+    let twice = changed("</library_visual_scenes>", "<visual_scene id=\"scene\"/></library_visual_scenes>");
+    assert_spans(&twice, [0.0; 3], [0.01; 3]);
+}
+
+#[test]
+fn what_turns_nothing_or_has_no_surface_refuses_no_file() {
+    let curve =
+        "</geometry><geometry id=\"curve\"><spline closed=\"false\"/></geometry></library_geometries>";
+    let with_curve = changed("</geometry></library_geometries>", curve);
+    for text in [
+        changed("<node id=\"part\">", "<node id=\"part\"><rotate>0 0 0 0</rotate><rotate>0 0 0 -0</rotate>"),
+        with_curve.replacen("<instance_geometry", "<instance_geometry url=\"#curve\"/><instance_geometry", 1),
+        changed("count=\"24\"", "count=\"21\""),
+        changed("<COLLADA", "<!-- made -- by hand --><COLLADA").replacen(
+            NODE,
+            &format!("<fx:note/>{NODE}"),
+            1,
+        ),
+    ] {
+        assert_spans(&text, [0.0; 3], [0.01; 3]);
+    }
+}
+
+#[test]
 fn what_is_wrong_is_named_by_its_line() {
     let loops = "<node id=\"part\"><instance_node url=\"#part\"/></node>";
     let doubling: String = (0..39)
@@ -134,7 +165,7 @@ fn what_is_wrong_is_named_by_its_line() {
         ("url=\"#cube\"", "url=\"other.dae#cube\"", "must be # and the id"),
         ("url=\"#cube\"", "", "line 13: url is missing"),
         ("url=\"#cube\"", "url=\"#vertices\"", "no <geometry> of that id"),
-        ("1 1 1 0 1 1<", "1 1 1 0 1<", "line 6: its count does not match the 23 numbers"),
+        ("1 1 1 0 1 1<", "1 1 1 0 1<", "line 6: its count is more than the 23 numbers"),
         ("1 1 1 0 1 1<", "1 1 1 0 nan 1<", "line 6: \"nan\" is no finite number"),
         ("1 1 1 0 1 1<", "1 1 1 0 1e999 1<", "is no finite number"),
         ("count=\"8\" stride=\"3\"", "count=\"9\" stride=\"3\"", "line 7: count = 9"),
@@ -146,7 +177,7 @@ fn what_is_wrong_is_named_by_its_line() {
         ("3 0 4 7<", "3 0 4 -1<", "line 11: \"-1\" is no index"),
         ("3 0 4 7<", "3 0 4<", "<vcount> asks for more than the 23 corners"),
         ("3 0 4 7<", "3 0 4 7 0<", "<vcount> leaves 1 corners"),
-        ("4 4 4 4 4 4<", "4 4 4 4 4 2 2<", "line 10: a face has 2 corners"),
+        ("4 4 4 4 4 4<", "4 4 4 4 4 2 2<", ""),
         ("semantic=\"VERTEX\"", "semantic=\"NORMAL\"", "has no <input semantic=\"VERTEX\">"),
         ("semantic=\"POSITION\"", "semantic=\"NORMAL\"", "has no <input semantic=\"POSITION\">"),
         ("<mesh>", "<convex_mesh/><mesh>", ""),
@@ -154,7 +185,7 @@ fn what_is_wrong_is_named_by_its_line() {
         (NODE, "<node id=\"part\"><instance_controller url=\"#skin\"/></node>", "a skeleton poses the mesh"),
         (NODE, "<node><lookat>0 0 0 0 0 0 0 0 0</lookat></node>", "<lookat> in line 13: not supported"),
         (NODE, "<node><translate>0 0</translate></node>", "has 2 numbers: must be 3"),
-        (NODE, "<node><rotate>0 0 0 90</rotate></node>", "its axis must not be zero"),
+        (NODE, "<node><rotate>0 0 0 90</rotate></node>", "turns about an axis that is zero"),
         (NODE, "<node><matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 2</matrix></node>", "its last row must be"),
         (NODE, loops, "more than 256 levels"),
         (NODE, &doubling, "more than 256 levels or 100000 nodes"),
@@ -178,10 +209,10 @@ fn every_cut_of_a_good_file_is_refused() {
 
 #[test]
 fn numbers_that_are_read_again_and_again_are_refused() {
-    // Each of 300 primitives has no corner, and all positions read for it; 30 nodes show them.
+    // Each of 300 primitives has no corner, and all positions read for it; 40 nodes show them.
     let primitive =
         "<triangles><input semantic=\"VERTEX\" source=\"#vertices\" offset=\"0\"/><p/></triangles>";
-    let places = NODE.repeat(30).replace(" id=\"part\"", "");
+    let places = NODE.repeat(40).replace(" id=\"part\"", "");
     let (numbers, count) = ("1 2 3 ".repeat(1000), "count=\"3000\"");
     let text = changed("<polylist", &(primitive.repeat(300) + "<polylist"))
         .replace("0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1", &numbers)
@@ -189,7 +220,7 @@ fn numbers_that_are_read_again_and_again_are_refused() {
         .replace(NODE, &places);
     let what = parse(&text).unwrap_err();
     assert!(
-        what.to_string().starts_with("<float_array> in line 6: has the file's numbers read far too often"),
+        what.to_string().starts_with("<float_array> in line 6: unfolds to far more than its size"),
         "{what}"
     );
 }

@@ -1,21 +1,25 @@
 //! Opens a glTF file: its JSON and the bytes of its buffers, from the GLB itself, from files beside it, or
 //! from data URIs.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
 use ::gltf::json::Root;
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use serde::Deserialize;
+use serde_json::{Value, error::Category};
 
 use crate::error::Issue;
-use crate::source::Sources;
+use crate::source::{Sources, resolve_backslashes, strip_mark};
 use crate::{Error, Result};
 
 /// A parsed file with its buffers.
 pub(super) struct Container {
     pub(super) root: Root,
+    /// Nodes that are not shown, nor what is below them.
+    pub(super) hidden: HashSet<usize>,
     buffers: Vec<Rc<[u8]>>,
     /// Bytes read in all.
     pub(super) bytes: u64,
@@ -24,18 +28,19 @@ pub(super) struct Container {
 impl Container {
     pub(super) fn open(path: &Path, sources: &Sources) -> Result<Container> {
         let place = |issue: Issue| issue.at(path);
-        let bytes = sources.bytes(path)?;
+        let bytes = strip_mark(sources.bytes(path)?).map_err(place)?;
         let (json, blob) = match bytes.starts_with(b"glTF") {
             true => split_glb(&bytes).map_err(place)?,
             false => (&bytes[..], None),
         };
-        let root = Root::from_slice(json).map_err(|e| place(Issue::damaged(e.to_string()).at("JSON")))?;
-        if !root.asset.version.starts_with("2.") {
-            let version = format!("{:.20}", root.asset.version);
-            return Err(place(Issue::value("asset.version", version, "must be 2.0")).into());
-        }
-        let mut container =
-            Container { bytes: bytes.len() as u64, buffers: Vec::with_capacity(root.buffers.len()), root };
+        check_version(json).map_err(place)?;
+        let root = root(json).map_err(place)?;
+        let hidden = match root.extensions_used.iter().any(|name| name == super::VISIBILITY) {
+            true => hidden_nodes(json).map_err(|e| place(json_issue(&e)))?,
+            false => HashSet::new(),
+        };
+        let buffers = Vec::with_capacity(root.buffers.len());
+        let mut container = Container { bytes: bytes.len() as u64, buffers, hidden, root };
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut beside = Beside { folder, sources, read: HashMap::new(), bytes: 0 };
         for (index, buffer) in container.root.buffers.iter().enumerate() {
@@ -79,6 +84,98 @@ impl Container {
     }
 }
 
+/// What a file says of the version of the format.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Versions {
+    version: String,
+    min_version: Option<String>,
+}
+
+/// Refuses files of versions whose rules are others, before the rest is read by those of 2.0.
+fn check_version(json: &[u8]) -> Result<(), Issue> {
+    #[derive(Deserialize)]
+    struct File {
+        asset: Versions,
+    }
+    if json.trim_ascii().is_empty() {
+        return Err(Issue::damaged("is empty").wanted("export it again"));
+    }
+    let Versions { version, min_version } =
+        serde_json::from_slice::<File>(json).map_err(|e| json_issue(&e))?.asset;
+    let needed = min_version.as_ref().unwrap_or(&version);
+    // A minor version adds to those before it, and says which it cannot do without.
+    let is_read = match min_version {
+        Some(_) => needed == "2.0",
+        None => needed == "2" || needed.starts_with("2."),
+    };
+    match is_read {
+        true => Ok(()),
+        false => {
+            Err(Issue::unsupported(format!("needs glTF {needed:.20}")).wanted("export it again as glTF 2.0"))
+        }
+    }
+}
+
+/// The whole file. The parser wants `nodes` of every scene, which may be left out.
+fn root(json: &[u8]) -> Result<Root, Issue> {
+    Root::from_slice(json).or_else(|e| {
+        let mut value: Value = serde_json::from_slice(json).map_err(|e| json_issue(&e))?;
+        let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
+        let mut is_changed = false;
+        for scene in scenes.into_iter().flatten().filter_map(Value::as_object_mut) {
+            is_changed |= !scene.contains_key("nodes");
+            scene.entry("nodes").or_insert(Value::Array(Vec::new()));
+        }
+        // The first error has the line, so that it is told if there is another one.
+        Root::deserialize(value).ok().filter(|_| is_changed).ok_or_else(|| json_issue(&e))
+    })
+}
+
+/// The nodes that `KHR_node_visibility` hides.
+fn hidden_nodes(json: &[u8]) -> serde_json::Result<HashSet<usize>> {
+    #[derive(Deserialize)]
+    struct File {
+        #[serde(default)]
+        nodes: Vec<Node>,
+    }
+    #[derive(Default, Deserialize)]
+    #[serde(default)]
+    struct Node {
+        extensions: Extensions,
+    }
+    #[derive(Default, Deserialize)]
+    #[serde(default)]
+    struct Extensions {
+        #[serde(rename = "KHR_node_visibility")]
+        visibility: Visibility,
+    }
+    #[derive(Deserialize)]
+    #[serde(default)]
+    struct Visibility {
+        visible: bool,
+    }
+    impl Default for Visibility {
+        fn default() -> Self {
+            Visibility { visible: true }
+        }
+    }
+    let nodes = serde_json::from_slice::<File>(json)?.nodes.into_iter().enumerate();
+    Ok(nodes.filter(|(_, node)| !node.extensions.visibility.visible).map(|(index, _)| index).collect())
+}
+
+/// What is wrong with a file's JSON.
+fn json_issue(e: &serde_json::Error) -> Issue {
+    match e.classify() {
+        Category::Eof => Issue::damaged("its JSON ends too early").wanted("the file is cut off"),
+        Category::Syntax if (e.line(), e.column()) <= (1, 1) => {
+            Issue::damaged("does not begin with JSON").wanted("is it a glTF file?")
+        }
+        Category::Syntax => Issue::damaged(format!("its JSON is damaged: {e}")),
+        Category::Data | Category::Io => Issue::damaged(format!("its JSON is not that of glTF 2.0: {e}")),
+    }
+}
+
 /// The JSON and the binary chunk of a GLB. The parser's own split subtracts before it compares, and so fails
 /// on a header that declares less than itself.
 fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Issue> {
@@ -87,7 +184,8 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Issue> {
         Ok::<_, Issue>(u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
     };
     if word(4)? != 2 {
-        return Err(Issue::says(format!("GLB version {}", word(4)?)).wanted("must be 2"));
+        return Err(Issue::unsupported(format!("is glTF {}.0 by its header", word(4)?))
+            .wanted("export it again as glTF 2.0"));
     }
     let length = word(8)? as usize;
     if length > bytes.len() {
@@ -152,6 +250,10 @@ impl Beside<'_> {
         let folder = match self.folder.as_os_str().is_empty() {
             true => Path::new("."),
             false => self.folder,
+        };
+        let relative = match resolve_backslashes(&folder.join(&relative)).strip_prefix(folder) {
+            Ok(relative) => relative.to_path_buf(),
+            Err(_) => relative.into(),
         };
         // Links are followed first, so that none leads out of the folder.
         let home = folder.canonicalize().map_err(|e| refused(&e.to_string()))?;

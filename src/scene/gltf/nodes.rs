@@ -5,9 +5,11 @@ use std::collections::HashMap;
 use ::gltf::json::{Index, Node, Root};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
+use super::container::Container;
 use super::{MemoryLimit, Moved};
 
 use crate::error::{Issue, Site};
+use crate::pose::unit_quaternion;
 
 /// Deepest nesting of nodes that is read; each node repeats the names of all above it.
 const MAX_DEPTH: usize = 256;
@@ -19,14 +21,17 @@ pub(super) struct Placed<'a> {
     /// Index of the parent among the placed nodes, which come parents first.
     parent: Option<usize>,
     depth: usize,
+    /// Whether it is not shown, like all below it.
+    pub(super) is_hidden: bool,
     pub(super) world_from_node: DAffine3,
 }
 
 /// The nodes of the scene, parents first, some of them moved from where the file has them.
 pub(super) fn place_nodes<'a>(
-    root: &'a Root,
+    container: &'a Container,
     moved: &HashMap<usize, Moved>,
 ) -> Result<Vec<Placed<'a>>, Issue> {
+    let root = &container.root;
     let mut placed: Vec<Placed> = Vec::new();
     let mut reached = vec![false; root.nodes.len()];
     let roots = root_nodes(root)?;
@@ -42,9 +47,9 @@ pub(super) fn place_nodes<'a>(
                 Issue::says(format!("nodes[{index}] is reached twice")).wanted("nodes must form a tree")
             );
         }
-        let (depth, world_from_parent) = match parent {
-            Some(slot) => (placed[slot].depth + 1, placed[slot].world_from_node),
-            None => (1, DAffine3::IDENTITY),
+        let (depth, world_from_parent, is_hidden) = match parent.map(|slot: usize| &placed[slot]) {
+            Some(parent) => (parent.depth + 1, parent.world_from_node, parent.is_hidden),
+            None => (1, DAffine3::IDENTITY, false),
         };
         if depth > MAX_DEPTH {
             return Err(Issue::too_large(format!("nodes[{index}] is nested more than {MAX_DEPTH} deep"))
@@ -59,6 +64,7 @@ pub(super) fn place_nodes<'a>(
             json,
             parent,
             depth,
+            is_hidden: is_hidden || container.hidden.contains(&index),
             world_from_node: world_from_parent * parent_from_node,
         });
     }
@@ -113,11 +119,8 @@ fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Issu
         return Err(Issue::says("must be finite").at("translation or scale"));
     }
     // The file's quaternion has unit length in f32 only, which would stretch what hangs on it.
-    let length = rotation.length();
-    if !(length.is_finite() && length > 0.0) {
-        return Err(Issue::says("must be a quaternion with a finite length above zero").at("rotation"));
-    }
-    let rotation = rotation / length;
+    let rotation = unit_quaternion(rotation)
+        .ok_or_else(|| Issue::says("must be a quaternion of finite length").at("rotation"))?;
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 

@@ -180,6 +180,8 @@ fn buffers_come_from_files_and_data_uris() {
     for uri in [
         "raw%20data/part.bin",
         "./raw data/part.bin",
+        "raw data\\part.bin",
+        "raw%20data%5Cpart.bin",
         &format!("data:application/octet-stream;base64,{data}"),
     ] {
         assert_eq!(with_uri(uri).as_ref(), Ok(&expected), "{uri}");
@@ -189,6 +191,7 @@ fn buffers_come_from_files_and_data_uris() {
     for (uri, expected) in [
         ("raw%2", "percent-encoded"),
         ("../part.bin", "in the folder of the glTF or below"),
+        ("raw data\\..\\..\\part.bin", "raw data"),
         ("raw data/%2e%2e/../../x", "in the folder of the glTF or below"),
         ("%2fetc/hosts", "in the folder of the glTF or below"),
         ("https://example.org/part.bin", "in the folder of the glTF or below"),
@@ -207,7 +210,16 @@ fn buffers_come_from_files_and_data_uris() {
 
 #[test]
 fn what_is_wrong_is_named() {
-    refused("/asset/version", json!("1.0"), "must be 2.0");
+    refused("/asset/version", json!("1.0"), "needs glTF 1.0: export it again as glTF 2.0");
+    refused("/asset", json!({"version": "2.1", "minVersion": "2.1"}), "needs glTF 2.1");
+    refused("/asset", json!({"version": "2.0", "minVersion": "3.0"}), "needs glTF 3.0");
+    refused("/nodes", json!({"n": {"meshes": ["m"]}}), "its JSON is not that of glTF 2.0");
+    refused(
+        "/extensionsRequired",
+        json!(["KHR_materials_unlit", "EXT_meshopt_compression"]),
+        "without compression",
+    );
+    refused("/extensionsUsed", json!(["EXT_mesh_gpu_instancing"]), "each copy as a node");
     refused("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "export again without compression");
     refused("/extensionsRequired", json!(["KHR_mesh_quantization"]), "as plain glTF");
     refused("/scene", json!(4), "scene = 4: there are 1 scenes");
@@ -216,7 +228,6 @@ fn what_is_wrong_is_named() {
     refused("/scenes/0/nodes", json!([0, 0]), "nodes[0] is reached twice");
     refused("/scenes/0/nodes", json!([]), "no triangle in its scene");
     refused("/nodes/0/mesh", json!(3), "nodes[0]: mesh = 3: there are 1");
-    refused("/nodes/0/rotation", json!([0, 0, 0, 0]), "nodes[0].rotation");
     refused("/nodes/0/translation", json!([1e39, 0, 0]), "number out of range");
     refused("/nodes/0/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]), "last row");
     let primitive = "/meshes/0/primitives/0";
@@ -241,6 +252,83 @@ fn what_is_wrong_is_named() {
     refused("/bufferViews/0/buffer", json!(1), "bufferViews[0].buffer = 1: no such");
     refused("/buffers/0/byteLength", json!(109), "only 108 bytes are there");
     refused("/buffers", json!([{"byteLength": 1}, {"byteLength": 1}]), "buffers[1]: has no uri");
+}
+
+#[test]
+fn a_file_of_version_1_is_told_by_its_version() {
+    let old = r#"{"asset": {"version": "1.0"}, "scenes": {"s": {"nodes": ["n"]}}, "nodes": {"n": {}}, "scene": "s"}"#;
+    for (bytes, expected) in [
+        (old.as_bytes(), "needs glTF 1.0: export it again as glTF 2.0"),
+        (b"glTF\x01\0\0\0\x14\0\0\0", "is glTF 1.0 by its header: export it again as glTF 2.0"),
+        (b"", "is empty: export it again"),
+        (b"{\"asset\": {", "its JSON ends too early: the file is cut off"),
+        (b"solid part\nfacet", "does not begin with JSON: is it a glTF file?"),
+    ] {
+        let error = load_bytes(bytes).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error:?} lacks {expected:?}");
+    }
+}
+
+#[test]
+fn what_is_not_looked_at_refuses_no_file() {
+    let whole = load_bytes(&glb(&document(), &buffer())).unwrap();
+    for (pointer, value) in [
+        ("/scenes", json!([{"nodes": [0]}, {"name": "spare"}, {}])),
+        ("/asset", json!({"version": "2.1", "minVersion": "2.0"})),
+        (
+            "/extensionsRequired",
+            json!([
+                "KHR_materials_unlit",
+                "KHR_texture_transform",
+                "KHR_lights_punctual",
+                "EXT_texture_webp"
+            ]),
+        ),
+        (
+            "/extensionsRequired",
+            json!([
+                "KHR_xmp_json_ld",
+                "KHR_materials_variants",
+                "KHR_node_visibility",
+                "MSFT_packing_normalRoughnessMetallic"
+            ]),
+        ),
+        ("/nodes/0/rotation", json!([0, 0, 0, 0])),
+        ("/nodes/0/extensions", json!({"KHR_node_visibility": {"visible": false}})),
+    ] {
+        assert_eq!(load_with(pointer, value).unwrap(), whole, "{pointer}");
+    }
+    // With a byte-order mark before its JSON.
+    let mut document = document();
+    let data = base64::engine::general_purpose::STANDARD.encode(buffer());
+    document["buffers"][0]["uri"] = format!("data:;base64,{data}").into();
+    assert_eq!(load_bytes(format!("\u{feff}{document}").as_bytes()).unwrap(), whole);
+}
+
+#[test]
+fn hidden_nodes_are_left_out_and_told() {
+    let mut document = document();
+    let hidden = json!({"KHR_node_visibility": {"visible": false}});
+    document["extensionsUsed"] = json!(["KHR_node_visibility"]);
+    document["scenes"][0]["nodes"] = json!([0, 1, 3]);
+    document["nodes"] = json!([
+        {"name": "shown", "mesh": 0, "extensions": {"KHR_node_visibility": {"visible": true}}},
+        {"name": "layer", "children": [2], "extensions": hidden},
+        {"name": "below", "mesh": 0, "extensions": {"KHR_node_visibility": {}}},
+        {"name": "alone", "mesh": 0, "extensions": hidden},
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("part.glb");
+    let sources = Sources::beside(&path);
+    std::fs::write(&path, glb(&document, &buffer())).unwrap();
+    let nodes = Gltf::load(&path, &sources).unwrap().parts(None).unwrap();
+    assert_eq!(nodes.iter().map(|node| &node.names[..]).collect::<Vec<_>>(), [["shown"]]);
+    let remarks = sources.take_remarks();
+    assert!(
+        remarks.len() == 1 && remarks[0].contains("part.glb: without 2 nodes that KHR_node_visibility hides"),
+        "{remarks:?}"
+    );
+    assert_eq!(sources.take_remarks(), [""; 0]);
 }
 
 #[test]

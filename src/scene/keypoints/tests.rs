@@ -47,6 +47,52 @@ fn what_is_seen_with_no_confidence_is_unknown() {
 }
 
 #[test]
+fn numbers_that_fill_gaps_are_told() {
+    let told = |changes: &[(usize, &str)]| {
+        let mut rows = rows(false);
+        changes.iter().for_each(|(row, text)| rows[*row] = (*text).into());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("person.csv");
+        std::fs::write(&path, rows.join("\n")).unwrap();
+        let sources = Sources::beside(&path);
+        KeypointFile { path, layout: Layout::Coco17 }.read(&sources).map(|_| sources.take_remarks())
+    };
+    assert_eq!(told(&[]).unwrap(), [""; 0]);
+    assert_eq!(
+        told(&[(1, "0,0,0"), (9, "nan,nan,nan"), (10, "-nan(ind),1.#QNAN,")]).unwrap(),
+        [""; 0],
+        "faces and gaps"
+    );
+    let remarks = told(&[(9, "0,0,0"), (16, "0.0,-0,0")]).unwrap();
+    assert!(
+        remarks.len() == 1
+            && remarks[0].contains("left_wrist and right_ankle at exactly 0, 0, 0: leave the cells"),
+        "{remarks:?}"
+    );
+    let remarks = told(&[(9, "-1,-1,-1"), (16, "-1,-1,-1")]).unwrap();
+    assert!(
+        remarks.len() == 1 && remarks[0].contains("left_wrist and right_ankle at exactly -1, -1, -1"),
+        "{remarks:?}"
+    );
+    let zeros: Vec<(usize, &str)> = (0..17).map(|row| (row, "0,0,0")).collect();
+    let error = told(&zeros).unwrap_err().to_string();
+    assert!(error.contains("all of its joints are at [0, 0, 0]: give each its own place"), "{error}");
+    for first in [0, 1] {
+        let counted = rows(false)
+            .iter()
+            .enumerate()
+            .map(|(row, text)| (row, format!("{},{text}", row + first)))
+            .collect::<Vec<_>>();
+        let counted: Vec<(usize, &str)> = counted.iter().map(|(row, text)| (*row, text.as_str())).collect();
+        let error = told(&counted).unwrap_err().to_string();
+        assert!(
+            error.contains("person.csv: x_m is the number of the row in each row: take the column"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn halpe_begins_with_cocos() {
     let mut rows = rows(true);
     rows.extend(Layout::Halpe26.joints()[17..].iter().map(|joint| format!("{joint},1,2,3")));

@@ -24,10 +24,15 @@ pub(super) enum Nodes {
     Full,
 }
 
-/// Calls `visit` for each known leaf and returns the number of nodes, root and leaves included.
-pub(super) fn visit_leaves(data: &[u8], nodes: Nodes, visit: &mut dyn FnMut(Leaf)) -> Result<u64, Issue> {
+/// Calls `visit` for each known leaf and returns the number of nodes, root and leaves included, and how many bytes are
+/// left behind them.
+pub(super) fn visit_leaves(
+    data: &[u8],
+    nodes: Nodes,
+    visit: &mut dyn FnMut(Leaf),
+) -> Result<(u64, usize), Issue> {
     if data.is_empty() {
-        return Ok(0);
+        return Ok((0, 0));
     }
     let mut rest = data;
     let root = [-KEY_ORIGIN; 3];
@@ -35,10 +40,7 @@ pub(super) fn visit_leaves(data: &[u8], nodes: Nodes, visit: &mut dyn FnMut(Leaf
         Nodes::Binary => 1 + visit_children(&mut rest, root, DEPTH, visit)?,
         Nodes::Full => visit_node(&mut rest, root, DEPTH, visit)?,
     };
-    if !rest.is_empty() {
-        return Err(Issue::damaged(format!("has {} bytes after the tree: the file is damaged", rest.len())));
-    }
-    Ok(nodes)
+    Ok((nodes, rest.len()))
 }
 
 /// Takes the next bytes of a tree.

@@ -6,6 +6,14 @@ use rand::{RngExt, SeedableRng};
 
 use super::*;
 
+fn parse(bytes: &[u8]) -> Result<OctoMap, Issue> {
+    super::parse(bytes).map(|(map, _)| map)
+}
+
+fn parse_tree(bytes: &[u8]) -> Result<Tree, Issue> {
+    super::parse_tree(bytes).map(|(tree, _)| tree)
+}
+
 fn with_header(size: u64, data: &[u8]) -> Vec<u8> {
     let header = format!("{FIRST_LINE}\n# by hand\nid OcTree\nsize {size}\nres 0.05\ndata\n");
     [header.as_bytes(), data].concat()
@@ -90,17 +98,15 @@ fn what_is_wrong_is_named() {
     };
     refused(b"", "ends before the line `data`");
     refused(&replaced("Octomap OcTree binary file", "Octomap QuadTree file"), ".bt and .ot files are read");
-    refused(&replaced("id OcTree", "id ColorOcTree"), "id = ColorOcTree");
     refused(&replaced("id OcTree", "#"), "lacks the line `id OcTree`");
     refused(&replaced("size ", "#"), "lacks the line `size N`");
-    refused(&replaced("size ", "size -"), "size = -");
+    refused(&replaced("size ", "size -"), "must be a whole number");
     refused(&replaced("res 0.05", "#"), "lacks the line `res R`");
     for res in ["0", "-1", "nan", "inf", "wide"] {
         refused(&replaced("res 0.05", &format!("res {res}")), "must be a positive length");
     }
     refused(&replaced("data\n", ""), "ends before the line `data`");
     refused(&replaced("size ", "size 1"), "the tree has");
-    refused(&[&good[..], &[0, 0]].concat(), "has 2 bytes after the tree");
     refused(&good[..good.len() - 1], "truncated");
     refused(&with_header(18, &[0b11, 0].repeat(17)), "below level 16");
     refused(&with_header(9, &[0xff; 20]), "truncated");
@@ -155,7 +161,24 @@ fn a_full_tree_is_occupied_from_a_probability_of_one_half_on() {
     refused(&full(&leaf(f32::NAN, 0)), "log-odds are no number");
     refused(&full(&leaf(1.0, 1)), "below level 16");
     refused(&full(&leaf(1.0, 0)[..4]), "truncated");
-    refused(&full(&[leaf(1.0, 0), leaf(1.0, 0)].concat()), "has 5 bytes after the tree");
+    refused(&full(&[leaf(1.0, 0), leaf(1.0, 0)].concat()), "header says size 18 and the tree has 17");
+}
+
+#[test]
+fn what_a_binary_tree_leaves_out_refuses_no_file() {
+    let good = write(0.05, [0; 3], [4, 4, 4], &|key| (key == [1, 2, 3]).then_some(true));
+    let named = |bytes: &[u8], from: &str, to: &str| {
+        let at = (bytes.windows(from.len()).position(|w| w == from.as_bytes())).unwrap();
+        [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat()
+    };
+    let map = parse(&good).unwrap();
+    for id in ["ColorOcTree", "OcTreeStamped", "SemanticsOcTree"] {
+        assert_eq!(parse(&named(&good, "id OcTree", &format!("id {id}"))).unwrap(), map);
+    }
+    assert_eq!(super::parse(&[&good[..], &[1, 2, 3]].concat()).unwrap(), (map, 3));
+    let leaf = [&1f32.to_le_bytes()[..], &[0]].concat();
+    let error = parse(&named(&full(&leaf), "id OcTree", "id ColorOcTree")).unwrap_err().to_string();
+    assert!(error.contains("id = ColorOcTree: must be OcTree: save the map as .bt"), "{error}");
 }
 
 #[test]

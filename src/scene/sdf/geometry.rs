@@ -21,14 +21,14 @@ pub(super) const MOST_TRIANGLES: usize = 20_000_000;
 const SMALLEST_M: f64 = 1e-6;
 
 /// A body at its place in a link; its pose may be relative to nothing else.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) pose: Pose,
     pub(super) shape: Shape,
 }
 
 /// A body, about its own frame.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Shape {
     Box(DVec3),
     Cylinder {
@@ -75,23 +75,34 @@ pub(super) fn shape(
     };
     let lengths = |key: &str, count: usize, default: Option<&[f64]>| {
         let values = list(key, count, default)?;
-        match values.iter().all(|value| *value >= SMALLEST_M) {
+        match values.iter().all(|value| *value == 0.0 || *value >= SMALLEST_M) {
             true => Ok(values),
             false => Err(Issue::value(
                 format!("{name}.{key}"),
                 format!("{values:?}"),
-                "must be 0.000001 m or more",
+                "must be 0, or 0.000001 m or more",
             )),
         }
     };
     let length = |key: &str| lengths(key, 1, None).map(|values| values[0]);
     let vector = |values: Vec<f64>| DVec3::from_slice(&values);
+    // What has no surface is passed over; a plate without thickness has one.
+    let (nothing, thinnest) = (Ok(Err(Some("body without extent".into()))), DVec3::splat(SMALLEST_M));
+    let is_nothing = |size: DVec3| size.to_array().iter().filter(|edge| **edge == 0.0).count() > 1;
     Ok(Ok(match name {
-        "box" => Shape::Box(vector(lengths("size", 3, None)?)),
-        "cylinder" => Shape::Cylinder { radius_m: length("radius")?, length_m: length("length")? },
-        "capsule" => Shape::Capsule { radius_m: length("radius")?, length_m: length("length")? },
+        "cylinder" | "capsule" | "sphere" if length("radius")? == 0.0 => return nothing,
+        "box" if is_nothing(vector(lengths("size", 3, None)?)) => return nothing,
+        "ellipsoid" if is_nothing(vector(lengths("radii", 3, None)?)) => return nothing,
+        "plane" if lengths("size", 2, Some(&[1.0, 1.0]))?.contains(&0.0) => return nothing,
+        "box" => Shape::Box(vector(lengths("size", 3, None)?).max(thinnest)),
+        "cylinder" => {
+            Shape::Cylinder { radius_m: length("radius")?, length_m: length("length")?.max(SMALLEST_M) }
+        }
+        "capsule" => {
+            Shape::Capsule { radius_m: length("radius")?, length_m: length("length")?.max(SMALLEST_M) }
+        }
         "sphere" => Shape::Ellipsoid(DVec3::splat(length("radius")?)),
-        "ellipsoid" => Shape::Ellipsoid(vector(lengths("radii", 3, None)?)),
+        "ellipsoid" => Shape::Ellipsoid(vector(lengths("radii", 3, None)?).max(thinnest)),
         "plane" => {
             let size = lengths("size", 2, Some(&[1.0, 1.0]))?;
             let normal = vector(list("normal", 3, Some(&[0.0, 0.0, 1.0]))?).try_normalize();

@@ -1,33 +1,36 @@
 //! Reads the elements of SDF files into a tree of models, the included ones with them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use roxmltree::Node;
 
 use super::geometry::{Body, shape};
 use super::model::{Link, Model, OWN, child, children, text};
 use super::pose::Pose;
-use super::{File, SdfFile};
+use super::{File, SdfFile, state};
 use crate::error::{Issue, Site};
 use crate::scene::urdf::Geometry;
-use crate::scene::xml;
-use crate::source::Sources;
+use crate::scene::xml::Xml;
+use crate::source::{Sources, resolve_backslashes};
+use crate::spelling::plural;
 use crate::{Error, Result};
 
 /// Deepest nesting of models and includes.
 const MAX_DEPTH: usize = 32;
 /// Most models of a world: a file may include itself.
 const MOST_MODELS: usize = 20_000;
+/// Most links, frames and bodies of a world.
+const MOST_PARTS: usize = 250_000;
 /// Elements that make or carry something, and are not read.
-const NOT_READ: [&str; 12] = [
+const NOT_READ: [&str; 11] = [
     "light",
     "plugin",
     "sensor",
     "actor",
     "population",
     "road",
-    "state",
     "projector",
     "particle_emitter",
     "audio_source",
@@ -39,14 +42,34 @@ const NOT_READ: [&str; 12] = [
 pub(super) struct Reader<'a> {
     file: &'a SdfFile,
     sources: &'a Sources,
-    models: usize,
+    /// Models so far, and their links, frames and bodies.
+    size: Size,
+    /// Files that are included, by what names them.
+    included: HashMap<PathBuf, Rc<Included>>,
     /// What was left out, and how often.
     pub(super) left_out: BTreeMap<String, usize>,
 }
 
+/// How much a world has.
+#[derive(Clone, Copy, Debug, Default)]
+struct Size {
+    models: usize,
+    parts: usize,
+}
+
+/// What a file has that is included.
+struct Included {
+    path: File,
+    /// None if it only has what is left out.
+    model: Option<Model>,
+    size: Size,
+    left_out: BTreeMap<String, usize>,
+}
+
 impl Reader<'_> {
     pub(super) fn new<'a>(file: &'a SdfFile, sources: &'a Sources) -> Reader<'a> {
-        Reader { file, sources, models: 0, left_out: BTreeMap::new() }
+        let (size, included, left_out) = Default::default();
+        Reader { file, sources, size, included, left_out }
     }
 
     /// The whole file: its only world, or the models that it has without one.
@@ -54,7 +77,8 @@ impl Reader<'_> {
         let path: File = self.file.path.as_path().into();
         let text = self.sources.text(&path)?;
         let at = |issue: Issue| issue.at(&*path);
-        let document = xml::parse(&text).map_err(at)?;
+        let xml = Xml::scan(&text).map_err(at)?;
+        let document = xml.document().map_err(at)?;
         let root = sdf(document.root_element()).map_err(at)?;
         let mut worlds = children(root, "world");
         let world = match (worlds.next(), worlds.next()) {
@@ -71,11 +95,7 @@ impl Reader<'_> {
     fn model(&mut self, node: Node, name: Option<String>, file: &File, depth: usize) -> Result<Model> {
         let place = name.as_ref().map_or("world".into(), |name| format!("model {name:?}"));
         let at = |issue: Issue| Error::from(issue.at(place.clone()).at(&**file));
-        self.models += 1;
-        if depth > MAX_DEPTH || self.models > MOST_MODELS {
-            let what = format!("has models more than {MAX_DEPTH} deep, or more than {MOST_MODELS}");
-            return Err(at(Issue::too_large(what).wanted("does a file include itself?")));
-        }
+        self.spend(depth, Size { models: 1, parts: 0 }).map_err(at)?;
         let is_world = name.is_none();
         let mut model = Model {
             name,
@@ -86,7 +106,9 @@ impl Reader<'_> {
             links: Vec::new(),
             frames: Vec::new(),
             models: Vec::new(),
+            names: Default::default(),
         };
+        let mut states = Vec::new();
         for part in node.children().filter(Node::is_element) {
             let named = || {
                 let name = part.attribute("name").filter(|name| !name.is_empty());
@@ -96,7 +118,9 @@ impl Reader<'_> {
                 })
             };
             match part.tag_name().name() {
+                "state" if is_world => states.push(part),
                 "link" => {
+                    self.spend(depth, Size { models: 0, parts: 1 }).map_err(at)?;
                     let name = named()?;
                     let link = self.link(part, name.clone(), file);
                     model.links.push(link.map_err(|issue| at(issue.at(format!("link {name:?}"))))?);
@@ -107,6 +131,7 @@ impl Reader<'_> {
                 }
                 "include" => model.models.extend(self.include(part, file, &place, depth)?),
                 kind @ ("joint" | "frame") => {
+                    self.spend(depth, Size { models: 0, parts: 1 }).map_err(at)?;
                     let name = named()?;
                     let pose = Pose::of(part).map_err(|issue| at(issue.at(format!("{kind} {name:?}"))))?;
                     let default = match kind {
@@ -118,7 +143,30 @@ impl Reader<'_> {
                 other => self.leave_out(other),
             }
         }
+        for node in states {
+            if let count @ 1.. = state::apply(node, &mut model).map_err(at)? {
+                let models = plural(count, "model");
+                self.sources
+                    .remark(file, format!("with {models} placed by its <state>, as in Gazebo classic"));
+            }
+            state::unread_parts(node).for_each(|what| *self.left_out.entry(what.into()).or_default() += 1);
+        }
         Ok(model)
+    }
+
+    /// Counts what a world has, down to a depth.
+    fn spend(&mut self, depth: usize, size: Size) -> Result<(), Issue> {
+        self.size.models += size.models;
+        self.size.parts += size.parts;
+        if depth > MAX_DEPTH || self.size.models > MOST_MODELS {
+            let what = format!("has models more than {MAX_DEPTH} deep, or more than {MOST_MODELS}");
+            return Err(Issue::too_large(what).wanted("does a file include itself?"));
+        }
+        if self.size.parts > MOST_PARTS {
+            let what = format!("has more than {MOST_PARTS} links, frames and bodies");
+            return Err(Issue::too_large(what).wanted("include fewer models"));
+        }
+        Ok(())
     }
 
     fn link(&mut self, node: Node, name: String, file: &File) -> Result<Link, Issue> {
@@ -142,7 +190,10 @@ impl Reader<'_> {
             }
             let geometry = child(part, "geometry").ok_or_else(|| at(Issue::missing("geometry")))?;
             match shape(geometry, |uri| self.resolve(uri, file)).map_err(at)? {
-                Ok(shape) => bodies.push(Body { pose, shape }),
+                Ok(shape) => {
+                    self.spend(0, Size { models: 0, parts: 1 }).map_err(at)?;
+                    bodies.push(Body { pose, shape });
+                }
                 Err(Some(left)) => *self.left_out.entry(left).or_default() += 1,
                 Err(None) => {}
             }
@@ -164,21 +215,26 @@ impl Reader<'_> {
             *self.left_out.entry("light".into()).or_default() += 1;
             return Ok(None);
         }
-        let path: File = self.model_file(self.resolve(uri, file).map_err(at)?)?.into();
-        let text_of_file =
-            self.sources.text(&path).map_err(|e| e.at(Site::Key(uri.into())).at("include").at(&**file))?;
-        let inside = |issue: Issue| Error::from(issue.at(&*path));
-        let document = xml::parse(&text_of_file).map_err(inside)?;
-        let root = sdf(document.root_element()).map_err(inside)?;
-        let Some(model) = child(root, "model") else {
-            if ["light", "actor"].iter().all(|kind| child(root, kind).is_none()) {
-                return Err(inside(Issue::says("has no model to include")));
+        let place = self.resolve(uri, file).map_err(at)?;
+        let included = match self.included.get(&place) {
+            Some(included) => included.clone(),
+            None => {
+                let of_uri = |e: Error| e.at(Site::Key(uri.into())).at("include").at(&**file);
+                let path: File = self.model_file(place.clone())?.into();
+                let text = self.sources.text(&path).map_err(of_uri)?;
+                let included = Rc::new(self.read_included(&path, &text, depth)?);
+                self.included.insert(place, included.clone());
+                included
             }
-            root.children().filter(Node::is_element).for_each(|part| self.leave_out(part.tag_name().name()));
-            return Ok(None);
         };
-        let name = text(node, "name").or(model.attribute("name")).unwrap_or_default().to_string();
-        let mut model = self.model(model, Some(name), &path, depth + 1)?;
+        for (what, count) in &included.left_out {
+            *self.left_out.entry(what.clone()).or_default() += count;
+        }
+        let Some(mut model) = included.model.clone() else { return Ok(None) };
+        self.spend(depth + model.height(), included.size).map_err(|issue| issue.at(&*included.path))?;
+        if let Some(name) = text(node, "name") {
+            model.name = Some(name.into());
+        }
         if child(node, "pose").is_some() {
             model.pose = Pose::of(node).map_err(at)?;
         }
@@ -187,11 +243,40 @@ impl Reader<'_> {
         Ok(Some(model))
     }
 
+    /// What a file has for those who include it. Its size is not counted yet.
+    fn read_included(&mut self, path: &File, text: &str, depth: usize) -> Result<Included> {
+        let inside = |issue: Issue| Error::from(issue.at(&**path));
+        let xml = Xml::scan(text).map_err(inside)?;
+        let document = xml.document().map_err(inside)?;
+        let root = sdf(document.root_element()).map_err(inside)?;
+        let (outer_size, outer_left_out) = (self.size, std::mem::take(&mut self.left_out));
+        let model = match child(root, "model") {
+            Some(model) => {
+                let name = model.attribute("name").unwrap_or_default().to_string();
+                Some(self.model(model, Some(name), path, depth + 1)?)
+            }
+            None if ["light", "actor"].iter().all(|kind| child(root, kind).is_none()) => {
+                return Err(inside(Issue::says("has no model to include")));
+            }
+            None => {
+                root.children()
+                    .filter(Node::is_element)
+                    .for_each(|part| self.leave_out(part.tag_name().name()));
+                None
+            }
+        };
+        let inner = std::mem::replace(&mut self.size, outer_size);
+        let size = Size { models: inner.models - outer_size.models, parts: inner.parts - outer_size.parts };
+        let left_out = std::mem::replace(&mut self.left_out, outer_left_out);
+        Ok(Included { path: path.clone(), model, size, left_out })
+    }
+
     /// Where a uri leads, seen from a file.
     fn resolve(&self, uri: &str, from: &Path) -> Result<PathBuf, Issue> {
         let folder = from.parent().unwrap_or(Path::new(""));
         if let Some(rest) = uri.strip_prefix("model://") {
-            let found = self.file.models.iter().map(|models| models.join(rest)).find(|path| path.exists());
+            let all = self.file.models.iter().map(|models| models.join(rest));
+            let found = all.map(|path| resolve_backslashes(&path).into_owned()).find(|path| path.exists());
             return found.ok_or_else(|| {
                 Issue::says(format!("{uri:.200} is in none of the folders of models"))
                     .wanted("name the folder that has it, as in models = [\"models\"]")
@@ -215,7 +300,8 @@ impl Reader<'_> {
             return Ok(path.join("model.sdf"));
         }
         let text = self.sources.text(&config)?;
-        let document = xml::parse(&text).map_err(|issue| issue.at(&config))?;
+        let xml = Xml::scan(&text).map_err(|issue| issue.at(&config))?;
+        let document = xml.document().map_err(|issue| issue.at(&config))?;
         let version = |node: &Node| {
             let version = node.attribute("version").unwrap_or_default();
             version.split('.').map(|part| part.parse().unwrap_or(0)).collect::<Vec<u32>>()

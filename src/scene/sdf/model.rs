@@ -1,5 +1,8 @@
 //! The tree of models of a world, and where the frames of each are: a pose may be relative to any frame beside it.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
+
 use glam::DAffine3;
 use roxmltree::Node;
 
@@ -14,7 +17,7 @@ pub(super) const OWN: &str = "__model__";
 const LONGEST_CHAIN: usize = 256;
 
 /// A model, or the whole world, which has no name.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) name: Option<String>,
     /// The file that it is in.
@@ -28,10 +31,30 @@ pub(super) struct Model {
     /// Joints and frames: name, pose, and what that is relative to by default.
     pub(super) frames: Vec<(String, Pose, String)>,
     pub(super) models: Vec<Model>,
+    /// Empty until [`Model::index`] was called.
+    pub(super) names: Names,
+}
+
+/// What a model has, by its names.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Names {
+    models: HashMap<String, usize>,
+    frames: HashMap<String, Frame>,
+    /// Where frames are in the model's own, as far as that was asked for.
+    placed: RefCell<HashMap<String, DAffine3>>,
+}
+
+/// Of what a frame is that of.
+#[derive(Clone, Copy, Debug)]
+enum Frame {
+    Link(usize),
+    /// A joint, or a frame of its own.
+    Own(usize),
+    Model(usize),
 }
 
 /// A link with the bodies that count.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Link {
     pub(super) name: String,
     pub(super) pose: Pose,
@@ -39,6 +62,26 @@ pub(super) struct Link {
 }
 
 impl Model {
+    /// Indexes the names of its frames and of those of the models in it, so that each is found at once. Of several of a
+    /// name a link comes first, then a joint or a frame, then a model; of each the first.
+    pub(super) fn index(&mut self) {
+        let models = self.models.iter().enumerate().rev();
+        let models: Vec<(String, usize)> =
+            models.filter_map(|(i, model)| Some((model.name.clone()?, i))).collect();
+        let own = self.frames.iter().enumerate().rev().map(|(i, (name, ..))| (name.clone(), Frame::Own(i)));
+        let links = self.links.iter().enumerate().rev().map(|(i, link)| (link.name.clone(), Frame::Link(i)));
+        let frames = models.iter().map(|(name, i)| (name.clone(), Frame::Model(*i))).chain(own).chain(links);
+        // What comes later takes the place of what came before.
+        self.names.frames = frames.collect();
+        self.names.models = models.into_iter().collect();
+        self.models.iter_mut().for_each(Model::index);
+    }
+
+    /// How many models there are from this one down to the deepest in it.
+    pub(super) fn height(&self) -> usize {
+        1 + self.models.iter().map(Model::height).max().unwrap_or(0)
+    }
+
     /// Its place in a message.
     pub(super) fn place(&self) -> String {
         self.name.as_ref().map_or("world".into(), |name| format!("model {name:?}"))
@@ -57,7 +100,10 @@ impl Model {
     fn posed(&self, pose: &Pose, default: &str, steps: usize) -> Result<DAffine3, Issue> {
         let name = pose.relative_to.as_deref().unwrap_or(default);
         if steps > LONGEST_CHAIN {
-            return Err(Issue::says(format!("poses relative to {name:?} lead back to themselves")));
+            let what = format!(
+                "poses relative to {name:?} lead back to themselves, or are over {LONGEST_CHAIN} in a row"
+            );
+            return Err(Issue::says(what).wanted("write the last of them relative to its model"));
         }
         let frame = self.frame(name, steps + 1)?;
         let frame = frame.ok_or_else(|| {
@@ -84,21 +130,32 @@ impl Model {
         if name == OWN || (self.name.is_none() && name == "world") {
             return Ok(Some(DAffine3::IDENTITY));
         }
+        let placed = self.names.placed.borrow().get(name).copied();
+        if placed.is_some() {
+            return Ok(placed);
+        }
+        let found = match self.names.frames.get(name) {
+            Some(Frame::Link(link)) => Some(self.posed(&self.links[*link].pose, OWN, steps)?),
+            Some(Frame::Own(frame)) => {
+                let (_, pose, default) = &self.frames[*frame];
+                Some(self.posed(pose, default, steps)?)
+            }
+            Some(Frame::Model(model)) => Some(self.placed(&self.models[*model], steps)?),
+            None => self.frame_within(name, steps)?,
+        };
+        if let Some(place) = found {
+            self.names.placed.borrow_mut().insert(name.into(), place);
+        }
+        Ok(found)
+    }
+
+    /// The same of a frame that has its name within a model of this one: behind that model's name and `::`, or in one
+    /// that is merged.
+    fn frame_within(&self, name: &str, steps: usize) -> Result<Option<DAffine3>, Issue> {
         if let Some((outer, rest)) = name.split_once("::") {
-            let Some(model) = self.models.iter().find(|model| model.name.as_deref() == Some(outer)) else {
-                return Ok(None);
-            };
+            let Some(model) = self.names.models.get(outer).map(|&i| &self.models[i]) else { return Ok(None) };
             let frame = model.frame(rest, steps + 1)?;
             return frame.map(|frame| Ok(self.placed(model, steps)? * frame)).transpose();
-        }
-        if let Some(link) = self.links.iter().find(|link| link.name == name) {
-            return self.posed(&link.pose, OWN, steps).map(Some);
-        }
-        if let Some((_, pose, default)) = self.frames.iter().find(|(frame, ..)| frame == name) {
-            return self.posed(pose, default, steps).map(Some);
-        }
-        if let Some(model) = self.models.iter().find(|model| model.name.as_deref() == Some(name)) {
-            return self.placed(model, steps).map(Some);
         }
         for model in self.models.iter().filter(|model| model.is_merged) {
             if let Some(frame) = model.frame(name, steps + 1)? {

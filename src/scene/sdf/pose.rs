@@ -5,7 +5,7 @@ use roxmltree::Node;
 
 use super::model::child;
 use crate::error::Issue;
-use crate::pose::from_rpy;
+use crate::pose::{from_rpy, unit_quaternion};
 
 /// No number of a file is larger; beyond it there are slips of the pen.
 pub(super) const LARGEST: f64 = 1e6;
@@ -38,12 +38,9 @@ impl Pose {
                 (DVec3::new(x, y, z), from_rpy(angles))
             }
             ("quat_xyzw", &[x, y, z, qx, qy, qz, qw]) => {
-                let turn = DQuat::from_xyzw(qx, qy, qz, qw);
-                let length = turn.length();
-                if length <= 1e-9 {
-                    return Err(wrong("its quaternion must not be zero"));
-                }
-                (DVec3::new(x, y, z), DMat3::from_quat(turn / length))
+                let turn = unit_quaternion(DQuat::from_xyzw(qx, qy, qz, qw));
+                let turn = turn.ok_or_else(|| wrong("its quaternion must have a finite length"))?;
+                (DVec3::new(x, y, z), DMat3::from_quat(turn))
             }
             ("euler_rpy", _) => return Err(wrong("must be six numbers: x y z roll pitch yaw")),
             ("quat_xyzw", _) => return Err(wrong("must be seven numbers: x y z, then a quaternion x y z w")),

@@ -6,8 +6,8 @@ use glam::{DMat3, DQuat};
 use roxmltree::Node;
 
 use crate::error::{Argument, Issue, Words};
-use crate::pose::from_rpy;
-use crate::scene::xml;
+use crate::pose::{from_rpy, unit_quaternion};
+use crate::scene::xml::Xml;
 
 /// Deepest nesting of elements: a URDF needs 5.
 const MAX_DEPTH: usize = 64;
@@ -101,17 +101,23 @@ impl Version {
 
 /// Reads a URDF's text; `path` is for the command that expands it.
 pub(super) fn read(path: &Path, text: &str) -> Result<Robot, Issue> {
-    let document = xml::parse(text).map_err(|issue| match text.contains("<xacro:") {
+    let of_xacro = |issue| match text.contains("<xacro:") {
         true => expand(path),
         false => issue,
-    })?;
+    };
+    let xml = Xml::scan(text).map_err(of_xacro)?;
+    let document = xml.document().map_err(of_xacro)?;
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
         return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
             .wanted("a URDF's is <robot>"));
     }
     refuse_depth(root)?;
-    if root.descendants().any(|node| node.is_element() && is_macro(&node)) {
+    // What the scan made of `xmlns:x = "http://www.ros.org/wiki/xacro"`.
+    let declared = |uri: &str| uri.ends_with("/xacro");
+    let declared = root.attributes().filter(|a| declared(a.value())).filter_map(|a| a.name().split_once('.'));
+    let prefixes: Vec<&str> = declared.map(|(_, prefix)| prefix).chain(["xacro"]).collect();
+    if root.descendants().any(|node| node.is_element() && is_macro(&node, &prefixes)) {
         return Err(expand(path));
     }
     let version = Version::of(root);
@@ -223,10 +229,9 @@ fn origin(node: Node, version: Version) -> Result<Origin, Issue> {
         (Some(_), Some(_)) => {
             return Err(wrong(origin, "<origin>".into(), "must have rpy or quat_xyzw, not both"));
         }
-        (_, Some(turn)) if (1e-9..1e9).contains(&turn.length()) => DMat3::from_quat(turn.normalize()),
-        (_, Some(_)) => {
-            return Err(wrong(origin, "<origin quat_xyzw>".into(), "must be a quaternion, not 0 long"));
-        }
+        (_, Some(turn)) => unit_quaternion(turn).map(DMat3::from_quat).ok_or_else(|| {
+            wrong(origin, "<origin quat_xyzw>".into(), "must be a quaternion of finite length")
+        })?,
         (rpy, None) => from_rpy(rpy.unwrap_or([0.0; 3])),
     };
     Ok(Origin { xyz, rotation })
@@ -302,11 +307,11 @@ pub(super) fn expand(path: &Path) -> Issue {
         )
 }
 
-/// An expanded file may still declare the xacro namespace; only its elements and substitutions need
+/// An expanded file may still declare the prefix of xacro; only its elements and substitutions need
 /// expanding.
-fn is_macro(node: &Node) -> bool {
+fn is_macro(node: &Node, prefixes: &[&str]) -> bool {
     let unexpanded = |value: &str| value.contains("${") || value.contains("$(");
-    node.tag_name().namespace().is_some_and(|uri| uri.ends_with("/xacro"))
+    node.tag_name().name().split_once('.').is_some_and(|(prefix, _)| prefixes.contains(&prefix))
         || (is_described(node) && node.attributes().any(|a| unexpanded(a.value())))
 }
 

@@ -19,6 +19,7 @@ use glam::DAffine3;
 
 use crate::Result;
 use crate::source::Sources;
+use crate::spelling::plural;
 pub(super) use geometry::merged;
 pub use kinematics::JointValues;
 pub use packages::Packages;
@@ -41,6 +42,8 @@ pub struct RobotModel {
     path: PathBuf,
     /// Parents before children; the root is the first.
     links: Vec<Link>,
+    /// Bodies without extent, which are not among those of the links.
+    passed_over: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -105,14 +108,20 @@ enum LinkShape {
 pub(crate) fn load(
     path: &Path,
     xacro_args: &BTreeMap<String, String>,
+    packages: &Packages,
     sources: &Sources,
 ) -> Result<RobotModel> {
-    let text = sources.text(path)?;
+    let mut text = sources.text(path)?;
     if is_xacro(path) {
-        let expanded = sources.expanded(path, xacro_args)?;
-        return parse(path, &expanded.ok_or_else(|| document::expand(path).at(path))?);
+        let expanded = sources.expanded(path, xacro_args, packages.folders())?;
+        text = expanded.ok_or_else(|| document::expand(path).at(path))?;
     }
-    parse(path, &text)
+    let model = parse(path, &text)?;
+    if model.passed_over > 0 {
+        let shapes = plural(model.passed_over, "shape");
+        sources.remark(path, format!("without {shapes} that have no extent"));
+    }
+    Ok(model)
 }
 
 /// Whether a file is a xacro by the ending of its name.
@@ -121,8 +130,9 @@ pub(crate) fn is_xacro(path: &Path) -> bool {
 }
 
 fn parse(path: &Path, text: &str) -> Result<RobotModel> {
-    let links = document::read(path, text).and_then(|robot| model::links(&robot));
-    Ok(RobotModel { path: path.into(), links: links.map_err(|problem| problem.at(path))? })
+    let read = document::read(path, text).and_then(|robot| model::links(&robot));
+    let (links, passed_over) = read.map_err(|problem| problem.at(path))?;
+    Ok(RobotModel { path: path.into(), links, passed_over })
 }
 
 #[cfg(test)]

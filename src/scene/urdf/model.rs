@@ -14,8 +14,8 @@ const FARTHEST_M: f64 = 1e6;
 /// Nor is a body smaller.
 const SMALLEST_M: f64 = 1e-6;
 
-/// The links of a robot, parents before children.
-pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, Issue> {
+/// The links of a robot, parents before children, and how many bodies without extent were passed over.
+pub(super) fn links(robot: &Robot) -> Result<(Vec<Link>, usize), Issue> {
     unique("link", robot.links.iter().map(|l| l.name.as_str()))?;
     unique("joint", robot.joints.iter().map(|j| j.name.as_str()))?;
     let places: HashMap<&str, usize> =
@@ -43,11 +43,15 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, Issue> {
     }
     let root = root(robot, &held)?;
 
-    let mut links = Vec::with_capacity(robot.links.len());
+    let mut links: Vec<Link> = Vec::with_capacity(robot.links.len());
+    let mut passed_over = 0;
     let mut open = VecDeque::from([(root, None)]);
     while let Some((place, joint)) = open.pop_front() {
         let parent = links.len();
-        links.push(link(&robot.links[place], joint)?);
+        let entry = &robot.links[place];
+        links.push(link(entry, joint)?);
+        let read = &links[parent];
+        passed_over += entry.collision.len() + entry.visual.len() - read.collision.len() - read.visual.len();
         for &number in &hanging[place] {
             let entry = &robot.joints[number];
             let joint =
@@ -65,7 +69,7 @@ pub(super) fn links(robot: &Robot) -> Result<Vec<Link>, Issue> {
         );
     }
     led(&links)?;
-    Ok(links)
+    Ok((links, passed_over))
 }
 
 fn unique<'n>(kind: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Issue> {
@@ -103,11 +107,13 @@ fn root(robot: &Robot, held: &[Option<usize>]) -> Result<usize, Issue> {
 fn link(entry: &document::Link, joint: Option<Joint>) -> Result<Link, Issue> {
     let bodies = |kind: &str, bodies: &[document::Body]| {
         let body = |(number, body): (usize, &document::Body)| {
-            let placed = affine(&body.origin)
-                .and_then(|link_from_body| Ok(PlacedShape { link_from_body, shape: shape(&body.geometry)? }));
+            let placed = affine(&body.origin).and_then(|link_from_body| {
+                Ok(shape(&body.geometry)?.map(|shape| PlacedShape { link_from_body, shape }))
+            });
             placed.map_err(|issue| issue.at(format!("link {:?}: {kind} {}", entry.name, number + 1)))
         };
-        bodies.iter().enumerate().map(body).collect::<Result<_, _>>()
+        let bodies = bodies.iter().enumerate().filter_map(|entry| body(entry).transpose());
+        bodies.collect::<Result<_, _>>()
     };
     let collision = bodies("collision", &entry.collision)?;
     Ok(Link { name: entry.name.clone(), joint, collision, visual: bodies("visual", &entry.visual)? })
@@ -218,15 +224,26 @@ fn affine(origin: &Origin) -> Result<DAffine3, Issue> {
     Ok(DAffine3::from_mat3_translation(origin.rotation, DVec3::from_array(origin.xyz)))
 }
 
-fn shape(geometry: &Geometry) -> Result<LinkShape, Issue> {
-    let length = |name: &str, value: f64| match (SMALLEST_M..=FARTHEST_M).contains(&value) {
-        true => Ok(value),
-        false => Err(Issue::value(name, value, "must be a length in metres from 0.000001 to 1000000")),
+/// A shape; none if it has no surface, as a ball of radius 0 has none. A plate without thickness has one.
+fn shape(geometry: &Geometry) -> Result<Option<LinkShape>, Issue> {
+    let length = |name: &str, value: f64| match value == 0.0 || (SMALLEST_M..=FARTHEST_M).contains(&value) {
+        true => Ok(value.max(SMALLEST_M)),
+        false => Err(Issue::value(name, value, "must be 0 or a length in metres from 0.000001 to 1000000")),
     };
-    Ok(match geometry {
-        Geometry::Box { size } => {
-            size.iter().try_for_each(|&edge| length("box size", edge).map(drop))?;
-            LinkShape::Box { size_m: DVec3::from_array(*size) }
+    let is_nothing = match geometry {
+        Geometry::Box { size } => size.iter().filter(|edge| **edge == 0.0).count() > 1,
+        Geometry::Mesh { .. } => false,
+        Geometry::Cylinder { radius, .. }
+        | Geometry::Capsule { radius, .. }
+        | Geometry::Sphere { radius } => *radius == 0.0,
+    };
+    if is_nothing {
+        return Ok(None);
+    }
+    Ok(Some(match geometry {
+        Geometry::Box { size: [x, y, z] } => {
+            let edge = |edge: &f64| length("box size", *edge);
+            LinkShape::Box { size_m: DVec3::new(edge(x)?, edge(y)?, edge(z)?) }
         }
         Geometry::Cylinder { radius, length: height } => LinkShape::Cylinder {
             radius_m: length("cylinder radius", *radius)?,
@@ -244,5 +261,5 @@ fn shape(geometry: &Geometry) -> Result<LinkShape, Issue> {
             }
             LinkShape::Mesh { filename: filename.clone(), scale: DVec3::from_array(*scale) }
         }
-    })
+    }))
 }

@@ -16,14 +16,19 @@ impl Packages {
         self.0.insert(name.into(), folder.into());
     }
 
+    /// The names and folders.
+    pub(super) fn folders(&self) -> impl Iterator<Item = (String, PathBuf)> {
+        self.0.iter().map(|(name, folder)| (name.clone(), folder.clone()))
+    }
+
     /// The file that a mesh in a URDF means: `package://` by its name here, everything else from the URDF's
     /// folder.
     pub(super) fn resolve(&self, filename: &str, urdf: &Path) -> Result<PathBuf, Issue> {
         let folder = urdf.parent().unwrap_or(Path::new(""));
         if let Some(rest) = filename.strip_prefix("package://") {
-            let (name, rest) = rest.split_once('/').unwrap_or((rest, ""));
+            let (name, rest) = rest.split_once(['/', '\\']).unwrap_or((rest, ""));
             let package = self.0.get(name).ok_or_else(|| self.unknown(name))?;
-            return Ok(package.join(rest.trim_start_matches('/')));
+            return Ok(package.join(rest.trim_start_matches(['/', '\\'])));
         }
         match filename.split_once("://") {
             Some(("file", rest)) => Ok(folder.join(rest)),
@@ -67,6 +72,7 @@ mod tests {
             ("file:///ros/base.stl", "/ros/base.stl"),
             ("file://base.stl", "robots/urdf/base.stl"),
             ("/ros/base.stl", "/ros/base.stl"),
+            (r"package://ur_description\meshes\base.stl", r"/ros/ur/meshes\base.stl"),
         ] {
             assert_eq!(packages.resolve(filename, urdf), Ok(PathBuf::from(expected)), "{filename}");
         }

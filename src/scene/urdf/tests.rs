@@ -45,7 +45,7 @@ fn a_xacro_is_named_with_the_command_that_expands_it() {
 
 #[test]
 fn what_is_no_urdf_is_refused() {
-    refused_at("arm.urdf", "", "is no XML");
+    refused_at("arm.urdf", "", "is empty");
     refused_at("arm.urdf", &TWO_LINKS[..100], "is no XML");
     refused_at("arm.urdf", "<sdf/>", "its root is <sdf>");
     refused_at("arm.urdf", "<robot/>", "has no link");
@@ -121,13 +121,13 @@ fn numbers_must_be_numbers_of_a_sensible_size() {
         ("xyz='1 0 0'", "xyz='1 0 nan'", "joint \"turn\" (line 4): <origin xyz"),
         (
             "size='1 2 3'",
-            "size='1 0 3'",
-            "link \"arm\": collision 1: box size = 0: must be a length in metres",
+            "size='1 1e-9 3'",
+            "link \"arm\": collision 1: box size = 0.000000001: must be 0 or a length in metres",
         ),
         ("size='1 2 3'", "size='1 -2 3'", "box size = -2"),
         ("<box size='1 2 3'/>", "<sphere radius='nan'/>", "sphere radius = NaN"),
-        ("<box size='1 2 3'/>", "<cylinder radius='1' length='0'/>", "cylinder length = 0"),
-        ("<box size='1 2 3'/>", "<capsule radius='0' length='1'/>", "capsule radius = 0"),
+        ("<box size='1 2 3'/>", "<cylinder radius='1' length='-1'/>", "cylinder length = -1"),
+        ("<box size='1 2 3'/>", "<capsule radius='-1' length='1'/>", "capsule radius = -1"),
         (
             "<box size='1 2 3'/>",
             "<mesh filename='a.stl' scale='1 0 1'/>",
@@ -182,10 +182,11 @@ fn versions_of_the_format_are_told_apart() {
         both.contains("joint \"turn\" (line 4): <origin>: must have rpy or quat_xyzw, not both"),
         "{both}"
     );
-    for odd in ["0 0 0 0", "1e200 0 0 0"] {
-        let odd = at("1.1", "xyz='1 0 0'", &format!("quat_xyzw='{odd}'")).unwrap_err().to_string();
-        assert!(odd.contains("<origin quat_xyzw>: must be a quaternion"), "{odd}");
-    }
+    let odd = at("1.1", "xyz='1 0 0'", "quat_xyzw='1e200 0 0 0'").unwrap_err().to_string();
+    assert!(odd.contains("<origin quat_xyzw>: must be a quaternion"), "{odd}");
+    let unturned = at("1.1", "xyz='1 0 0'", "quat_xyzw='0 0 0 0'").unwrap();
+    let pose = unturned.pose(&JointValues::default()).unwrap()[1];
+    assert_eq!(pose.transform_vector3(DVec3::X), DVec3::X, "as ROS has it");
     let bounds = |version| match at(version, "lower='-1' upper='1'", "").unwrap().links[1]
         .joint
         .as_ref()
@@ -284,4 +285,27 @@ fn visual_geometry_is_its_own() {
     };
     assert_eq!(count(Geometry::Visual), [0, 12, 0]);
     assert_eq!(count(Geometry::Collision)[..2], [0, 0]);
+}
+
+#[test]
+fn bodies_without_extent_are_passed_over_and_plates_are_not() {
+    let with = |shape: &str| {
+        let text = format!(
+            "<robot name='r'><link name='a'><collision><geometry>{shape}</geometry></collision><collision><geometry>\
+             <box size='1 1 1'/></geometry></collision></link></robot>"
+        );
+        let model = parse(Path::new("arm.urdf"), &text).unwrap();
+        (model.links[0].collision.len(), model.passed_over)
+    };
+    for nothing in [
+        "<sphere radius='0'/>",
+        "<cylinder radius='0' length='0'/>",
+        "<capsule radius='0.0' length='1'/>",
+        "<box size='0 0 0'/>",
+        "<box size='0 1 0'/>",
+    ] {
+        assert_eq!(with(nothing), (1, 1), "{nothing}");
+    }
+    assert_eq!(with("<box size='1 1 0'/>"), (2, 0));
+    assert_eq!(with("<cylinder radius='1' length='0'/>"), (2, 0));
 }

@@ -7,10 +7,9 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence};
-use crate::error::Issue;
 use crate::sensor::quantise_q15;
 use crate::sensor::ray_set::RaySet;
-use crate::source::Sources;
+use crate::source::{Sources, table_issue};
 use crate::study::Place;
 use crate::study::value::exactly;
 use crate::{Error, Result};
@@ -67,8 +66,7 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let mut dirs_q15 = Vec::new();
     for (row, record) in reader.deserialize::<RayRow>().enumerate() {
-        let RayRow { x, y, z } =
-            record.map_err(|e| Error::from(Issue::damaged(e.to_string()).cure(columns).at(path)))?;
+        let RayRow { x, y, z } = record.map_err(|e| Error::from(table_issue(&e).cure(columns).at(path)))?;
         let length = DVec3::new(x, y, z).length();
         if !(length.is_finite() && length > 1e-9) {
             let what = format!("row {}: {x},{y},{z}: must be a direction, finite and not zero", row + 1);

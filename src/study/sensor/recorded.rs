@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::Context;
 use crate::Result;
 use crate::pose::{Frame, Pose};
-use crate::recording::{Anchor, Asked, Recording};
+use crate::recording::{Anchor, Asked, FARTHEST_M, Recording};
 use crate::scene::spec::SceneSpec;
 use crate::sensor::recorded::{Recorded, RecordedMoment};
 use crate::study::Place;
@@ -65,7 +65,7 @@ pub(super) fn check(at: &Place, file: RecordedFile, context: &Context) -> Result
         moments.push(read);
     }
     let all: usize = context.scenes.iter().map(|scene| scene.snapshots).sum();
-    let mut warnings = Vec::new();
+    let mut warnings = context.sources.take_remarks();
     if moments.len() < all {
         warnings.push(format!(
             "has recordings of {} of the study's {all} moments, and says nothing at the others",
@@ -89,7 +89,7 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
             return Err(at.says("snapshot is missing").wanted(rule));
         }
     };
-    let position_m = at.vector("position_m", entry.position_m)?;
+    let position_m = at.vector_within("position_m", entry.position_m, FARTHEST_M)?;
     let anchor = match (entry.yaw_deg, entry.quaternion) {
         (Some(_), Some(_)) => return Err(at.says("both yaw_deg and quaternion").wanted("give one of them")),
         (None, Some(Quaternion { w, x, y, z })) => Pose::from_quaternion(
@@ -107,7 +107,7 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
             Anchor::new(position_m, yaw_deg.to_radians())
         }
     };
-    let sensor_m = entry.sensor_m.map(|place| at.vector("sensor_m", place)).transpose()?;
+    let sensor_m = entry.sensor_m.map(|place| at.vector_within("sensor_m", place, FARTHEST_M)).transpose()?;
     let path = at.folder().join(entry.file);
     let asked = Asked { sensor_m, topic: entry.topic.as_deref(), message: entry.message };
     let recording = Recording::read(&path, asked, context.sources).map_err(|e| at.around(e.at("file")))?;

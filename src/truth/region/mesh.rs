@@ -36,9 +36,8 @@ impl MeshRows {
                 4 * MAX_VOXELS_PER_AXIS
             )));
         }
-        if !overlap::is_watertight(triangles()) {
-            return Err(Issue::says("is not watertight (an edge has only one side), so it has no inside")
-                .wanted("close its holes"));
+        if let Some(why) = overlap::closure(triangles()).in_words() {
+            return Err(Issue::says(format!("{why}, so it has no inside")).wanted("mend its surface"));
         }
         let mut passed = Vec::new();
         // A corner counts 1/512 voxel; the origin is a whole number of voxels, so nothing is lost.

@@ -185,7 +185,7 @@ fn links_follow_the_robot_into_the_world() {
 /// The shipped arm.
 fn ur10() -> RobotModel {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/ur10.urdf");
-    load(&path, &Default::default(), &Sources::beside(&path)).unwrap()
+    load(&path, &Default::default(), &Default::default(), &Sources::beside(&path)).unwrap()
 }
 
 fn ur10_values(angles_deg: [f64; 6]) -> JointValues {
