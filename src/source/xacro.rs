@@ -5,7 +5,6 @@ use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::PoisonError;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{MOST_BYTES_OF_TEXT, Sources, sha256, utf8};
 use crate::error::Issue;
@@ -78,12 +77,15 @@ struct AmentIndex(PathBuf);
 
 impl AmentIndex {
     fn new() -> std::io::Result<AmentIndex> {
-        static NUMBER: AtomicUsize = AtomicUsize::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let folder = std::env::temp_dir().join(format!("perirobot-{}-{number}", std::process::id()));
-        // It must not be there yet: another user may have made it.
-        std::fs::create_dir(&folder)?;
-        let index = AmentIndex(folder);
+        // The name must be new: a folder of that name may be another user's, or left by a run that was killed.
+        let made = (0..1000).find_map(|number| {
+            let folder = std::env::temp_dir().join(format!("perirobot-{}-{number}", std::process::id()));
+            match std::fs::create_dir(&folder) {
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => None,
+                made => Some(made.map(|()| folder)),
+            }
+        });
+        let index = AmentIndex(made.unwrap_or_else(|| Err(ErrorKind::AlreadyExists.into()))?);
         let module = index.0.join("ament_index_python");
         std::fs::create_dir(&module)?;
         std::fs::write(module.join("__init__.py"), "")?;
