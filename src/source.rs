@@ -1,6 +1,7 @@
 //! Reads all files that a study names: only regular ones, only from the folders that it may read, none above
 //! a size, and records the hash of each.
 
+mod table;
 mod xacro;
 
 use std::collections::{BTreeMap, HashMap};
@@ -15,6 +16,7 @@ use sha2::{Digest, Sha256};
 use crate::error::{Argument, Issue, Words};
 use crate::spelling::nearest;
 use crate::{Error, Result};
+pub(crate) use table::{decimal_commas, refuse_other_separators, refuse_width};
 
 /// Most bytes of files that people write: studies, scenes, robots, joints of a person. Some parsers need many
 /// times as much.
@@ -158,7 +160,10 @@ impl Sources {
             Ok(target) if e.kind() == ErrorKind::NotFound => {
                 Error::input(path, format!("is a link to {}, which is not there", target.display()))
             }
-            _ => self.with_nearest(path, unreadable(e)),
+            _ if Error::is_link_loop(&e) => Error::input(path, "is behind links that lead in a circle")
+                .wanted("put the file there, or mend the link"),
+            _ if e.kind() == ErrorKind::NotFound => self.with_nearest(path, unreadable(e)),
+            _ => unreadable(e),
         })?;
         self.refuse_outside(path, &place)?;
         // Opening a pipe would wait for its writer, so the kind of file is checked before it is opened, and

@@ -114,6 +114,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 fn anchor(text: &str) -> std::result::Result<Anchor, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
     numbers.and_then(|numbers| Anchor::of_numbers(&numbers)).ok_or_else(|| {
-        "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion qw,qx,qy,qz".into()
+        "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion of length 1: qw,qx,qy,qz".into()
     })
 }

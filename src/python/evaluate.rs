@@ -35,8 +35,11 @@ pub(crate) fn poses(rows: ArrayView2<f64>) -> Result<Vec<Pose>> {
 
 /// The pose at x, y, z in metres, turned by the quaternion w, x, y, z, if that is one.
 pub(crate) fn pose([x, y, z, qw, qx, qy, qz]: [f64; 7]) -> Option<Pose> {
-    let at = DVec3 { x, y, z };
-    Pose::from_quaternion(at, [qw, qx, qy, qz], Frame::Link).filter(|_| at.is_finite())
+    let (at, wxyz) = (DVec3 { x, y, z }, [qw, qx, qy, qz]);
+    let length = wxyz.iter().map(|part| part * part).sum::<f64>().sqrt();
+    // Optimisers make others of unit length.
+    let of_length_1 = |_| Pose::from_quaternion(at, wxyz.map(|part| part / length), Frame::Link);
+    Pose::from_quaternion(at, wxyz, Frame::Link).or_else(of_length_1).ok().filter(|_| at.is_finite())
 }
 
 fn wrong(place: &str, what: String, wanted: &str) -> Error {
