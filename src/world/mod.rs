@@ -2,6 +2,8 @@
 //! Whatever can be wrong with the input is found here, before any ray.
 
 mod baselines;
+mod bodies;
+mod cut;
 mod dead;
 mod described;
 mod extent;
@@ -10,6 +12,7 @@ mod people;
 pub mod place;
 mod rays;
 pub mod shapes;
+mod sizes;
 mod thin;
 mod warnings;
 
@@ -28,11 +31,11 @@ use crate::voxel::{BitGrid, Grid, People, Window};
 use crate::{Error, Result};
 pub use baselines::Baselines;
 use baselines::{baselines, reachable};
+pub use cut::cut_warning;
 pub use described::{Described, DescribedRegion};
 use extent::grid;
 pub(crate) use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
-pub use warnings::cut_warning;
 
 /// A scene of a study at one moment, in voxels.
 #[derive(Clone, Debug)]
@@ -62,6 +65,8 @@ pub struct World {
     pub people: People,
     /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
+    /// Whether a hull fills most of its grid by its interior, which explains whatever else is odd.
+    pub is_filled: bool,
     /// Its entry in the manifest.
     pub(crate) described: Described,
 }
@@ -163,7 +168,8 @@ impl World {
             all.ever.add(blockers);
             worlds.push(world);
         }
-        worlds[0].warnings = warnings::warnings(study, &snapshots, &worlds);
+        let told = warnings::warnings(study, &snapshots, &worlds);
+        (worlds[0].warnings, worlds[0].is_filled) = (told.lines, told.is_filled);
         if let (Some(all), [_, _, ..]) = (over_time, &worlds[..]) {
             let all = Arc::new(all);
             worlds.iter_mut().for_each(|world| world.over_time = Some(all.clone()));
@@ -213,6 +219,7 @@ impl World {
             baselines,
             people,
             warnings: Vec::new(),
+            is_filled: false,
             described: Described::default(),
         };
         world.described = described::described(study, &world);
