@@ -56,7 +56,8 @@ fn init_on_a_full_disk_leaves_nothing_in_its_own_way() {
             let words = ["-c", &script, "sh", env!("CARGO_BIN_EXE_perirobot"), "init", text(&home)];
             std::process::Command::new("sh").args(words).output().unwrap()
         };
-        let full = init("ulimit -f 4;");
+        // Room for all files but the last.
+        let full = init("ulimit -f 100;");
         let said = String::from_utf8(full.stderr).unwrap();
         assert_eq!(full.status.code(), Some(3), "{said}");
         assert!(said.contains("cannot be written") && said.contains("run the same command again"), "{said}");
