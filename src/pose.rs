@@ -3,6 +3,12 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use crate::Result;
+use crate::error::Issue;
+
+/// How far the length of a quaternion may be from 1.
+const FROM_UNIT: f64 = 1e-3;
+
 /// `world_from_sensor`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
@@ -108,16 +114,25 @@ impl Pose {
         Pose { position_m, rotation: if q.w < 0.0 { -q } else { q } }
     }
 
-    /// A pose from a quaternion (w, x, y, z) of length near 1, kept as it is so that a table read back gives the
-    /// same rays; other lengths are normalised. `None` for zero or a value that is not finite.
-    pub fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Option<Self> {
+    /// A pose from a quaternion (w, x, y, z) of length 1. Lengths that differ by at most 0.001 are normalised, but
+    /// those within 1e-12 are kept as they are, so that a table read back gives the same rays.
+    ///
+    /// # Errors
+    /// For other lengths, and numbers that are not finite.
+    pub fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Result<Self, Issue> {
         let q = DQuat::from_xyzw(wxyz[1], wxyz[2], wxyz[3], wxyz[0]);
         let length = q.length();
         if !length.is_finite() || length < 1e-9 {
-            return None;
+            return Err(Issue::says("must not be zero, and all four finite"));
+        }
+        if (length - 1.0).abs() > FROM_UNIT {
+            let what = format!("must have a length of 1 within {FROM_UNIT}, and has {length:.4}");
+            let [w, x, y, z] = wxyz.map(|part| part / length);
+            let cure = format!("of length 1 it is w = {w:.6}, x = {x:.6}, y = {y:.6}, z = {z:.6}");
+            return Err(Issue::says(what).wanted(cure));
         }
         let q = if (length - 1.0).abs() < 1e-12 { q } else { q / length };
-        Some(match frame {
+        Ok(match frame {
             Frame::Link => Pose { position_m, rotation: q },
             Frame::Optical => Pose::turned(position_m, DMat3::from_quat(q), frame),
         })
@@ -188,12 +203,27 @@ mod tests {
         let half = 0.5f64.sqrt();
         let link = Pose::from_quaternion(DVec3::ONE, [half, 0.0, 0.0, -half], Frame::Link).unwrap();
         let optical =
-            Pose::from_quaternion(DVec3::ONE, [0.0, 0.0, -half * 3.0, half * 3.0], Frame::Optical).unwrap();
+            Pose::from_quaternion(DVec3::ONE, [0.0, 0.0, -half * 1.0009, half * 1.0009], Frame::Optical)
+                .unwrap();
         for other in [rpy, link, optical] {
             assert_eq!(columns(other.optical()), columns(facing.optical()));
         }
-        assert!(Pose::from_quaternion(DVec3::ZERO, [0.0; 4], Frame::Link).is_none());
-        assert!(Pose::from_quaternion(DVec3::ZERO, [f64::NAN, 0.0, 0.0, 1.0], Frame::Link).is_none());
+    }
+
+    #[test]
+    fn a_quaternion_of_another_length_is_refused() {
+        for (wxyz, expected) in [
+            ([0.0; 4], "must not be zero, and all four finite"),
+            ([f64::NAN, 0.0, 0.0, 1.0], "must not be zero, and all four finite"),
+            (
+                [0.0, 0.0, 0.0, 1.0011],
+                "must have a length of 1 within 0.001, and has 1.0011: of length 1 it is w = 0",
+            ),
+            ([0.5, 0.0, 0.0, 0.5], "has 0.7071: of length 1 it is w = 0.707107, x = 0.000000, y = 0"),
+        ] {
+            let found = Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).unwrap_err().to_string();
+            assert!(found.contains(expected), "{wxyz:?}: {found}");
+        }
     }
 
     #[test]

@@ -22,7 +22,7 @@ use crate::spelling::nearest;
 use crate::{Error, Result};
 pub(crate) use formats::accepted_formats;
 pub(crate) use limit::MemoryLimit;
-pub(crate) use table::table_issue;
+pub(crate) use table::{decimal_commas, refuse_other_separators, refuse_width, table_issue};
 pub(crate) use text::{lines, strip_mark};
 
 /// Most bytes of files that people write: studies, scenes, robots, joints of a person. Some parsers need many
@@ -191,7 +191,10 @@ impl Sources {
             Ok(target) if e.kind() == ErrorKind::NotFound => {
                 Error::input(path, format!("is a link to {}, which is not there", target.display()))
             }
-            _ => self.with_nearest(path, unreadable(e)),
+            _ if Error::is_link_loop(&e) => Error::input(path, "is behind links that lead in a circle")
+                .wanted("put the file there, or mend the link"),
+            _ if e.kind() == ErrorKind::NotFound => self.with_nearest(path, unreadable(e)),
+            _ => unreadable(e),
         })?;
         self.refuse_outside(path, &place)?;
         // Opening a pipe would wait for its writer, so the kind of file is checked before it is opened, and

@@ -34,7 +34,7 @@ impl Told {
         for fine in poses {
             let sensor = with_poses.sensors.iter_mut().find(|sensor| sensor.name == fine.sensor);
             let near = |sensor: &Sensor| sensor.candidates.iter().find(|one| one.name == fine.near).cloned();
-            let pose = Pose::from_quaternion(fine.position_m.into(), fine.quaternion_wxyz, Frame::Link);
+            let pose = Pose::from_quaternion(fine.position_m.into(), fine.quaternion_wxyz, Frame::Link).ok();
             let (Some((near, sensor)), Some(pose)) =
                 (sensor.and_then(|sensor| Some((near(sensor)?, sensor))), pose)
             else {

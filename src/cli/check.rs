@@ -72,7 +72,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let mut backend = args.backend.open()?;
         let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
         super::print(&rays(&study, &ends, few(FEW_SENSORS)))?;
-        warnings += advise(&study, &ends, few(FEW_WARNINGS));
+        if !worlds.iter().any(|world| world.is_filled) {
+            warnings += advise(&study, &ends, few(FEW_WARNINGS));
+        }
         let mut cpu = (backend.name() == "gpu").then(|| args.backend.cpu_beside()).transpose()?;
         let checker = cpu.as_mut().map(|cpu| Checker { backend: cpu, every: super::sweep::VERIFY });
         let seconds = sample::seconds(&study, &worlds, backend.as_mut(), checker)?;

@@ -36,6 +36,20 @@ fn files() -> [(&'static str, &'static str); 6] {
     ]
 }
 
+fn write(files: &[(PathBuf, &str)]) -> Result<()> {
+    for (path, text) in files {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "cannot be made", e))?;
+        write_whole(path, text.as_bytes()).map_err(|error| match error {
+            Error::Storage(issue) => Error::Storage(
+                issue.wanted("Nothing is left behind: mend that and run the same command again"),
+            ),
+            other => other,
+        })?;
+    }
+    Ok(())
+}
+
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let files = files().map(|(name, text)| (args.folder.join(name), text));
     // A link that leads nowhere counts as a file, too.
@@ -43,10 +57,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let what = "is there already and would be lost: name another folder";
         return Err(Error::input(path, what));
     }
-    for (path, text) in &files {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "cannot be made", e))?;
-        write_whole(path, text.as_bytes())?;
+    let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+    let made: Vec<PathBuf> = args.folder.ancestors().take_while(missing).map(Path::to_path_buf).collect();
+    if let Err(error) = write(&files) {
+        // The same command must find nothing in its way.
+        files.iter().for_each(|(path, _)| drop(std::fs::remove_file(path)));
+        let _ = std::fs::remove_dir(args.folder.join("schemas"));
+        made.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
+        return Err(error);
     }
     let folder = args.folder.display();
     super::print(&format!(

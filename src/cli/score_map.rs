@@ -116,7 +116,8 @@ fn anchor(text: &str) -> std::result::Result<Anchor, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
     numbers.and_then(|numbers| Anchor::of_numbers(&numbers)).ok_or_else(|| {
         format!(
-            "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion qw,qx,qy,qz, each \
+            "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion of length 1 \
+             (qw,qx,qy,qz), each \
              from -{FARTHEST_M} to {FARTHEST_M}"
         )
     })

@@ -54,8 +54,18 @@ fn nasty_job(text: &str) -> Job {
 }
 
 #[test]
-fn what_ends_a_line_is_no_word() {
-    for text in ["", "a\nb", "a\u{7}", "a\u{85}b", "out/a\u{2028}b", "out/a\u{2029}b"] {
+fn what_ends_a_line_or_is_not_seen_is_no_word() {
+    for text in [
+        "",
+        "a\nb",
+        "a\u{7}",
+        "a\u{85}b",
+        "out/a\u{2028}b",
+        "out/a\u{2029}b",
+        "\u{feff}sh",
+        "a\u{202e}b",
+        "a\u{200b}",
+    ] {
         assert!(text.parse::<Word>().is_err(), "{text:?}");
     }
 }

@@ -4,8 +4,9 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::error::Issue;
+use crate::shell::is_hidden;
 
-/// A text on one line, not empty, without control characters.
+/// A text on one line, not empty, every character of it visible.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Word(String);
 
@@ -16,10 +17,10 @@ impl FromStr for Word {
         if text.is_empty() {
             return Err(Issue::says("is empty"));
         }
-        // YAML ends lines at U+2028 and U+2029, too.
-        if text.contains(|c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}')) {
-            let what = "has a line break or another control character, which no script can hold";
-            return Err(Issue::says(what));
+        // YAML also ends lines at U+2028 and U+2029.
+        if let Some(hidden) = text.chars().find(|c| is_hidden(*c)) {
+            let what = format!("has a character that is not seen ({})", hidden.escape_unicode());
+            return Err(Issue::says(what).wanted("a script would hide it: rename the file or the folder"));
         }
         Ok(Word(text.into()))
     }

@@ -117,8 +117,6 @@ impl Error {
 
     /// Whether the disk or the network failed: any error for which the path and its file are no explanation.
     pub fn may_pass(source: &std::io::Error) -> bool {
-        /// Too many links, for which there is no stable kind.
-        const ELOOP: i32 = if cfg!(target_os = "linux") { 40 } else { 62 };
         let of_the_place = matches!(
             source.kind(),
             ErrorKind::NotFound
@@ -132,7 +130,13 @@ impl Error {
                 | ErrorKind::InvalidData
                 | ErrorKind::ReadOnlyFilesystem
         );
-        !of_the_place && source.raw_os_error() != Some(ELOOP)
+        !of_the_place && !Error::is_link_loop(source)
+    }
+
+    /// Whether symbolic links lead back to themselves, for which there is no stable kind.
+    pub fn is_link_loop(source: &std::io::Error) -> bool {
+        const ELOOP: i32 = if cfg!(target_os = "linux") { 40 } else { 62 };
+        source.raw_os_error() == Some(ELOOP)
     }
 
     /// The first of several errors, for callers that report one only.

@@ -35,9 +35,8 @@ pub(crate) fn poses(rows: ArrayView2<f64>, frame: Frame) -> Result<Vec<Pose>, Is
 }
 
 fn quaternion(at: DVec3, wxyz: [f64; 4], frame: Frame) -> Result<Pose, &'static str> {
-    let length = wxyz.iter().map(|part| part * part).sum::<f64>().sqrt();
-    let pose = Pose::from_quaternion(at, wxyz, frame).filter(|_| (length - 1.0).abs() <= ROUNDED);
-    pose.ok_or("must be x, y, z in metres and a quaternion w, x, y, z of length 1 (within 0.001)")
+    let pose = Pose::from_quaternion(at, wxyz, frame);
+    pose.map_err(|_| "must be x, y, z in metres and a quaternion w, x, y, z of length 1 (within 0.001)")
 }
 
 fn matrix(row: &[f64], frame: Frame) -> Result<Pose, &'static str> {

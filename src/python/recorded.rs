@@ -96,7 +96,7 @@ fn reasons(map: &RecordedMap, view: &View, rows: &[Row]) -> Columns {
 fn anchor(numbers: &[f64]) -> Result<Anchor> {
     Anchor::of_numbers(numbers).ok_or_else(|| {
         let rule =
-            "must be x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion qw, qx, qy, qz, within 1e8";
+            "must be x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion of length 1, qw, qx, qy, qz, within 1e8";
         Error::from(Issue::value("pose", format!("{numbers:?}"), rule))
     })
 }

@@ -109,8 +109,8 @@ impl Anchor {
         }
     }
 
-    /// Where a frame stands by numbers: x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion w, x, y, z.
-    /// `None` for other numbers, and for those beyond [`FARTHEST_M`].
+    /// Where a frame stands by numbers: x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion w, x, y, z of
+    /// length 1. `None` for other numbers, and for those beyond [`FARTHEST_M`].
     pub fn of_numbers(numbers: &[f64]) -> Option<Anchor> {
         if !numbers.iter().all(|number| number.abs() <= FARTHEST_M) {
             return None;
@@ -118,7 +118,8 @@ impl Anchor {
         match *numbers {
             [x, y, z, yaw_deg] => Some(Anchor::new(DVec3 { x, y, z }, yaw_deg.to_radians())),
             [x, y, z, qw, qx, qy, qz] => {
-                Pose::from_quaternion(DVec3 { x, y, z }, [qw, qx, qy, qz], Frame::Link).map(Anchor::of_pose)
+                let pose = Pose::from_quaternion(DVec3 { x, y, z }, [qw, qx, qy, qz], Frame::Link);
+                pose.ok().map(Anchor::of_pose)
             }
             _ => None,
         }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Result;
 use crate::error::Issue;
-use crate::source::{Sources, table_issue};
+use crate::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};
 
 /// Most values of a table: about 1 GB.
 const MOST_VALUES: usize = 100_000_000;
@@ -51,7 +51,7 @@ impl JointTable {
     /// # Errors
     /// When the file cannot be read, a column has no name of its own, a cell is not a number, or times do not increase.
     pub fn load(path: &Path, sources: &Sources) -> Result<JointTable> {
-        parse(sources.table(path)?.as_bytes()).map_err(|issue| issue.at(path).into())
+        parse(&sources.table(path)?).map_err(|issue| issue.at(path).into())
     }
 
     /// Its first and its last time, in seconds.
@@ -86,12 +86,14 @@ impl JointTable {
     }
 }
 
-fn parse(bytes: &[u8]) -> Result<JointTable, Issue> {
+fn parse(text: &str) -> Result<JointTable, Issue> {
+    refuse_other_separators(text)?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))
+        .flexible(true)
         .trim(csv::Trim::All)
-        .from_reader(bytes);
+        .from_reader(text.as_bytes());
     let mut records = reader.records();
     let header = records.next().ok_or_else(|| Issue::says("has no header"))?.map_err(|e| table_issue(&e))?;
     let joints: Vec<String> = header.iter().skip(1).map(String::from).collect();
@@ -110,10 +112,14 @@ fn parse(bytes: &[u8]) -> Result<JointTable, Issue> {
     for record in records {
         let record = record.map_err(|e| table_issue(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
+        refuse_width(record.iter(), header.len()).map_err(|issue| issue.at(format!("line {line}")))?;
         let number = |(cell, column): (&str, &str)| {
             let number = cell.parse::<f64>().ok().filter(|number| number.abs() <= LARGEST);
             number.ok_or_else(|| {
-                let rule = format!("must be a number from -{LARGEST} to {LARGEST}");
+                let rule = match decimal_commas(std::iter::once(cell), 1) {
+                    Some(cause) => cause.into(),
+                    None => format!("must be a number from -{LARGEST} to {LARGEST}"),
+                };
                 Issue::value(column, format!("{cell:.40}"), rule).at(format!("line {line}"))
             })
         };
@@ -141,7 +147,7 @@ mod tests {
 
     #[test]
     fn joints_go_evenly_between_rows_and_stay_outside() {
-        let table = parse(b"# recorded\ntime_s, a, b\n1, 0, 10\n2, 4, 10\n4, 0, -10\n").unwrap();
+        let table = parse("# recorded\ntime_s, a, b\n1, 0, 10\n2, 4, 10\n4, 0, -10\n").unwrap();
         assert_eq!(table.span_s(), [1.0, 4.0]);
         for (time_s, a, b) in [
             (-9.0, 0.0, 10.0),
@@ -158,7 +164,7 @@ mod tests {
 
     #[test]
     fn joints_without_end_go_the_shorter_way() {
-        let table = parse(b"time_s, wheel, arm\n0, 170, 170\n1, -170, -170\n2, 10, 10\n3, 730, 0\n").unwrap();
+        let table = parse("time_s, wheel, arm\n0, 170, 170\n1, -170, -170\n2, 10, 10\n3, 730, 0\n").unwrap();
         let turn = |name: &str| (name == "wheel").then_some(360.0);
         for (time_s, wheel, arm) in [
             (0.0, 170.0, 170.0),
@@ -188,9 +194,12 @@ mod tests {
             ("time_s,a\n0,one\n", "line 2: a = one: must be a number"),
             ("time_s,a\n0,nan\n", "line 2: a = nan: must be a number"),
             ("time_s,a\n0,1e7\n", "line 2: a = 1e7: must be a number"),
-            ("time_s,a\n0\n", "line 2: has 1 cells: must be 2, as in the header"),
+            ("time_s,a\n0\n", "line 2: has 1 fields, the header 2"),
+            ("time_s;a\n0;1\n", "line 1: columns are separated by semicolons"),
+            ("time_s,a\n0,5,1,25\n", "line 2: has 4 fields, the header 2: numbers have a decimal comma"),
+            ("time_s,a\n0,\"1,25\"\n", "line 2: a = 1,25: numbers have a decimal comma"),
         ] {
-            let error = parse(text.as_bytes()).expect_err(text).to_string();
+            let error = parse(text).expect_err(text).to_string();
             assert!(error.contains(expected), "{error:?} lacks {expected:?}");
         }
     }

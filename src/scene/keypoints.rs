@@ -14,7 +14,7 @@ use super::mannequin;
 use super::shipped::Shipped;
 use crate::Result;
 use crate::error::Issue;
-use crate::source::{Sources, table_issue};
+use crate::source::{Sources, decimal_commas, refuse_other_separators, table_issue};
 use crate::spelling::number;
 
 /// COCO's keypoints, in COCO's order. Left and right are the person's own.
@@ -41,14 +41,14 @@ pub const JOINTS: [&str; 17] = [
 /// A position in metres for each of [`JOINTS`]; an unknown joint has none.
 pub type Keypoints = [Option<DVec3>; 17];
 
-pub(super) const NOSE: usize = 0;
-pub(super) const EARS: [usize; 2] = [3, 4];
-pub(super) const SHOULDERS: [usize; 2] = [5, 6];
+pub(crate) const NOSE: usize = 0;
+pub(crate) const EARS: [usize; 2] = [3, 4];
+pub(crate) const SHOULDERS: [usize; 2] = [5, 6];
 pub(super) const ELBOWS: [usize; 2] = [7, 8];
 pub(super) const WRISTS: [usize; 2] = [9, 10];
-pub(super) const HIPS: [usize; 2] = [11, 12];
-pub(super) const KNEES: [usize; 2] = [13, 14];
-pub(super) const ANKLES: [usize; 2] = [15, 16];
+pub(crate) const HIPS: [usize; 2] = [11, 12];
+pub(crate) const KNEES: [usize; 2] = [13, 14];
+pub(crate) const ANKLES: [usize; 2] = [15, 16];
 
 /// No joint lies further from the world's origin; numbers beyond it are millimetres, or nonsense.
 pub(super) const FARTHEST_M: f64 = 1000.0;
@@ -71,8 +71,7 @@ impl KeypointFile {
     /// # Errors
     /// When the file cannot be read, a row is not as above, or no joint is known.
     pub fn read(&self, sources: &Sources) -> Result<Keypoints> {
-        let joints =
-            parse(sources.text(&self.path)?.as_bytes(), self.layout).map_err(|issue| issue.at(&self.path))?;
+        let joints = parse(&sources.text(&self.path)?, self.layout).map_err(|issue| issue.at(&self.path))?;
         placeholder_remarks(&joints).into_iter().for_each(|what| sources.remark(&self.path, what));
         Ok(joints)
     }
@@ -94,7 +93,7 @@ pub(super) fn drawn(keypoints: Keypoints, path: &Path) -> Result<Keypoints> {
 
 /// The joints of a person that ships.
 pub(crate) fn shipped(person: &Shipped) -> Result<Keypoints> {
-    parse(person.joints.as_bytes(), Layout::Coco17).map_err(|issue| issue.at(person.name).into())
+    parse(person.joints, Layout::Coco17).map_err(|issue| issue.at(person.name).into())
 }
 
 /// The joints turned about the origin, then moved, as [`super::Mesh::transformed`] does with a surface.
@@ -102,13 +101,14 @@ pub(crate) fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: D
     keypoints.map(|joint| joint.map(|position| rotation * position + translation))
 }
 
-fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
+fn parse(text: &str, layout: Layout) -> Result<Keypoints, Issue> {
+    refuse_other_separators(text)?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))
         .flexible(true)
         .trim(csv::Trim::All)
-        .from_reader(bytes);
+        .from_reader(text.as_bytes());
     let joints = layout.joints();
     let mut points: Vec<Option<DVec3>> = Vec::with_capacity(joints.len());
     let mut first = true;
@@ -124,8 +124,14 @@ fn parse(bytes: &[u8], layout: Layout) -> Result<Keypoints, Issue> {
                 .wanted(format!("one row for each joint of {}", layout.described()))
                 .at(format!("line {line}")));
         };
-        let point = parse_row(joint, layout, &cells);
-        points.push(point.map_err(|issue| issue.at(format!("line {line} ({joint})")))?);
+        let point = parse_row(joint, layout, &cells).map_err(|issue| {
+            let issue = match decimal_commas(record.iter(), 5) {
+                Some(cause) => issue.wanted(cause),
+                None => issue,
+            };
+            issue.at(format!("line {line} ({joint})"))
+        });
+        points.push(point?);
     }
     if points.len() < joints.len() {
         return Err(Issue::says(format!("has {} joints", points.len())).wanted(format!(

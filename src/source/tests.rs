@@ -125,6 +125,15 @@ fn a_file_that_differs_in_case_is_named() {
             &["dangling.stl: is a link to gone.stl, which is not there"],
         );
     }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("round.stl", study.join("round.stl")).unwrap();
+        let round = sources.bytes(&study.join("round.stl"));
+        refused(
+            round,
+            &["round.stl: is behind links that lead in a circle: put the file there, or mend the link"],
+        );
+    }
     let namesake = "; there is \"a.stl\": upper and lower case are told apart";
     refused(sources.bytes(&study.join("parts/A.STL")), &["A.STL: cannot be read: ", namesake]);
     fs::write(study.join("Hall.stl"), "").unwrap();

@@ -199,7 +199,7 @@ fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
 /// TOML.
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Option<String>)> {
     let table: toml::Table = toml::from_str(text).map_err(|e| {
-        let error = Error::input(path, e.to_string().trim_end());
+        let error = Error::input(path, written::narrowed(e.to_string().trim_end()));
         (slips::cure(e.message()).into_iter().fold(error, Error::cure), None)
     })?;
     // All is read from the table, here as where it is read in parts, so that the code for it is compiled once.

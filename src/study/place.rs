@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::FARTHEST_M;
 use crate::error::{Issue, Site, Words};
 use crate::sensor::Cost;
+use crate::shell::is_hidden;
 use crate::{Error, Result};
 
 /// Most characters of a name; a default name of a combination is made of several.
@@ -116,10 +117,12 @@ impl Place<'_> {
                 return Err(self
                     .around(Issue::too_large(format!("its name {what}")).at(format!("{kind} {begin:?}…"))));
             }
-            if name.contains(char::is_control) {
-                let what =
-                    "has control characters, which terminals obey: name it with letters, digits and signs";
-                return Err(self.says(format!("{kind} {name:?} {what}")));
+            if let Some(hidden) = name.chars().find(|c| is_hidden(*c)) {
+                let hidden = hidden.escape_unicode();
+                let what = format!("has control characters or others that are not seen ({hidden})");
+                return Err(self
+                    .says(format!("{kind} {name:?} {what}"))
+                    .wanted("name it with letters, digits and signs"));
             }
             if !seen.insert(name) {
                 return Err(self

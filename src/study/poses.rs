@@ -15,7 +15,7 @@ use crate::error::Issue;
 use crate::pose::{Frame, Pose, from_rpy};
 use crate::sensor::spread::WAYS;
 use crate::sensor::{Candidate, Setting, Spread, Stance};
-use crate::source::{Sources, table_issue};
+use crate::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};
 use crate::{Error, Result};
 
 use file::{PanTilt, PoseFile, RandomFile};
@@ -271,9 +271,8 @@ fn listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
         }
         (None, None, Some(q)) if !turns => {
             let wxyz = [q.w, q.x, q.y, q.z];
-            Pose::from_quaternion(position, wxyz, frame).ok_or_else(|| {
-                at.wrong("quaternion", format!("{wxyz:?}"), "must not be zero, and all four finite")
-            })
+            Pose::from_quaternion(position, wxyz, frame)
+                .map_err(|rule| at.wrong("quaternion", q, &rule.to_string()))
         }
         _ => Err(at.says(
             "give one of: facing (with pan_deg and tilt_deg); rpy_deg; quaternion = { w, \
@@ -300,6 +299,7 @@ struct PoseRow {
 /// read back.
 fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, Pose)>> {
     let (sensor, text) = (source.sensor, source.files.table(path)?);
+    refuse_other_separators(&text).map_err(|issue| issue.at(path))?;
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .flexible(true)
@@ -312,17 +312,15 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
         let line = record.position().map_or(0, |p| p.line() + passed_over(&text[p.byte() as usize..]));
-        let wrong = |what: &str| Error::input(path, format!("line {line}: {what}"));
-        if record.len() != header.len() {
-            return Err(wrong(&format!(
-                "has {} fields, the header {}; {columns}",
-                record.len(),
-                header.len()
-            )));
-        }
-        let row: PoseRow = record
-            .deserialize(Some(&header))
-            .map_err(|e| wrong(&table_issue(&e).cure(columns).to_string()))?;
+        let unfit = |issue: Issue| Error::from(issue.at(format!("line {line}")).at(path));
+        let wrong = |what: &str| unfit(Issue::says(what));
+        refuse_width(record.iter(), header.len()).map_err(|issue| unfit(issue.cure(columns)))?;
+        let row: PoseRow = record.deserialize(Some(&header)).map_err(|e| {
+            match decimal_commas(record.iter(), header.len()) {
+                Some(cause) => wrong(cause),
+                None => Error::from(table_issue(&e).cure(columns).at(path)),
+            }
+        })?;
         if row.sensor.is_some_and(|name| !name.is_empty() && name != sensor) {
             continue;
         }
@@ -336,8 +334,8 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
             let rule = format!("must be three numbers from -{FARTHEST_M} to {FARTHEST_M}");
             return Err(wrong(&format!("x_m, y_m, z_m = {position}: {rule}")));
         }
-        let pose = Pose::from_quaternion(position, [qw, qx, qy, qz], frame)
-            .ok_or_else(|| wrong("qw, qx, qy, qz must not be zero, and all four finite"))?;
+        let pose = Pose::from_quaternion(position, [qw, qx, qy, qz], frame);
+        let pose = pose.map_err(|rule| wrong(&format!("qw, qx, qy, qz {rule}")))?;
         let name = row.pose.filter(|name| !name.is_empty()).unwrap_or_else(|| poses.len().to_string());
         poses.push((name, pose));
     }

@@ -437,11 +437,9 @@ fn rotation(
         }
         (None, Some(q)) => {
             let wxyz = [q.w, q.x, q.y, q.z];
-            let wrong = || -> Error {
-                let rule = "must not be zero, and all four finite";
-                at.wrong(&format!("quaternion{index}"), format!("{wxyz:?}"), rule)
-            };
-            Ok(Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).ok_or_else(wrong)?.rotation)
+            let pose = Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link);
+            let pose = pose.map_err(|rule| at.wrong(&format!("quaternion{index}"), q, &rule.to_string()))?;
+            Ok(pose.rotation)
         }
         (Some(_), Some(_)) => Err(at.says("both rpy_deg and quaternion").wanted("give one rotation")),
     }

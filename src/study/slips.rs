@@ -1,5 +1,5 @@
-//! Numbers that look as if they were written in another unit: radians where degrees are wanted, millimetres
-//! where metres are. They are warned of, and used as written.
+//! Numbers that look as if they were written in another unit: radians where degrees are wanted, millimetres or
+//! centimetres where metres are. They are warned of, and used as written.
 
 use std::f64::consts::PI;
 
@@ -62,7 +62,8 @@ pub(super) fn warnings(text: &str) -> Vec<String> {
         false => format!("line {}: ", line_at(text, at)),
     };
     let told = slips.iter().take(MOST_TOLD).map(|(at, what)| format!("{}{what}", line(*at)));
-    let rest = (more > 0).then(|| format!("{more} more numbers look like radians or millimetres"));
+    let rest =
+        (more > 0).then(|| format!("{more} more numbers look like radians, millimetres or centimetres"));
     told.chain(rest).collect()
 }
 
@@ -82,7 +83,7 @@ fn within(table: &Table, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
                 all_numbers(value, &mut numbers);
                 let is_map = steps.contains(&Step::Key("recording".into()))
                     && numbers.iter().any(|number| number.abs() >= MAP_M);
-                if is_map { None } else { millimetres(key, &numbers) }
+                if is_map { None } else { not_metres(key, &numbers) }
             }
             _ => None,
         };
@@ -162,8 +163,9 @@ fn is_round_in_radians(number: f64) -> bool {
     }
 }
 
-/// What metres look like that may be millimetres: larger than a cell, or than anything that a sensor has.
-fn millimetres(key: &str, numbers: &[f64]) -> Option<String> {
+/// What metres look like that may be millimetres or centimetres: larger than a cell, or than anything that a sensor
+/// has. The likelier unit comes first.
+fn not_metres(key: &str, numbers: &[f64]) -> Option<String> {
     let least = match key {
         "range_m" => FAR_M,
         "noise_std_m" | "std_m" | "near_ignore_m" | "inflation_m" | "keypoint_tolerance_m" | "per_m" => {
@@ -173,8 +175,18 @@ fn millimetres(key: &str, numbers: &[f64]) -> Option<String> {
     };
     let largest = numbers.iter().copied().reduce(|a, b| if b.abs() > a.abs() { b } else { a });
     let largest = largest.filter(|largest| largest.abs() >= least && largest.is_finite())?;
-    let metres = largest / 1e3;
-    Some(format!("looks like millimetres, and metres are wanted: {largest} mm are {metres} m"))
+    let in_metres = |unit: &str, per_m: f64| format!("{largest} {unit} are {} m", largest / per_m);
+    let [mm, cm] = [in_metres("mm", 1e3), in_metres("cm", 1e2)];
+    Some(match largest.abs() {
+        // In centimetres it would be farther than any cell, or than anything that a sensor has.
+        all if all / 1e2 > least.min(LARGE_M) || least == WIDE_M => {
+            format!("looks like millimetres, and metres are wanted: {mm}")
+        }
+        all if all >= 1e3 => {
+            format!("looks like millimetres or centimetres, and metres are wanted: {mm}, {cm}")
+        }
+        _ => format!("looks like centimetres or millimetres, and metres are wanted: {cm}, {mm}"),
+    })
 }
 
 #[cfg(test)]
@@ -230,7 +242,18 @@ mod tests {
 
     #[test]
     fn millimetres_are_told_with_their_metres() {
-        told("position_m = [1200, -300, 800]", "1200 mm are 1.2 m");
+        told(
+            "position_m = [1200, -300, 800]",
+            "millimetres or centimetres, and metres are wanted: 1200 mm are 1.2 m, 1200 cm",
+        );
+        told(
+            "z_m = [250]",
+            "looks like centimetres or millimetres, and metres are wanted: 250 cm are 2.5 m, 250 mm",
+        );
+        told(
+            "position_m = [-90000, 0, 0]",
+            "looks like millimetres, and metres are wanted: -90000 mm are -90 m",
+        );
         told("range_m = [300, 6000]", "6000 mm are 6 m");
         told("x_m = { start = 0, stop = -4000, step = 500 }", "-4000 mm are -4 m");
         told("near_ignore_m = 50", "50 mm are 0.05 m");
@@ -247,7 +270,7 @@ mod tests {
     fn many_slips_are_counted() {
         let found = warnings(&"[[o]]\nposition_m = [1000, 0, 0]\n".repeat(8));
         assert_eq!(found.len(), 6);
-        assert_eq!(found[5], "3 more numbers look like radians or millimetres");
+        assert_eq!(found[5], "3 more numbers look like radians, millimetres or centimetres");
         assert!(found[4].starts_with("line 10: "), "{found:?}");
     }
 }

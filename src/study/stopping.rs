@@ -35,6 +35,9 @@ const HUMAN_SPEED_M_S: f64 = 1.6;
 const ARM_SPEED_M_S: f64 = 2.0;
 const ARMS_UP_TO_M: f64 = 0.5;
 
+/// Most speeds: a region may be made for each.
+const MOST_SPEEDS: usize = 1000;
+
 /// An example for whoever has none of it.
 pub(super) const EXAMPLE: &str = "[stopping] formula = \"speed_and_separation\", robot_speeds_m_s = [0.25, 0.5], \
      sensor_reaction_s = 0.1, control_reaction_s = 0.05, robot_deceleration_m_s2 = 2.0, person_uncertainty_m = 0.1, \
@@ -237,6 +240,12 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor]) -> Resul
     let reaction_s = time("sensor_reaction_s", file.sensor_reaction_s)?
         + time("control_reaction_s", file.control_reaction_s)?;
     let speeds = numbers(at, "robot_speeds_m_s", &file.robot_speeds_m_s)?;
+    if speeds.len() > MOST_SPEEDS {
+        let issue = Issue::too_large(format!("robot_speeds_m_s has {} speeds", speeds.len()));
+        return Err(
+            at.around(issue.wanted(format!("at most {MOST_SPEEDS} are possible: take a larger step")))
+        );
+    }
     for &speed in &speeds {
         at.number("robot_speeds_m_s", speed, f64::MIN_POSITIVE..=20.0, "speeds in m/s above 0 and up to 20")?;
     }

@@ -3,8 +3,12 @@
 #[cfg(test)]
 mod schema;
 
+use std::fmt;
+
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
+
+use super::poses::Quaternion;
 
 /// `1.5`, `[1.5, 2.0]` or `{ start = -2.2, stop = 2.3, step = 0.5 }`.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,6 +137,52 @@ where
     T: Deserialize<'de>,
 {
     exactly(deserializer).map(Some)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct QuaternionParts {
+    w: f64,
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+/// A table of w, x, y, z. A list is refused, since both orders of its numbers are in use.
+impl<'de> Deserialize<'de> for Quaternion {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct QuaternionVisitor;
+        impl<'de> Visitor<'de> for QuaternionVisitor {
+            type Value = Quaternion;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a table, as in { w = 1, x = 0, y = 0, z = 0 }")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Quaternion, A::Error> {
+                let parts = QuaternionParts::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                let QuaternionParts { w, x, y, z } = parts;
+                Ok(Quaternion { w, x, y, z })
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Quaternion, A::Error> {
+                let mut list: Vec<f64> = Vec::new();
+                while let Some(number) = seq.next_element()? {
+                    list.push(number);
+                }
+                let [a, b, c, d] = list[..] else { return Err(de::Error::invalid_length(list.len(), &self)) };
+                let [last, first] =
+                    [Quaternion { x: a, y: b, z: c, w: d }, Quaternion { w: a, x: b, y: c, z: d }];
+                let what = "found a list, whose order is not known: if it is x, y, z, w, write";
+                Err(de::Error::custom(format!("{what} {last}; if it is w, x, y, z, write {first}")))
+            }
+        }
+        deserializer.deserialize_any(QuaternionVisitor)
+    }
+}
+
+impl fmt::Display for Quaternion {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Quaternion { w, x, y, z } = self;
+        write!(f, "{{ w = {w}, x = {x}, y = {y}, z = {z} }}")
+    }
 }
 
 /// The unit of a file: `"mm"`, or metres in one of it.

@@ -50,7 +50,8 @@ impl<'a> Written<'a> {
     /// what may be meant.
     pub(super) fn shown(&self, error: &Unreadable) -> String {
         let bytes = self.table().and_then(|table| bytes_of(table, error));
-        let shown = bytes.map_or(error.to_string(), |bytes| below_line(self.text, bytes, &error.message));
+        let shown =
+            bytes.map_or(error.to_string(), |bytes| narrowed(&below_line(self.text, bytes, &error.message)));
         format!("{}{}", shown.trim_end(), error.meant())
     }
 }
@@ -110,6 +111,41 @@ fn below_line(text: &str, bytes: Range<usize>, message: &str) -> String {
     refused.to_string()
 }
 
+/// Most characters of a line of the file that a message shows, and how many of them are before the marked ones.
+const MOST_SHOWN: usize = 160;
+const SHOWN_BEFORE: usize = 60;
+
+/// A message of the `toml` crate with a part only of a line that is too long for a screen: the part around the marks
+/// in the next line.
+pub(super) fn narrowed(message: &str) -> String {
+    let mut lines: Vec<String> = message.lines().map(String::from).collect();
+    let is_marks = |line: &str| line.contains('^') && line.chars().all(|c| " |^".contains(c));
+    let Some(at) = lines.iter().position(|line| is_marks(line)).filter(|at| *at > 0) else {
+        return message.into();
+    };
+    // Both lines begin with a number or spaces, a bar and a space.
+    let margin = lines[at].find('|').map_or(0, |bar| bar + 2);
+    let count = lines[at - 1].chars().count();
+    if count <= margin + MOST_SHOWN {
+        return message.into();
+    }
+    let marks = lines[at].matches('^').count();
+    let first = lines[at].find('^').map_or(0, |first| first - margin);
+    let from = first.saturating_sub(SHOWN_BEFORE);
+    let part = |line: &str, from: usize, most: usize| -> String {
+        line.chars().skip(margin + from).take(most).collect()
+    };
+    let [before, after] =
+        [from > 0, count > margin + from + MOST_SHOWN].map(|cut| if cut { "…" } else { "" });
+    let head: String = lines[at - 1].chars().take(margin).collect();
+    let shown = part(&lines[at - 1], from, MOST_SHOWN);
+    let marked = "^".repeat(marks.min(MOST_SHOWN - (first - from)));
+    let space = " ".repeat(first - from + before.chars().count());
+    lines[at] = format!("{}{space}{marked}", &lines[at][..margin]);
+    lines[at - 1] = format!("{head}{before}{shown}{after}");
+    lines.join("\n")
+}
+
 /// The last key of some steps, and the value to which they lead.
 fn found<'a, 'i>(
     table: &'a DeTable<'i>,
@@ -164,6 +200,19 @@ mod tests {
         let within = [Step::Key("sensor".into()), Step::Entry(0)];
         let written = Written::new(text);
         assert_eq!(in_words(&error, &|steps| written.line_of(steps), &within), "no in `poses.x` (line 5)");
+    }
+
+    #[test]
+    fn of_a_long_line_the_wrong_part_is_shown() {
+        let long = format!("seed = [{}oops, {}]", "1, ".repeat(500_000), "2, ".repeat(500_000));
+        let shown = narrowed(&toml::from_str::<toml::Table>(&long).unwrap_err().to_string());
+        let lines: Vec<&str> = shown.lines().collect();
+        assert!(shown.len() < 1000 && lines[0].contains("line 1, column "), "{shown}");
+        let marked = lines[3].chars().position(|c| c == '^').unwrap();
+        assert_eq!(lines[2].chars().skip(marked).take(4).collect::<String>(), "oops", "{shown}");
+        assert!(lines[2].starts_with("1 | …") && lines[2].ends_with('…'), "{shown}");
+        let end = narrowed("TOML\n  |\n1 | a\n  | ^\nno");
+        assert_eq!(end, "TOML\n  |\n1 | a\n  | ^\nno");
     }
 
     #[derive(Debug, Deserialize)]

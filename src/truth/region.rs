@@ -222,7 +222,9 @@ fn cuboid(low_q16: [i64; 3], high_q16: [i64; 3]) -> Result<RowShape, Issue> {
     let voxels = solid::box_voxels(low_q16, high_q16);
     let longest = 4 * MAX_VOXELS_PER_AXIS;
     if voxels.iter().any(|side| side.end - side.start > longest as i64) {
-        return Err(Issue::says(format!("is over {longest} voxels long; is it in millimetres?")));
+        return Err(Issue::says(format!(
+            "is over {longest} voxels long; is it in millimetres or centimetres?"
+        )));
     }
     Ok(RowShape::Box(voxels))
 }

@@ -78,7 +78,7 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
         let before = match cause {
             Some(cause) => format!("{cause} If that is right, "),
             None if told => String::new(),
-            None => "is a length in millimetres? If not, ".into(),
+            None => "is a length in millimetres or centimetres? If not, ".into(),
         };
         let cure = Words::from(before) + size + " around the part that matters";
         let what = format!(
@@ -180,7 +180,7 @@ fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
                         let farthest = FARTHEST_VOXEL as f64 * voxel_size_m;
                         let what = format!(
                             "a corner at {vertex} m is more than {farthest:.0} m away: is it in \
-                                    millimetres (unit = \"mm\")?"
+                                    millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?"
                         );
                         Error::input(place(), what)
                     })
@@ -237,14 +237,21 @@ pub(super) fn bounds_m(object: &Object) -> [DVec3; 2] {
     }
 }
 
+/// Asks whether the file of a mesh that is too long has another unit, with how long it would then be.
+pub(crate) fn unit_question(own_m: f64) -> String {
+    format!(
+        "is its file in millimetres (unit = \"mm\" beside mesh makes it {:.2} m) or in centimetres (unit = \"cm\": {:.2} m)?",
+        own_m / 1e3,
+        own_m / 1e2
+    )
+}
+
 /// The classic traps: millimetres for metres, a person lying along y.
 fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     let size = high - low;
     if size.max_element() > HUGE_M {
-        return Some(format!(
-            "is {:.0} m long: is its file in millimetres? (unit = \"mm\" beside mesh)",
-            size.max_element()
-        ));
+        let own_m = size.max_element();
+        return Some(format!("is {own_m:.0} m long: {}", unit_question(own_m)));
     }
     if object.role == Role::Human && size.y > 1.3 && size.y > 2.0 * size.z {
         return Some(format!(

@@ -2,14 +2,17 @@
 //! with nothing in range. Casts a few rays of each pose on the host, and floods the spaces that the poses
 //! stand in.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
+use glam::DQuat;
 use rayon::prelude::*;
 
 use super::World;
 use crate::backend::GridPose;
 use crate::march::{self, Gates};
+use crate::pose::Pose;
 use crate::sensor::range::Range;
 use crate::sensor::{FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
 use crate::study::Study;
@@ -19,7 +22,7 @@ use crate::voxel::flood::flood;
 use crate::voxel::{BitGrid, Grid, Window};
 use crate::world::place;
 
-/// Dead poses that are told one by one; the others are counted.
+/// Lines about dead poses; the others are counted.
 const MOST_TOLD: usize = 10;
 /// Rays that are cast from a pose where there are few poses, and where there are many.
 const RAYS: [usize; 2] = [24, 96];
@@ -40,8 +43,13 @@ const NEAR_M: f64 = 0.3;
 /// A pose is dead where a smaller share of its rays returns, if a ray without return says nothing.
 const RETURNS: f64 = 0.02;
 
-/// One line for each dead pose, up to ten, then their number.
-pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
+/// One line for each dead pose, or for several of a group that are dead for one reason; up to ten lines, then the number
+/// of the other poses. What is `explained` is left out.
+pub(super) fn warnings(
+    study: &Study,
+    worlds: &[World],
+    explained: &dyn Fn(usize, usize) -> bool,
+) -> Vec<String> {
     let looks = |sensor: &Sensor| sensor.kind.range().is_some() && sensor.kind.stance() != Stance::Level;
     let looking: Vec<usize> = (0..study.sensors.len()).filter(|&s| looks(&study.sensors[s])).collect();
     let poses: usize = looking.iter().map(|&s| study.sensors[s].candidates.len()).sum();
@@ -49,7 +57,7 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
     let all = |sensor: usize| (0..study.sensors[sensor].candidates.len()).collect::<Vec<_>>();
     let few: Vec<SampledRays> = looking.iter().map(|&sensor| SampledRays::of(study, sensor, rays)).collect();
     let mut hollows = Hollows::of(&worlds[0]);
-    let found: Vec<Vec<(usize, String)>> =
+    let found: Vec<Vec<(usize, Why)>> =
         few.iter().map(|few| few.dead(&worlds[0], &mut hollows, &all(few.sensor))).collect();
     // An object that moves may free a pose: only poses that are dead in every snapshot count.
     let mut left: Vec<Vec<usize>> =
@@ -63,24 +71,76 @@ pub(super) fn warnings(study: &Study, worlds: &[World]) -> Vec<String> {
             *left = few.dead(world, &mut hollows, left).into_iter().map(|(candidate, _)| candidate).collect();
         }
     }
-    let mut dead: Vec<(usize, usize, String)> = Vec::new();
+    // Those of a group that are dead for one reason, in the order of the first of them.
+    let mut dead: Vec<DeadPoses> = Vec::new();
+    let mut places: HashMap<(usize, &str, Cause), usize> = HashMap::new();
     for ((few, found), left) in few.iter().zip(found).zip(&left) {
-        dead.extend(found.into_iter().filter(|(c, _)| left.contains(c)).map(|(c, why)| (few.sensor, c, why)));
+        let of = &study.sensors[few.sensor];
+        let is_told =
+            |candidate: &usize| left.binary_search(candidate).is_ok() && !explained(few.sensor, *candidate);
+        for (candidate, why) in found.into_iter().filter(|(candidate, _)| is_told(candidate)) {
+            let group = of.candidates[candidate].group.as_str();
+            let place = *places.entry((few.sensor, group, why.cause)).or_insert_with(|| {
+                dead.push(DeadPoses { sensor: few.sensor, group, first: candidate, why, count: 0 });
+                dead.len() - 1
+            });
+            dead[place].count += 1;
+        }
     }
     let places = place::Places::of(study, &worlds[0]);
-    let line = |(sensor, candidate, why): &(usize, usize, String)| {
-        let (of, place) = (&study.sensors[*sensor], places.words(*sensor, *candidate));
-        format!("sensor {:?}: pose {} ({place}) is dead: {why}", of.name, of.candidates[*candidate].name)
-    };
-    let mut lines: Vec<String> = dead.iter().take(MOST_TOLD).map(line).collect();
+    let mut lines: Vec<String> = dead.iter().take(MOST_TOLD).map(|dead| dead.line(study, &places)).collect();
+    let count = |some: &[DeadPoses]| some.iter().map(|dead| dead.count).sum::<usize>();
     if dead.len() > MOST_TOLD {
-        lines.push(format!(
-            "{} more poses are dead, {} of {poses} in all",
-            dead.len() - MOST_TOLD,
-            dead.len()
-        ));
+        let (more, all) = (count(&dead[MOST_TOLD..]), count(&dead));
+        lines.push(format!("{more} more poses are dead, {all} of {poses} in all"));
     }
     lines
+}
+
+/// Poses of one group that are dead for one reason.
+struct DeadPoses<'a> {
+    sensor: usize,
+    group: &'a str,
+    first: usize,
+    /// Why the first is.
+    why: Why,
+    count: usize,
+}
+
+impl DeadPoses<'_> {
+    fn line(&self, study: &Study, places: &place::Places) -> String {
+        let (of, place) = (&study.sensors[self.sensor], places.words(self.sensor, self.first));
+        let (pose, Why { cause, what, cure }) = (&of.candidates[self.first].name, &self.why);
+        let (sensor, group, count) = (&of.name, self.group.replace('-', " "), self.count);
+        let all = of.candidates.iter().filter(|candidate| candidate.group == self.group).count();
+        match (count, cause) {
+            (1, _) => format!("sensor {sensor:?}: pose {pose} ({place}) is dead: {what}: {cure}"),
+            (_, Cause::OwnWall) => format!(
+                "sensor {sensor:?}: group {group:?} faces its own wall: {count} of its {all} poses are dead (first {pose}: \
+                 {place}): {what}: turn it"
+            ),
+            _ => format!(
+                "sensor {sensor:?}: {count} of the {all} poses of group {group:?} are dead (first {pose}: {place}): {what}: {cure}"
+            ),
+        }
+    }
+}
+
+/// Why a pose is dead: of what kind that is, in words, and what to do.
+struct Why {
+    cause: Cause,
+    what: String,
+    cure: String,
+}
+
+/// The kinds of reasons that poses are dead for.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Cause {
+    WalledIn,
+    TooNear,
+    /// It faces what it is mounted on, and would not be dead if it were turned round.
+    OwnWall,
+    Nothing,
 }
 
 /// A few of the rays of a sensor, spread over its field of view.
@@ -119,7 +179,7 @@ impl SampledRays<'_> {
     }
 
     /// Which of these candidates are dead in a world, and why.
-    fn dead(&self, world: &World, hollows: &mut Hollows, candidates: &[usize]) -> Vec<(usize, String)> {
+    fn dead(&self, world: &World, hollows: &mut Hollows, candidates: &[usize]) -> Vec<(usize, Why)> {
         let truth = &*hollows.truth.clone();
         let posed: Vec<(usize, Setting)> =
             candidates.iter().map(|&c| (c, world.settings[self.sensor][c])).collect();
@@ -127,16 +187,29 @@ impl SampledRays<'_> {
             posed.into_iter().filter(|(_, setting)| matches!(setting, Setting::Pose(_))).collect();
         let walled: Vec<Option<String>> =
             posed.iter().map(|(_, setting)| hollows.walls(self, setting)).collect();
+        let verdict =
+            |pose: &Pose| self.verdict(truth, &crate::sensor::placement(self.kind, pose, &truth.grid, 0));
         let by_rays = |(_, setting): &(usize, Setting)| {
-            self.verdict(truth, &crate::sensor::placement(self.kind, &setting.pose(), &truth.grid, 0))
+            let pose = setting.pose();
+            // Half a turn about its own z.
+            let round = Pose { rotation: pose.rotation * DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0), ..pose };
+            match verdict(&pose)? {
+                why if why.cause == Cause::TooNear && verdict(&round).is_none() => {
+                    Some(Why { cause: Cause::OwnWall, cure: "turn it round, or move it away".into(), ..why })
+                }
+                why => Some(why),
+            }
         };
-        let by_rays: Vec<Option<String>> = posed.par_iter().map(by_rays).collect();
-        let why = walled.into_iter().zip(by_rays).map(|(walled, by_rays)| walled.or(by_rays));
+        let by_rays: Vec<Option<Why>> = posed.par_iter().map(by_rays).collect();
+        let walled = walled
+            .into_iter()
+            .map(|what| what.map(|what| Why { cause: Cause::WalledIn, what, cure: "move it out".into() }));
+        let why = walled.zip(by_rays).map(|(walled, by_rays)| walled.or(by_rays));
         posed.iter().zip(why).filter_map(|((candidate, _), why)| Some((*candidate, why?))).collect()
     }
 
     /// Why rays from here tell nothing. Casts no more of them than it takes to know that they tell something.
-    fn verdict(&self, truth: &Truth, from: &GridPose) -> Option<String> {
+    fn verdict(&self, truth: &Truth, from: &GridPose) -> Option<Why> {
         let all = self.dirs_q15.len();
         if all == 0 {
             return None;
@@ -172,25 +245,28 @@ impl SampledRays<'_> {
         let percent = |some: usize| 100.0 * share(some);
         let before = || mostly(truth, &standing);
         if share(blind) > BLIND {
-            return Some(format!(
-                "{:.0} % of its rays end{} nearer than the {nearest_m} m from which it measures: move it away, or, if that is \
-                 its own housing, write near_ignore_m",
-                percent(blind),
-                before()
-            ));
+            let (share, before) = (percent(blind), before());
+            return Some(Why {
+                cause: Cause::TooNear,
+                what: format!(
+                    "{share:.0} % of its rays end{before} nearer than the {nearest_m} m from which it measures"
+                ),
+                cure: "move it away, or, if that is its own housing, write near_ignore_m".into(),
+            });
         }
         if share(near) > FACES_WALL {
-            return Some(format!(
-                "{:.0} % of its rays end{} within {near_m:.2} m: turn it round, or move it away",
-                percent(near),
-                before()
-            ));
+            return Some(Why {
+                cause: Cause::TooNear,
+                what: format!("{:.0} % of its rays end{} within {near_m:.2} m", percent(near), before()),
+                cure: "turn it round, or move it away".into(),
+            });
         }
         // Too few of them return.
-        Some(format!(
-            "its rays meet nothing from {nearest_m} to {farthest_m} m: turn it towards the cell, move it nearer, or take a \
-             sensor with a longer range"
-        ))
+        Some(Why {
+            cause: Cause::Nothing,
+            what: format!("its rays meet nothing from {nearest_m} to {farthest_m} m"),
+            cure: "turn it towards the cell, move it nearer, or take a sensor with a longer range".into(),
+        })
     }
 
     fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> Met {
@@ -280,7 +356,7 @@ impl Hollows {
         walls.or_else(|| {
             let body = truth.objects.iter().find(|object| object.stops_rays && object.voxels.get(own));
             let name = body.map_or("a body".into(), |object| format!("{:?}", object.name));
-            Some(format!("it stands inside {name}, where no ray goes: move it out"))
+            Some(format!("it stands inside {name}, where no ray goes"))
         })
     }
 
@@ -317,7 +393,7 @@ impl Hollows {
             let body = self.truth.objects.iter().filter(|object| object.stops_rays).max_by_key(share);
             let name = body.map_or("walls".into(), |object| format!("{:?}", object.name));
             let litres = place.count() as f64 * self.truth.grid.voxel_size_m.powi(3) * 1e3;
-            format!("it stands inside {name}, in a hollow of {litres:.0} l that no ray leaves: move it out")
+            format!("it stands inside {name}, in a hollow of {litres:.0} l that no ray leaves")
         });
         self.known.push((place, walls.clone()));
         walls

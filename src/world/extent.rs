@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::true_poses;
+use super::{sizes, true_poses};
 use crate::Result;
 use crate::error::Issue;
 use crate::scene::Scene;
@@ -33,13 +33,16 @@ pub(super) fn grid(
         });
         let all = all.fold(*surfaces, |all, p| all.union(&one(p)));
         return voxelize::grid_over(&all, size_m).map_err(|e| {
-            let mut extent = *surfaces;
+            let (mut extent, mut last) = (*surfaces, DVec3::ZERO);
             let stretches = |p: DVec3| {
-                extent = extent.union(&one(p));
+                (extent, last) = (extent.union(&one(p)), p);
                 voxelize::grid_over(&extent, size_m).is_err()
             };
-            match first_pose(study, settings, stretches) {
-                Some(pose) => e.at(format!("{pose} stretches the grid")),
+            let Some(pose) = first_pose(study, settings, stretches) else { return e };
+            let e = e.at(format!("{pose} stretches the grid"));
+            let cell = [at_world.corner_m(surfaces.min), at_world.corner_m(surfaces.end())];
+            match sizes::in_another_unit(last, cell) {
+                Some(cause) => e.cure(format!("it {cause}")),
                 None => e,
             }
         });

@@ -2,6 +2,8 @@
 //! Whatever can be wrong with the input is found here, before any ray.
 
 mod baselines;
+mod bodies;
+mod cut;
 mod dead;
 mod described;
 mod extent;
@@ -12,6 +14,7 @@ pub mod place;
 mod rays;
 mod robots;
 pub mod shapes;
+mod sizes;
 mod stuck;
 mod thin;
 mod warnings;
@@ -31,12 +34,12 @@ use crate::voxel::{BitGrid, Grid, People, Window};
 use crate::{Error, Result};
 pub use baselines::Baselines;
 use baselines::{baselines, reachable};
+pub use cut::cut_warning;
 pub use described::{Described, DescribedRegion};
 use extent::grid;
 pub use floor::{Floor, FloorSource};
 pub(crate) use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
-pub use warnings::cut_warning;
 
 /// A scene of a study at one moment, in voxels.
 #[derive(Clone, Debug)]
@@ -68,6 +71,8 @@ pub struct World {
     pub people: People,
     /// What was assumed about the scene that the user may not expect, told with its first snapshot only.
     pub warnings: Vec<String>,
+    /// Whether a hull fills most of its grid by its interior, which explains whatever else is odd.
+    pub is_filled: bool,
     /// Its entry in the manifest.
     pub(crate) described: Described,
 }
@@ -170,7 +175,8 @@ impl World {
             all.ever.add(blockers);
             worlds.push(world);
         }
-        worlds[0].warnings = warnings::warnings(study, &snapshots, &worlds);
+        let told = warnings::warnings(study, &snapshots, &worlds);
+        (worlds[0].warnings, worlds[0].is_filled) = (told.lines, told.is_filled);
         // Those about objects are theirs already.
         let remarks = study.sources.take_remarks().into_iter();
         worlds[0].warnings.extend(remarks.map(|remark| format!("a region is read from {remark}")));
@@ -224,6 +230,7 @@ impl World {
             baselines,
             people,
             warnings: Vec::new(),
+            is_filled: false,
             described: Described::default(),
         };
         world.described = described::described(study, &world);

@@ -6,10 +6,11 @@ use std::collections::{BTreeMap, HashSet};
 
 use glam::DVec3;
 
-use super::World;
 use super::dead::SMALL;
+use super::{World, bodies};
 use crate::scene::keypoints::Keypoints;
 use crate::scene::{Interior, Object, Role, Scene, Surface};
+use crate::study::Study;
 use crate::truth::voxelize::with_neighbours;
 use crate::truth::{ObjectVoxels, Truth};
 use crate::voxel::BitGrid;
@@ -44,7 +45,9 @@ const LIMBS: [(&str, [usize; 2]); 12] = [
 ];
 
 /// What is wrong with each person, each fault once however many snapshots have it.
-pub(super) fn warnings(scenes: &[Scene], worlds: &[World]) -> Vec<String> {
+pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec<String> {
+    let whole: HashSet<&str> =
+        study.scenes[worlds[0].scene].objects.iter().map(|spec| spec.name.as_str()).collect();
     let mut faults: BTreeMap<(usize, String), (usize, usize, String)> = BTreeMap::new();
     for (snapshot, (scene, world)) in scenes.iter().zip(worlds).enumerate() {
         let truth = world.truth();
@@ -52,7 +55,17 @@ pub(super) fn warnings(scenes: &[Scene], worlds: &[World]) -> Vec<String> {
             if person.role != Role::Human || person.tag_only || truth.objects[index].voxels.is_empty() {
                 continue;
             }
-            for (with, what) in faults_of(scene, &truth, index) {
+            let joints = person.keypoints.as_ref();
+            let floor_m = world.floor.z_m;
+            let is_whole = whole.contains(person.name.as_str());
+            let mirrored = joints.is_some_and(bodies::is_mirrored).then(|| {
+                "has its nose where its back is: left and right are exchanged in its joints, or one axis is mirrored".into()
+            });
+            let all = match bodies::fault(joints, &truth.objects[index], is_whole, floor_m) {
+                Some(what) => vec![(String::new(), what)],
+                None => faults_of(scene, &truth, index),
+            };
+            for (with, what) in mirrored.map(|what| ("/mirrored".into(), what)).into_iter().chain(all) {
                 let seen = faults.entry((index, with)).or_insert((snapshot, 0, what));
                 seen.1 += 1;
             }

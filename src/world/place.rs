@@ -20,7 +20,7 @@ use crate::voxel::Grid;
 const MOUNTED_M: f64 = 0.3;
 /// A wall of a room, or of a building in one piece, ends at most this far from a sensor that is mounted on
 /// it.
-const WALL_M: f64 = 0.6;
+pub(super) const WALL_M: f64 = 0.6;
 /// An object as large as this share of the cell along each axis is the room itself.
 const ROOM_SHARE: f64 = 0.8;
 /// Coordinates in a group that differ by less are one.

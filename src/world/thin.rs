@@ -5,8 +5,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::World;
-use crate::scene::spec::SurfaceSpec;
-use crate::scene::{Mesh, Object, Optical, Role, Scene, Surface};
+use super::sizes::MeshFiles;
+use crate::scene::{Mesh, Optical, Role, Scene, Surface};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid, Window};
 
@@ -23,11 +23,12 @@ const FILLED: f64 = 0.5;
 /// The opaque meshes of the first snapshot that are thin, with what they fill.
 pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec<String> {
     let (world, truth) = (&worlds[0], worlds[0].truth());
+    let files = MeshFiles::of(&study.scenes[world.scene]);
     let objects = scenes[0].objects.iter().zip(&truth.objects);
     let thin = objects.filter_map(|(object, voxels)| {
         let counts = object.role == Role::Environment && object.optical == Optical::Opaque && !object.tag_only;
         let Surface::Mesh(mesh) = &object.surface else { return None };
-        if !counts || !is_of_a_file(study, world.scene, object) {
+        if !counts || files.get(&object.name).is_none() {
             return None;
         }
         let share = fill_share(mesh, &voxels.voxels, &world.grid)?;
@@ -41,15 +42,6 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
         })
     });
     thin.collect()
-}
-
-/// Whether an object, or the part of one, is from a mesh in a file.
-pub(super) fn is_of_a_file(study: &Study, scene: usize, object: &Object) -> bool {
-    study.scenes[scene].objects.iter().any(|spec| {
-        let part = object.name.strip_prefix(spec.name.as_str());
-        let is_its = part.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
-        is_its && matches!(spec.surface, SurfaceSpec::Mesh(_))
-    })
 }
 
 /// The share of straight lines through its voxels that meet a sheet, on the axis where most do; `None` for
@@ -117,7 +109,7 @@ fn met(triangles: &[[DVec3; 3]], voxel: [i32; 3], axis: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::primitive;
+    use crate::scene::{Object, primitive};
     use crate::truth::voxelize_all;
     use glam::DQuat;
     use std::sync::Arc;

@@ -4,17 +4,25 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{World, dead, floor, people, robots, stuck, thin};
-use crate::scene::{Object, Role, Scene};
+use super::place::{Places, is_room, room_m};
+use super::sizes::{Lengths, MeshFiles, in_another_unit};
+use super::{World, cut_warning, dead, floor, people, robots, stuck, thin};
+use crate::scene::{Interior, Role, Scene};
 use crate::sensor::{Sensor, Setting, Stance};
-use crate::study::{RegionSpec, Study};
-use crate::truth::voxelize::{HUGE_M, LARGE_M};
-use crate::truth::{ObjectVoxels, RegionShape, Truth};
+use crate::study::Study;
+use crate::truth::{ObjectVoxels, Truth};
 use crate::voxel::Grid;
-use crate::world::place::Places;
 
-/// The warnings of a scene from all its snapshots, which have the same objects in the same order.
-pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec<String> {
+/// What is said of a scene.
+pub(super) struct Told {
+    pub(super) lines: Vec<String>,
+    /// Whether a hull fills most of the grid by its interior, which explains whatever else is odd.
+    pub(super) is_filled: bool,
+}
+
+/// The warnings of a scene from all its snapshots, which have the same objects in the same order. What explains others
+/// comes before them, or instead of them.
+pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Told {
     let scene = &study.scenes[worlds[0].scene];
     let of_file = |path: &Path, said: &[String]| {
         said.iter().map(|what| format!("{}: {what}", path.display())).collect::<Vec<_>>()
@@ -23,15 +31,23 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
     warnings.extend(of_file(&scene.path, &scene.warnings));
     let first = worlds[0].truth();
     let glances: Vec<Glance> = worlds.iter().map(|world| Glance::of(study, world)).collect();
+    if let Some(hull) = hull_warning(&scenes[0], &first, &glances) {
+        warnings.insert(0, hull);
+        return Told { lines: warnings, is_filled: true };
+    }
+    let ignored: Vec<f64> = glances.iter().map(|glance| glance.ignored_share).collect();
+    let (at, when) = largest(&ignored);
+    if ignored[at] > MOST {
+        let percent = 100.0 * ignored[at];
+        warnings.push(format!(
+            "{percent:.0} % of the grid is inside bodies whose interior is ignored{when}: a hull that is the room itself \
+             needs interior = \"free\""
+        ));
+    }
+    let (lengths, files) = (Lengths::of(&first.objects), MeshFiles::of(scene));
     for (index, object) in first.objects.iter().enumerate() {
         object_warnings(&glances, &object.name, index, &mut warnings);
-        warnings.extend(size_warning(
-            study,
-            &scenes[0].objects[index],
-            worlds[0].scene,
-            &first.objects,
-            index,
-        ));
+        warnings.extend(lengths.warning(object, index, study.voxel_size_m, &files));
     }
     if !first.objects.iter().any(|o| o.role == Role::Human) {
         warnings.push(
@@ -40,32 +56,62 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
         );
     }
     warnings.extend((0..study.regions.len()).filter_map(|region| cut_warning(study, worlds, region)));
-    let ignored: Vec<f64> = glances.iter().map(|glance| glance.ignored_share).collect();
-    let (at, when) = largest(&ignored);
-    if ignored[at] > 0.5 {
-        let percent = 100.0 * ignored[at];
-        warnings.push(format!(
-            "{percent:.0} % of the grid is inside bodies whose interior is ignored{when}: a hull that is the room itself \
-             needs interior = \"free\""
-        ));
-    }
     warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::of(study, &worlds[0]);
-    for sensor in 0..study.sensors.len() {
+    let outside = outside(study, &first, &worlds[0]);
+    for (sensor, outside) in outside.iter().enumerate() {
         let spec = &study.sensors[sensor];
         warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
         warnings.extend(once_warning(study, sensor));
         warnings.extend(stuck::warning(study, &places, sensor, worlds));
-        warnings.extend(outside_warning(study, &places, sensor, &first, &worlds[0]));
+        warnings.extend(outside_warnings(study, &places, sensor, outside));
     }
     warnings.extend(
         (0..study.sensors.len()).filter_map(|sensor| inside_warning(study, &places, sensor, &glances)),
     );
     warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
-    warnings.extend(people::warnings(scenes, worlds));
+    warnings.extend(people::warnings(study, scenes, worlds));
     warnings.extend(thin::warnings(study, scenes, worlds));
-    warnings.extend(dead::warnings(study, worlds));
-    warnings
+    let explained = |sensor: usize, candidate: usize| {
+        outside[sensor].binary_search_by_key(&candidate, |(candidate, _)| *candidate).is_ok()
+    };
+    warnings.extend(dead::warnings(study, worlds, &explained));
+    Told { lines: warnings, is_filled: false }
+}
+
+/// A larger share of the grid is most of it.
+const MOST: f64 = 0.5;
+
+/// An object around the whole cell that fills it by its interior, or leaves it out.
+fn hull_warning(scene: &Scene, first: &Truth, glances: &[Glance]) -> Option<String> {
+    let room_m = room_m(first);
+    let share_of = |index: usize| {
+        let (object, share) = match scene.objects[index].interior {
+            Interior::Free => return None,
+            Interior::Occupied => {
+                let counts = glances.iter().map(|glance| glance.objects[index].voxels.count());
+                let volume = first.grid.window().volume() as f64;
+                (&first.objects[index], counts.max()? as f64 / volume)
+            }
+            Interior::Ignored => {
+                let shares = glances.iter().map(|glance| glance.ignored_share);
+                (&first.objects[index], shares.fold(0.0, f64::max))
+            }
+        };
+        (share > MOST && is_room(object, room_m)).then_some((index, share))
+    };
+    let (index, share) = (0..scene.objects.len()).find_map(share_of)?;
+    let (name, percent) = (&scene.objects[index].name, 100.0 * share);
+    Some(match scene.objects[index].interior {
+        Interior::Occupied => format!(
+            "object {name:?} fills {percent:.0} % of the grid by interior = \"occupied\": a hull that is the room itself \
+             needs interior = \"free\""
+        ),
+        _ => format!(
+            "object {name:?} is around {percent:.0} % of the grid, whose interior is ignored: a hull that is the room itself \
+             needs interior = \"free\""
+        ),
+    })
 }
 
 /// What the warnings need of each snapshot.
@@ -116,70 +162,9 @@ fn object_warnings(glances: &[Glance], name: &str, index: usize, warnings: &mut 
     }
 }
 
-/// A wrong unit makes an object smaller than a voxel, or a mesh much larger than all others.
-fn size_warning(
-    study: &Study,
-    object: &Object,
-    scene: usize,
-    objects: &[Arc<ObjectVoxels>],
-    index: usize,
-) -> Option<String> {
-    let length_m = |object: &ObjectVoxels| (object.bounds_m[1] - object.bounds_m[0]).max_element();
-    let (name, own_m) = (&objects[index].name, length_m(&objects[index]));
-    let is_map = objects[index].watertight.is_none();
-    if !is_map && own_m < study.voxel_size_m {
-        let mm = own_m * 1e3;
-        return Some(format!(
-            "object {name:?} is {mm:.1} mm long, less than a voxel: is its unit right? Lengths in a scene are metres"
-        ));
-    }
-    let others = objects.iter().enumerate().filter(|(other, _)| *other != index);
-    let longest_m = others.map(|(_, object)| length_m(object)).reduce(f64::max)?;
-    // Longer objects are told of when they are voxelized.
-    let is_odd = own_m > LARGE_M && own_m <= HUGE_M && own_m >= 5.0 * longest_m;
-    (is_odd && thin::is_of_a_file(study, scene, object)).then(|| {
-        format!(
-            "object {name:?} is {own_m:.1} m long, and no other is longer than {longest_m:.1} m: is its file in \
-             millimetres? (unit = \"mm\")"
-        )
-    })
-}
-
-/// How much of a region the grid cuts off, where, and what to do if that matters; in the snapshot where it is
-/// most.
-pub fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String> {
-    let cut: Vec<f64> = worlds.iter().map(|world| world.regions[region].cut_share).collect();
-    let (at, when) = largest(&cut);
-    let (name, spec) = &study.regions[region];
-    let sides = sides(worlds[at].regions[region].cut_at);
-    let smaller = match spec {
-        RegionSpec::RegionShape(RegionShape::HumanBox { .. }) => "take a smaller margin_m",
-        RegionSpec::Separation { .. } => "take what is said of it as a bound",
-        _ => "make the region smaller there",
-    };
-    let bounds = if study.bounds_m.is_some() { "widen bounds_m of [grid]" } else { "set bounds_m of [grid]" };
-    let percent = 100.0 * cut[at];
-    (percent > 0.0).then(|| {
-        format!(
-            "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: no loss \
-             if the cell ends there; if not, {bounds}, or {smaller}"
-        )
-    })
-}
-
-/// The sides of the grid in words, from whether something goes beyond the low and the high end of each axis.
-fn sides(beyond: [[bool; 2]; 3]) -> String {
-    let names = [["towards -x", "towards +x"], ["towards -y", "towards +y"], ["below", "above"]];
-    // Floors and ceilings are what is cut off most often.
-    let order = [2, 0, 1].into_iter().flat_map(|axis| [0, 1].map(|end| (axis, end)));
-    let cut: Vec<&str> =
-        order.filter(|&(axis, end)| beyond[axis][end]).map(|(axis, end)| names[axis][end]).collect();
-    cut.join(", ")
-}
-
 /// The first snapshot where a value is largest, and words that name it; no words where all snapshots are
 /// alike.
-fn largest(values: &[f64]) -> (usize, String) {
+pub(super) fn largest(values: &[f64]) -> (usize, String) {
     let larger = |at: usize, i: usize| if values[i] > values[at] { i } else { at };
     let at = (0..values.len()).fold(0, larger);
     let alike = values.iter().all(|&value| value == values[at]);
@@ -215,27 +200,49 @@ fn candidates(world: &World, sensor: usize, is_so: impl Fn(&Setting) -> bool) ->
     (0..settings.len()).filter(|&candidate| is_so(&settings[candidate])).collect()
 }
 
-/// Which poses are outside everything that is modelled, in the first snapshot.
-fn outside_warning(
-    study: &Study,
-    places: &Places,
-    sensor: usize,
-    truth: &Truth,
-    world: &World,
-) -> Option<String> {
+/// Of each sensor the poses outside everything that is modelled, in the first snapshot; with what the unit of their
+/// coordinates looks like, if another one would put them inside.
+fn outside(study: &Study, truth: &Truth, world: &World) -> Vec<Vec<(usize, Option<String>)>> {
     let all = truth.objects.iter().map(|object| object.bounds_m);
-    let [low, high] = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])?;
+    let Some([low, high]) = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]) else {
+        return vec![Vec::new(); study.sensors.len()];
+    };
     let is_outside = |setting: &Setting| match setting {
         Setting::Pose(pose) => !(pose.position_m.cmpge(low) & pose.position_m.cmple(high)).all(),
         _ => false,
     };
-    let outside = candidates(world, sensor, is_outside);
-    let first = first_of(study, places, sensor, &outside)?;
-    Some(format!(
-        "sensor {:?}: {} poses ({first}) are outside all surfaces of the scene: is that where they should be?",
-        study.sensors[sensor].name,
-        outside.len()
-    ))
+    let unit = |sensor: usize, candidate: usize| {
+        let position_m = world.settings[sensor][candidate].pose().position_m;
+        (candidate, in_another_unit(position_m, [low, high]))
+    };
+    let of_sensor = |sensor: usize| {
+        let outside = candidates(world, sensor, is_outside).into_iter();
+        outside.map(|candidate| unit(sensor, candidate)).collect()
+    };
+    (0..study.sensors.len()).map(of_sensor).collect()
+}
+
+/// How many poses are outside, those in another unit apart.
+fn outside_warnings(
+    study: &Study,
+    places: &Places,
+    sensor: usize,
+    outside: &[(usize, Option<String>)],
+) -> impl Iterator<Item = String> {
+    let (in_unit, others): (Vec<_>, Vec<_>) = outside.iter().partition(|(_, unit)| unit.is_some());
+    let candidates = |some: &[&(usize, Option<String>)]| some.iter().map(|(c, _)| *c).collect::<Vec<_>>();
+    let line = |some: &[&(usize, Option<String>)], question: String| {
+        let first = first_of(study, places, sensor, &candidates(some))?;
+        Some(format!(
+            "sensor {:?}: {} poses ({first}) are outside all surfaces of the scene: {question}",
+            study.sensors[sensor].name,
+            some.len()
+        ))
+    };
+    let unit = in_unit.first().and_then(|(_, unit)| unit.clone()).unwrap_or_default();
+    [line(&in_unit, format!("its position {unit}")), line(&others, "is that where they should be?".into())]
+        .into_iter()
+        .flatten()
 }
 
 /// How many poses stand in a blocker, in the snapshot where most do.
@@ -255,16 +262,6 @@ fn inside_warning(study: &Study, places: &Places, sensor: usize, glances: &[Glan
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sides_are_named_with_floor_and_ceiling_first() {
-        assert_eq!(sides([[true, false], [false; 2], [true, false]]), "below, towards -x");
-        assert_eq!(
-            sides([[false, true], [true, true], [false, true]]),
-            "above, towards +x, towards -y, towards +y"
-        );
-        assert_eq!(sides([[false; 2]; 3]), "");
-    }
 
     #[test]
     fn the_worst_snapshot_is_named_unless_all_are_alike() {

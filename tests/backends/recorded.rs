@@ -220,7 +220,7 @@ fn the_screen_tells_what_the_map_makes_of_each_object() {
     let turned = ["--at", "0,0,0,0.9996573249755573,0,0,0.026176948307873153"];
     assert_eq!(score(&folder, "files/points-lidar.ply", &turned).stdout, moved.stdout);
     // A frame on its side calls other voxels occupied.
-    let tilted = score(&folder, "files/points-lidar.ply", &["--at", "0,0,0,1,0.05,0,0"]);
+    let tilted = score(&folder, "files/points-lidar.ply", &["--at", "0,0,0,0.99875,0.04994,0,0"]);
     assert_ne!(tilted.stdout, moved.stdout);
     assert!(moved.stdout.contains("measured from 0.000, 0.000, 0.000 m"), "{}", moved.stdout);
     // Why the rest is not called occupied adds up to it, and where the sensor was changes nothing but that.
@@ -270,9 +270,9 @@ fn wrong_recordings_are_refused() {
     study(
         file,
         &turn("w = 0, x = 0, y = 0, z = 0"),
-        &["quaternion = [0.0, 0.0, 0.0, 0.0]: must not be zero"],
+        &["quaternion = { w = 0, x = 0, y = 0, z = 0 }: must not be zero"],
     );
-    study(file, &turn("w = 1, x = 1, y = 0, z = 0"), &["is a map", "turned about the vertical only"]);
+    study(file, &turn("w = 0.6, x = 0.8, y = 0, z = 0"), &["is a map", "turned about the vertical only"]);
     study(
         file,
         &format!("{file}\nposition_m = [50, 0, 0]"),

@@ -361,6 +361,19 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
                 let set = [item, (item * 7 + 3) % evidence.count()];
                 assert_eq!(filed.counts(&set), evidence.counts(&set), "{objective}: {set:?}");
             }
+            filed.was_read().unwrap();
+            // What was read once may be another when it is read again.
+            let whole = journal(&folder);
+            let mut altered = whole.clone();
+            altered[first_record(&whole)..].iter_mut().for_each(|byte| *byte ^= 1);
+            write_journal(&folder, &altered);
+            (0..filed.count()).for_each(|item| drop(filed.counts(&[item])));
+            let error = filed.was_read().unwrap_err();
+            assert!(
+                matches!(error, Error::Storage(_)) && error.to_string().contains("other bytes"),
+                "{error}"
+            );
+            write_journal(&folder, &whole);
             drop(filed);
             assert!(held <= needed, "{objective}: {held} bytes, {needed} were announced");
             // What the file has is known exactly.

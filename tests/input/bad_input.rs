@@ -116,6 +116,12 @@ fn things_that_are_missing_or_twice() {
         ),
         (
             STUDY,
+            "name = \"lidar\"",
+            "name = \"a\\uFEFFb\"",
+            "sensor \"a\\u{feff}b\" has control characters or others that are not seen (\\u{feff}): name it with",
+        ),
+        (
+            STUDY,
             "name = \"random\"",
             "name = \"Wall\"\nlist = []",
             "sensor \"camera\".poses \"Wall\": give one of",
@@ -234,7 +240,12 @@ fn places_that_do_not_fit_the_grid() {
     wrong(STUDY, "margin_m = 0.2", "margin_m = -0.9", &["region \"human\"", "holds no voxel's centre"]);
     let far = "sensor \"camera\": pose wall/0/0 at [-1, 800, 1.2] stretches the grid";
     wrong(STUDY, "y_m = -0.75", "y_m = 800", &[far, "set voxel_size_m ="]);
-    wrong(STUDY, "y_m = -0.75", "y_m = 900000", &["stretches the grid", "is a length in millimetres?"]);
+    wrong(
+        STUDY,
+        "y_m = -0.75",
+        "y_m = 900000",
+        &["stretches the grid", "is a length in millimetres or centimetres?"],
+    );
     wrong(SCENE, "position_m = [0.7,", "position_m = [900000,", &["object \"crate\"", "a corner at"]);
     let all = "interior = \"ignored\"\nbox = { size_m = [3, 3, 3] }\n#";
     check(
@@ -277,6 +288,19 @@ fn pose_tables() {
         (format!("{HEADER}{good}b,0,0,x,1,0,0,0\n"), "line 3"),
         (format!("{HEADER}{good}# note\nb,0,0,1,1,0,0\n"), "line 4: has 7 fields"),
         (format!("{HEADER}{good}b,0,0,1,0,0,0,0\n"), "line 3: qw, qx, qy, qz must not be zero"),
+        (
+            format!("{HEADER}{good}b,0,0,1,0.6,0,0,0.9\n"),
+            "line 3: qw, qx, qy, qz must have a length of 1 within 0.001, and has 1.0817: of length 1 it is w = 0.5547",
+        ),
+        (
+            HEADER.replace(',', ";") + "a;0;0;1;1;0;0;0\n",
+            "wall.csv: line 1: columns are separated by semicolons",
+        ),
+        (
+            format!("{HEADER}b,0,5,0,5,1,5,1,0,0,0,0,0,0,0\n"),
+            "line 2: has 15 fields, the header 8: numbers have a decimal comma: write 1.5, not 1,5",
+        ),
+        (format!("{HEADER}b,\"0,5\",0,1,1,0,0,0\n"), "line 2: numbers have a decimal comma"),
         (format!("{HEADER}{good}b,0,0,1,nan,0,0,0\n"), "line 3: qw, qx, qy, qz"),
         (format!("{HEADER}{good}b,0,inf,1,1,0,0,0\n"), "line 3: x_m, y_m, z_m"),
         (format!("{HEADER}{good}b,0,1e300,1,1,0,0,0\n"), "line 3: x_m, y_m, z_m"),
@@ -344,6 +368,40 @@ fn outputs_and_arguments() {
     let outcome = perirobot(&["voxelize", text(&scene), "--out", text(&below)]);
     assert_eq!(outcome.code, Some(2));
     assert!(outcome.stderr.contains("no/cell.bt: cannot be written"), "{}", outcome.stderr);
+}
+
+/// Both orders of four numbers are in use.
+#[test]
+fn a_quaternion_in_a_list_is_shown_in_both_orders() {
+    let list = "quaternion = [0, 0, 0.6, 0.8]";
+    let both = "found a list, whose order is not known: if it is x, y, z, w, write { w = 0.8, x = 0, y = 0, z = 0.6 }; if it is \
+                w, x, y, z, write { w = 0, x = 0, y = 0.6, z = 0.8 }";
+    let table = "quaternion = { w = 1, x = 0, y = 0, z = 0 }";
+    wrong(STUDY, table, list, &["sensor \"lidar\": ", both]);
+    wrong(SCENE, table, list, &[both]);
+    wrong(SCENE, table, "quaternion = [1, 0, 0]", &["found 3 entries, wanted a table, as in { w = 1"]);
+    let long = "quaternion = { w = 1, x = 0, y = 0, z = 1 }";
+    let told = "quaternion = { w = 1, x = 0, y = 0, z = 1 }: must have a length of 1 within 0.001, and has 1.4142: of length 1";
+    wrong(STUDY, table, long, &["sensor \"lidar\"", told]);
+    wrong(SCENE, table, long, &["object \"arm\"", told]);
+}
+
+/// A line of a file may be of any length, that of a message may not.
+#[test]
+fn no_message_is_a_line_without_end() {
+    let long = "a".repeat(2_000_000);
+    let folder = Folder::new();
+    folder.edit(STUDY, "seed = 7", &format!("seed = \"{long}\""));
+    folder.edit(STUDY, "name = \"lidar\"", &format!("name = [\"{long}\" 1]"));
+    for edit in [None, Some(("name = [", "name = \"lidar\" # ["))] {
+        if let Some((from, to)) = edit {
+            folder.edit(STUDY, from, to);
+        }
+        let outcome = folder.sweep(&[]);
+        assert_eq!(outcome.code, Some(2));
+        assert!(outcome.stderr.len() < 10_000, "{} bytes", outcome.stderr.len());
+        assert!(outcome.stderr.contains("study.toml: "), "{}", outcome.stderr);
+    }
 }
 
 /// A file of the other kind, or a folder.

@@ -45,6 +45,30 @@ fn init_writes_a_study_that_is_checked_and_swept() {
     assert_eq!(fs::read_to_string(out.join("results.csv")).unwrap().lines().count(), 1 + 80 * 2 * 2);
 }
 
+/// Files may not grow beyond a limit, as on a full disk: what was written is taken away, so that the same command works
+/// when there is room.
+#[test]
+fn init_on_a_full_disk_leaves_nothing_in_its_own_way() {
+    let folder = tempfile::tempdir().unwrap();
+    for home in [folder.path().join("new/cell"), folder.path().to_path_buf()] {
+        let init = |limit: &str| {
+            let script = format!("trap '' XFSZ; {limit} exec \"$@\"");
+            let words = ["-c", &script, "sh", env!("CARGO_BIN_EXE_perirobot"), "init", text(&home)];
+            std::process::Command::new("sh").args(words).output().unwrap()
+        };
+        // Room for all files but the last.
+        let full = init("ulimit -f 100;");
+        let said = String::from_utf8(full.stderr).unwrap();
+        assert_eq!(full.status.code(), Some(3), "{said}");
+        assert!(said.contains("cannot be written") && said.contains("run the same command again"), "{said}");
+        assert_eq!(program::names(folder.path()), [""; 0], "nothing is left");
+        assert_eq!(init("").status.code(), Some(0));
+        if home != folder.path() {
+            fs::remove_dir_all(folder.path().join("new")).unwrap();
+        }
+    }
+}
+
 #[test]
 fn init_overwrites_nothing() {
     for name in ["study.toml", "robot.urdf"] {

@@ -1,7 +1,7 @@
 //! Input that is accepted with an assumption: the program runs, exits with 0, and says what it assumed of
 //! what.
 
-use crate::common::program::{Folder, STUDY};
+use crate::common::program::{Folder, STUDY, perirobot, refused, text};
 
 /// The good study with these edits, `(file, from, to)`, must run and warn in words that hold all of
 /// `expected`.
@@ -98,9 +98,12 @@ fn a_sensor_inside_a_closed_body_is_dead() {
 fn corner_is_dead(place: &str, study: [&str; 2], scene: [&str; 2]) -> bool {
     let folder = Folder::new();
     folder.edit("study.toml", "position_m = [0.1, 0.1, 1.3]", &format!("position_m = {place}"));
+    // In a group of its own, so that no line is about several poses.
+    let alone = "]\n[[sensor.poses]]\nname = \"alone\"\nlist = [\n    { name = \"corner\"";
+    folder.edit("study.toml", "    { name = \"corner\"", alone);
     folder.edit("study.toml", study[0], study[1]);
     folder.edit("cell.toml", scene[0], scene[1]);
-    warnings(&folder).iter().any(|w| w.contains("pose posts/corner (") && w.contains(") is dead: "))
+    warnings(&folder).iter().any(|w| w.contains("pose alone/corner (") && w.contains(") is dead: "))
 }
 
 #[test]
@@ -202,10 +205,54 @@ fn a_part_beside_which_all_others_are_tiny() {
         folder.write("knob.stl", stl_box([15.0, 15.0, 10.0], 0));
         folder.edit(BOUNDS.0, BOUNDS.1, BOUNDS.2);
         folder.edit("cell.toml", ball, &format!("{surface}\n{more}"));
-        !warnings(&folder).iter().any(|w| w.contains("is its file in millimetres?"))
+        !warnings(&folder).iter().any(|w| w.contains("is its file in millimetres"))
     };
     assert!(quiet("box = { size_m = [30, 30, 20] }", ""));
     assert!(quiet("mesh = \"knob.stl\"", "[[object]]\nname = \"rail\"\nbox = { size_m = [7, 0.3, 0.3] }"));
+}
+
+/// A forklift of 2.4 m in centimetres: both cures are told with their lengths, and the wrong one is noticed.
+#[test]
+fn a_mesh_in_centimetres() {
+    let folder = Folder::new();
+    folder.write("forklift.stl", stl_box([120.0, 60.0, 60.0], 0));
+    let ball = "sphere = { radius_m = 0.12 }";
+    let hall = ("cell.toml", "room = { size_m = [2.4, 1.8, 1.6] }", "room = { size_m = [12, 12, 1.6] }");
+    folder.edit(hall.0, hall.1, hall.2);
+    folder.edit("cell.toml", ball, "mesh = \"forklift.stl\"");
+    folder.edit("cell.toml", "position_m = [-0.7, -0.5, 0.3]", "position_m = [-4, -4, 0.65]");
+    let told = |folder: &Folder| {
+        let said = folder.sweep(&["--restart"]).stderr;
+        said.lines().filter(|line| line.contains("\"ball\"")).map(String::from).collect::<Vec<_>>()
+    };
+    let both = "(unit = \"mm\" beside mesh makes it 0.24 m) or in centimetres (unit = \"cm\": 2.40 m)?";
+    let [line] = &told(&folder)[..] else { panic!("{:?}", told(&folder)) };
+    assert!(line.contains(both), "{line}");
+    folder.edit("cell.toml", "mesh =", "unit = \"mm\"\nmesh =");
+    let [line] = &told(&folder)[..] else { panic!("{:?}", told(&folder)) };
+    let trifle = "object \"ball\" is 0.24 m long by unit = \"mm\", in a cell of 12.0 m: is its file in centimetres (unit = \"cm\": 2.40 m)?";
+    assert!(line.contains(trifle), "{line}");
+    folder.edit("cell.toml", "unit = \"mm\"", "unit = \"cm\"");
+    assert_eq!(told(&folder), [""; 0]);
+}
+
+#[test]
+fn a_pose_in_centimetres() {
+    let high = ("study.toml", "position_m = [0.1, 0.1, 1.3]", "position_m = [0.1, 0.1, 90]");
+    let told = "are outside all surfaces of the scene: its position looks like centimetres, and metres are wanted: \
+                z 90 cm are 0.9 m, which is inside the cell";
+    check(&Folder::new(), &[high], &["sensor \"lidar\": 1 poses (first posts/corner: ", told]);
+    // One pose, one line.
+    let folder = Folder::new();
+    folder.edit(high.0, high.1, high.2);
+    assert_eq!(warnings(&folder).iter().filter(|line| line.contains("posts/corner")).count(), 1);
+    // Where it is too far for a grid, the error says so.
+    let far = ("study.toml", "position_m = [0.1, 0.1, 1.3]", "position_m = [0.1, 0.1, 130]");
+    refused(
+        &Folder::new(),
+        &[far],
+        &["stretches the grid", "it looks like centimetres", "z 130 cm are 1.3 m"],
+    );
 }
 
 #[test]
@@ -223,14 +270,23 @@ fn a_leaky_mesh_asked_to_be_solid() {
 #[test]
 fn a_region_that_the_grid_cuts() {
     let edit = ("study.toml", "max_m = [0.5,", "max_m = [2.9,");
+    // What is behind a wall, or below the floor, is no loss.
+    let closed = Folder::new();
+    closed.edit(edit.0, edit.1, edit.2);
+    assert_eq!(warnings(&closed), [""; 0]);
+    let floor = [
+        ("cell.toml", "room = { size_m = [2.4, 1.8, 1.6] }", "plane = { size_m = [2.4, 1.8] }"),
+        ("cell.toml", "position_m = [0, 0, 0.8]", "position_m = [0, 0, 0]"),
+    ];
     let share = "% of it lies outside the grid (towards +x) and is not counted";
     let cure =
         ": no loss if the cell ends there; if not, set bounds_m of [grid], or make the region smaller there";
-    check(&Folder::new(), &[edit], &["region \"box\"", share, cure]);
+    check(&Folder::new(), &[&floor[..], &[edit]].concat(), &["region \"box\"", share, cure]);
     // A person's box has a margin, and the bounds are there already.
     let margin = ("study.toml", "margin_m = 0.2", "margin_m = 0.4");
     let cure = "; if not, widen bounds_m of [grid], or take a smaller margin_m";
-    check(&Folder::new(), &[BOUNDS, margin], &["region \"human\"", "grid (below, towards -y) and", cure]);
+    let expected = ["region \"human\"", "grid (below, towards -y) and", cure];
+    check(&Folder::new(), &[&floor[..], &[BOUNDS, margin]].concat(), &expected);
 }
 
 #[test]
@@ -258,11 +314,32 @@ fn a_hull_whose_inside_is_ignored() {
         ("cell.toml", "interior = \"free\"", ""),
         ("cell.toml", "room = {", "interior = \"ignored\"\nbox = {"),
     ];
-    check(
-        &Folder::new(),
-        &edits,
-        &["% of the grid is inside bodies whose interior is ignored", "interior = \"free\""],
-    );
+    let cure = "a hull that is the room itself needs interior = \"free\"";
+    let alone = |edits: &[(&str, &str, &str)], expected: &str| {
+        let folder = Folder::new();
+        // A pose in a body, and nobody in the cell, which would be told without the hull.
+        folder.edit("study.toml", "position_m = [0.1, 0.1, 1.3]", "position_m = [0.75, 0.4, 0.45]");
+        edits.iter().for_each(|(file, from, to)| folder.edit(file, from, to));
+        let stderr = folder.sweep(&[]).stderr;
+        let said: Vec<&str> = stderr.lines().filter(|line| line.contains("warning: ")).collect();
+        assert!(said.len() == 1 && said[0].contains(expected) && said[0].contains(cure), "{said:#?}");
+        let outcome = perirobot(&["check", text(&folder.path("study.toml")), "--backend", "cpu"]);
+        assert!(outcome.stdout.ends_with("no errors; 1 warning above\n"), "{}", outcome.stdout);
+    };
+    // The regions are outside the hull, since all else would belong to none.
+    let outside =
+        |from: &'static str| ("study.toml", from, "min_m = [-1.2, -0.9, 0], max_m = [-1.1, -0.8, 0.1]");
+    let occupied = ("cell.toml", "room = {", "interior = \"occupied\"\nbox = {");
+    alone(&[edits[0], occupied], "object \"walls\" fills 100 % of the grid by interior = \"occupied\": ");
+    let regions = [
+        outside("min_m = [-0.5, -0.5, 0.1], max_m = [0.5, 0.5, 1.1]"),
+        (
+            "study.toml",
+            "sphere = { center_m = [0.2, 0.3, 0.4], radius_m = 0.6 }",
+            "box = { min_m = [-2, -2, -1], max_m = [2, 2, 2] }",
+        ),
+    ];
+    alone(&[&edits[..], &regions].concat(), "object \"walls\" is around ");
 }
 
 #[test]
@@ -402,16 +479,24 @@ fn angles_in_radians_and_ranges_in_millimetres() {
 #[test]
 fn a_pose_before_a_wall_is_dead() {
     let turned = ("study.toml", "facing = [0, 1, 0]", "facing = [0, -1, 0]");
-    let pose = ") is dead: 100 % of its rays end at \"walls\" ";
-    let blind = [
-        "sensor \"camera\": pose wall/0/0 (",
-        pose,
-        "nearer than the 0.2 m from which it measures",
-        "write near_ignore_m",
-    ];
+    let group =
+        "sensor \"camera\": group \"wall\" faces its own wall: 6 of its 6 poses are dead (first wall/0/0: ";
+    let pose = "): 100 % of its rays end at \"walls\" ";
+    let blind = [group, pose, "nearer than the 0.2 m from which it measures: turn it"];
     check(&Folder::new(), &[turned], &blind);
     let near = ("study.toml", "range_m = [0.2, 3.0]", "range_m = [0.01, 6.1]");
-    check(&Folder::new(), &[turned, near], &[pose, "within 0.30 m: turn it round, or move it away"]);
+    check(&Folder::new(), &[turned, near], &[group, pose, "within 0.30 m: turn it"]);
+    // One of them alone, and one that is dead whichever way it is turned.
+    let one = ("study.toml", "x_m = { start = -1.0, stop = 1.0, step = 1.0 }", "x_m = 0");
+    let straight =
+        ("study.toml", "[{ pan = 0, tilt = 0 }, { pan = -20, tilt = -30 }]", "[{ pan = 0, tilt = 0 }]");
+    let alone = "sensor \"camera\": pose wall/0/0 (";
+    let own = ") is dead: 100 % of its rays end at \"walls\" nearer than the 0.2 m from which it measures: turn it round";
+    check(&Folder::new(), &[turned, one, straight], &[alone, own]);
+    let boxed =
+        "[[object]]\nname = \"niche\"\nbox = { size_m = [0.6, 0.02, 0.6] }\nposition_m = [0, -0.62, 1.2]\n";
+    let cure = "m from which it measures: move it away, or, if that is its own housing, write near_ignore_m";
+    check(&Folder::new(), &[turned, one, straight, ("cell.toml", "", boxed)], &[alone, cure]);
 }
 
 #[test]
@@ -422,13 +507,24 @@ fn poses_with_nothing_in_range_are_dead_and_counted() {
     folder.edit("study.toml", "near_ignore_m = 0.05", "");
     folder.edit("study.toml", "range_m = [0.1, 5.0]", "range_m = [0.01, 0.02]");
     let told: Vec<_> = warnings(&folder).into_iter().filter(|w| w.contains("dead")).collect();
-    let lone = "is dead: its rays meet nothing from 0.01 to 0.02 m: turn it towards the cell";
-    assert_eq!(told.iter().filter(|w| w.contains(lone)).count(), 10, "{told:#?}");
-    assert_eq!(told[10], "cell: 1 more poses are dead, 11 of 11 in all");
+    let why = "): its rays meet nothing from 0.01 to 0.02 m: turn it towards the cell";
+    for (line, group) in told.iter().zip(["6 of the 6 poses of group \"wall\"", "2 of the 2", "3 of the 3"]) {
+        assert!(line.contains(group) && line.contains(why), "{told:#?}");
+    }
+    assert_eq!(told.len(), 3, "{told:#?}");
+    // Of many groups the first are told.
+    for number in 0..9 {
+        let group = format!(
+            "[[sensor.poses]]\nname = \"{number}\"\nlist = [{{ position_m = [0, 0, 1], facing = [1, 0, 0] }}]\n"
+        );
+        folder.edit("study.toml", "", &group);
+    }
+    let told: Vec<_> = warnings(&folder).into_iter().filter(|w| w.contains("dead")).collect();
+    assert_eq!((told.len(), told[10].as_str()), (11, "cell: 2 more poses are dead, 20 of 20 in all"));
     // Who certifies what is empty says enough.
     folder.edit("study.toml", "range_m = [0.01, 0.02]", "range_m = [0.01, 0.02]\nno_return = \"free\"");
-    let told = warnings(&folder).iter().filter(|w| w.contains("dead")).count();
-    assert_eq!(told, 3, "the LIDAR's");
+    let told: Vec<_> = warnings(&folder).into_iter().filter(|w| w.contains("dead")).collect();
+    assert_eq!(told.len(), 10, "the LIDAR's: {told:#?}");
 }
 
 /// COCO's joints of somebody who stands at the origin, looks along x and lets the arms hang.
@@ -438,8 +534,13 @@ const JOINTS: &str = "0.1,0,1.65\n0.08,0.03,1.7\n0.08,-0.03,1.7\n0,0.08,1.68\n0,
 
 /// What is said of the operator, a mannequin at this place in a room of 2.4 m, beside these objects.
 fn said_of_a_person_at(place: &str, more: &str) -> Vec<String> {
+    said_of_joints(JOINTS, place, more)
+}
+
+/// The same of a person with these joints.
+fn said_of_joints(joints: &str, place: &str, more: &str) -> Vec<String> {
     let folder = Folder::new();
-    folder.write("joints.csv", JOINTS);
+    folder.write("joints.csv", joints);
     folder.edit("cell.toml", "room = { size_m = [2.4, 1.8, 1.6] }", "room = { size_m = [2.4, 1.8, 2.4] }");
     folder.edit("cell.toml", "position_m = [0, 0, 0.8]", "position_m = [0, 0, 1.2]");
     folder.edit("cell.toml", "cylinder = { radius_m = 0.15, height_m = 1.2 }", "mannequin = \"joints.csv\"");
@@ -475,6 +576,52 @@ fn a_person_where_nobody_can_be() {
     one("[0.2, 0.2, 0]", "", "\"arm\": left thigh");
     let cabinet = "[[object]]\nname = \"cabinet\"\nbox = { size_m = [0.5, 0.8, 2.05] }\nposition_m = [0.1, -0.3, 1.05]\n";
     one(here, cabinet, "is shut up in a closed body");
+}
+
+/// Each joint with its coordinates changed.
+fn changed(change: impl Fn([f64; 3]) -> [f64; 3]) -> String {
+    let row = |row: &str| {
+        let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        change([numbers[0], numbers[1], numbers[2]]).map(|x| x.to_string()).join(",") + "\n"
+    };
+    JOINTS.lines().map(row).collect()
+}
+
+/// One line each, which also explains where such a person is.
+#[test]
+fn joints_that_are_no_persons() {
+    let here = "[0.1, -0.3, 0]";
+    for (joints, place, expected) in [
+        (
+            changed(|[x, y, z]| [y, z, x]),
+            here,
+            "lies in the floor: are its joints y up? Turn it with rpy_deg = [90, 0, 0]",
+        ),
+        (changed(|p| p.map(|x| 2.0 * x)), here, "m tall by its joints, and people are 1.2 to 2.2 m"),
+        (changed(|p| p.map(|x| 0.5 * x)), here, "m tall by its joints, and people are 1.2 to 2.2 m"),
+        (
+            changed(|[x, y, z]| [x, -y, z]),
+            here,
+            "has its nose where its back is: left and right are exchanged",
+        ),
+        (changed(|[x, y, z]| [x, -y, -z]), "[0.1, -0.3, 1.9]", "stands on its head"),
+    ] {
+        let said = said_of_joints(&joints, place, "");
+        assert!(
+            said.len() == 1 && said[0].starts_with("\"operator\" ") && said[0].contains(expected),
+            "{said:?}"
+        );
+    }
+    // A body without joints is looked at by its size.
+    let tall = ("cell.toml", "height_m = 1.2", "height_m = 2.4");
+    let high = ("cell.toml", "room = { size_m = [2.4, 1.8, 1.6] }", "room = { size_m = [2.4, 1.8, 4] }");
+    check(
+        &Folder::new(),
+        &[tall, high],
+        &["person \"operator\" is 0.30 × 0.30 × 2.40 m, and people are 1.2 to 2.2 m tall"],
+    );
+    let short = ("cell.toml", "height_m = 1.2", "height_m = 0.6");
+    check(&Folder::new(), &[short], &["person \"operator\" is 0.30 × 0.30 × 0.60 m, and people are"]);
 }
 
 #[test]

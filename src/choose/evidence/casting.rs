@@ -310,8 +310,7 @@ impl<'a> Casting<'a> {
         if std::mem::replace(&mut self.done[key.item][block], true) {
             return;
         }
-        let has = std::array::from_fn(|plane| !said[plane].is_empty());
-        self.places[key.item][block] = RecordPlace { at, has };
+        self.places[key.item][block] = RecordPlace::new(at, said);
         self.left[key.item] -= 1;
         let sensor = self.items[key.item][0];
         // What has no noise says the same in all repeats.

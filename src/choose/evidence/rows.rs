@@ -3,11 +3,13 @@
 
 use std::borrow::Cow;
 use std::fs::File;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use super::super::layout::{BitLayout, PLANES, SPACE_OF};
+use super::file::CandidateWords;
 
 /// The bits of all candidates.
 #[derive(Debug)]
@@ -38,11 +40,30 @@ pub(super) struct FiledRows {
     pub(super) failed: OnceLock<io::Error>,
 }
 
-/// Where the words of a record begin, and which planes it has.
+/// Where the words of a record begin, which planes it has, and a hash of each, by which it is known again.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RecordPlace {
     pub(super) at: u64,
     pub(super) has: [bool; PLANES],
+    hashes: [u64; PLANES],
+}
+
+impl RecordPlace {
+    /// The place of a record with these words.
+    pub(super) fn new(at: u64, said: &CandidateWords) -> RecordPlace {
+        RecordPlace {
+            at,
+            has: std::array::from_fn(|plane| !said[plane].is_empty()),
+            hashes: std::array::from_fn(|plane| hash_of(&said[plane])),
+        }
+    }
+}
+
+/// A hash that is compared within one process only.
+fn hash_of(words: &[u64]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    words.hash(&mut hasher);
+    hasher.finish()
 }
 
 impl Rows {
@@ -83,7 +104,11 @@ impl FiledRows {
                     planes[plane].resize(layout.words[SPACE_OF[plane]], 0);
                     let (eights, _) = bytes.as_chunks::<8>();
                     let read = eights.iter().map(|word| u64::from_le_bytes(*word));
-                    planes[plane][words(plane)].iter_mut().zip(read).for_each(|(to, word)| *to = word);
+                    let to = &mut planes[plane][words(plane)];
+                    to.iter_mut().zip(read).for_each(|(to, word)| *to = word);
+                    if hash_of(to) != place.hashes[plane] {
+                        return Err(io::Error::other("other bytes are there than were written"));
+                    }
                 }
                 at += length as u64;
             }

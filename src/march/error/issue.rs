@@ -174,8 +174,30 @@ impl Issue {
         let wanted = self.wanted.iter().map(|wanted| format!("{before}{}", wanted.told(name_of)));
         let cures = self.cures.iter().map(|cure| format!("; {}", cure.told(name_of)));
         text.extend(wanted.chain(cures));
-        text
+        bounded(text)
     }
+}
+
+/// Most characters of a line of a message, and how many of its end are kept of a longer one.
+const MOST_OF_LINE: usize = 2000;
+const KEPT_OF_END: usize = 500;
+
+/// A text without the middle of lines that are too long to read: what is quoted may be of any length.
+fn bounded(text: String) -> String {
+    // No text of so few bytes has a line of more characters.
+    if text.len() <= MOST_OF_LINE {
+        return text;
+    }
+    let line = |line: &str| {
+        let count = line.chars().count();
+        if count <= MOST_OF_LINE {
+            return line.to_string();
+        }
+        let begin: String = line.chars().take(MOST_OF_LINE - KEPT_OF_END).collect();
+        let end: String = line.chars().skip(count - KEPT_OF_END).collect();
+        format!("{begin} … ({} characters left out) … {end}", count - MOST_OF_LINE)
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
 impl fmt::Display for Issue {
@@ -265,6 +287,22 @@ mod tests {
         ] {
             assert_eq!(issue.to_string(), expected);
         }
+    }
+
+    #[test]
+    fn long_lines_lose_their_middle() {
+        let said = |length: usize| {
+            let name = "ä".repeat(length);
+            Issue::says(format!("{name}\nis wrong")).at("study.toml").to_string()
+        };
+        assert_eq!(
+            said(MOST_OF_LINE - 12),
+            format!("study.toml: {}\nis wrong", "ä".repeat(MOST_OF_LINE - 12))
+        );
+        let cut = said(1_000_000);
+        assert!(cut.starts_with("study.toml: ää") && cut.ends_with("ä\nis wrong"), "{cut}");
+        assert!(cut.contains("ä … (998012 characters left out) … ä"), "{cut}");
+        assert!(cut.chars().count() < MOST_OF_LINE + 60);
     }
 
     #[test]

@@ -14,7 +14,7 @@ mod pages;
 mod record;
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -245,13 +245,20 @@ fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<
     match outcome {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => Err(Error::Busy(Issue::says(format!("{}: {busy}", path.display())))),
-        Err(TryLockError::Error(e)) => {
-            let what = format!(
-                "cannot be locked ({e}), and without that two runs could write to it: name a folder on \
-                                another file system"
-            );
-            Err(Error::input(path, what))
-        }
+        Err(TryLockError::Error(e)) => Err(cannot_lock(path, &e)),
+    }
+}
+
+/// The error of a file that could not be locked: the user's if its file system has no locks.
+fn cannot_lock(path: &Path, source: &std::io::Error) -> Error {
+    let issue = Issue::io("cannot be locked", source).at(path);
+    match source.kind() == ErrorKind::Unsupported || !Error::may_pass(source) {
+        true => issue
+            .wanted("Without a lock two runs could write to it: name a folder on another file system")
+            .into(),
+        false => Error::Storage(issue.wanted(
+            "That may pass: run the same command again; if it does not, name a folder on another file system",
+        )),
     }
 }
 

@@ -24,6 +24,26 @@ fn counts(row: u64) -> Confusion {
     labels.with(Detection::from_counts(found, row as u32 % (1 << BODY_PARTS)))
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_lock_that_fails_for_a_moment_is_no_bad_input() {
+    let [enospc, enolck, eopnotsupp, enosys, erofs] = [28, 37, 95, 38, 30];
+    for (number, passes) in
+        [(enospc, true), (enolck, true), (eopnotsupp, false), (enosys, false), (erofs, false)]
+    {
+        let source = std::io::Error::from_raw_os_error(number);
+        let error = cannot_lock(Path::new("counts.journal"), &source);
+        let is_right = match error {
+            Error::Input(_) => !passes,
+            Error::Storage(_) => passes,
+            _ => false,
+        };
+        let said = error.to_string();
+        let begins = said.starts_with("counts.journal: cannot be locked: ");
+        assert!(is_right && begins && said.contains("folder on another file system"), "{said}");
+    }
+}
+
 fn begin(folder: &Path) -> Journal {
     Locked::open(folder).unwrap().begin(header()).unwrap()
 }

@@ -3,8 +3,8 @@
 use super::*;
 use crate::scene::mannequin::tests::standing;
 
-fn coco(bytes: &[u8]) -> Result<Keypoints, Issue> {
-    parse(bytes, Layout::Coco17)
+fn coco(text: &str) -> Result<Keypoints, Issue> {
+    parse(text, Layout::Coco17)
 }
 
 fn rows(named: bool) -> Vec<String> {
@@ -19,9 +19,9 @@ fn rows(named: bool) -> Vec<String> {
 
 #[test]
 fn rows_with_names_and_without_are_read() {
-    assert_eq!(coco(rows(false).join("\n").as_bytes()).unwrap(), standing());
+    assert_eq!(coco(&rows(false).join("\n")).unwrap(), standing());
     let text = format!("# by hand\njoint,x_m,y_m,z_m\r\n{}\n\n", rows(true).join("\n# next\n"));
-    assert_eq!(coco(text.as_bytes()).unwrap(), standing());
+    assert_eq!(coco(&text).unwrap(), standing());
     let unknown =
         [(true, "left_wrist,,,"), (false, ",,"), (false, "nan,NaN,nan"), (true, "left_wrist,nan,,nan")];
     for (named, empty) in unknown {
@@ -29,7 +29,7 @@ fn rows_with_names_and_without_are_read() {
         rows[9] = empty.into();
         let mut expected = standing();
         expected[9] = None;
-        assert_eq!(coco(rows.join("\n").as_bytes()).unwrap(), expected);
+        assert_eq!(coco(&rows.join("\n")).unwrap(), expected);
     }
 }
 
@@ -41,8 +41,8 @@ fn what_is_seen_with_no_confidence_is_unknown() {
         let with = |(joint, row): (usize, String)| format!("{row},{}", if joint == 9 { 0.0 } else { 0.2 });
         let header = if named { "joint,x_m,y_m,z_m,confidence" } else { "x_m,y_m,z_m,confidence" };
         let rows: Vec<String> = rows(named).into_iter().enumerate().map(with).collect();
-        assert_eq!(coco(format!("{header}\n{}", rows.join("\n")).as_bytes()).unwrap(), expected);
-        assert_eq!(coco(rows.join("\n").as_bytes()).unwrap(), expected, "without the header");
+        assert_eq!(coco(&format!("{header}\n{}", rows.join("\n"))).unwrap(), expected);
+        assert_eq!(coco(&rows.join("\n")).unwrap(), expected, "without the header");
     }
 }
 
@@ -97,10 +97,10 @@ fn halpe_begins_with_cocos() {
     let mut rows = rows(true);
     rows.extend(Layout::Halpe26.joints()[17..].iter().map(|joint| format!("{joint},1,2,3")));
     let text = rows.join("\n");
-    assert_eq!(parse(text.as_bytes(), Layout::Halpe26).unwrap(), standing());
-    let error = coco(text.as_bytes()).unwrap_err().to_string();
+    assert_eq!(parse(&text, Layout::Halpe26).unwrap(), standing());
+    let error = coco(&text).unwrap_err().to_string();
     assert_eq!(error, "line 18: more than 17 joints: one row for each joint of layout \"coco-17\"");
-    let error = parse(rows[..17].join("\n").as_bytes(), Layout::Halpe26).unwrap_err().to_string();
+    let error = parse(&rows[..17].join("\n"), Layout::Halpe26).unwrap_err().to_string();
     assert!(error.starts_with("has 17 joints: layout \"halpe-26\" has 26"), "{error}");
 }
 
@@ -121,7 +121,7 @@ fn smpl() -> Vec<String> {
 #[test]
 fn smpl_gives_limbs_and_a_face_by_its_head() {
     let rows = smpl();
-    let joints = parse(rows.join("\n").as_bytes(), Layout::Smpl24).unwrap();
+    let joints = parse(&rows.join("\n"), Layout::Smpl24).unwrap();
     // The numbers of these joints are those of the model.
     for (joint, number) in
         [(HIPS[0], 1), (HIPS[1], 2), (KNEES[0], 4), (KNEES[1], 5), (ANKLES[0], 7), (ANKLES[1], 8)]
@@ -147,13 +147,13 @@ fn smpl_gives_limbs_and_a_face_by_its_head() {
     for lost in [12, 15, 16] {
         let mut rows = rows.clone();
         rows[lost] = format!("{},,,", Layout::Smpl24.joints()[lost]);
-        let joints = parse(rows.join("\n").as_bytes(), Layout::Smpl24).unwrap();
+        let joints = parse(&rows.join("\n"), Layout::Smpl24).unwrap();
         assert_eq!(joints[..5], [None; 5], "without {}", Layout::Smpl24.joints()[lost]);
         assert!(joints[HIPS[0]].is_some());
     }
     let mut wrong = rows;
     wrong.swap(1, 2);
-    let error = parse(wrong.join("\n").as_bytes(), Layout::Smpl24).unwrap_err().to_string();
+    let error = parse(&wrong.join("\n"), Layout::Smpl24).unwrap_err().to_string();
     assert!(
         error.contains("joint = right_hip: must be left_hip (the order of layout \"smpl-24\")"),
         "{error}"
@@ -161,7 +161,7 @@ fn smpl_gives_limbs_and_a_face_by_its_head() {
 }
 
 #[track_caller]
-fn refused(text: &[u8], expected: &str) {
+fn refused(text: &str, expected: &str) {
     let what = coco(text).expect_err(expected);
     assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
 }
@@ -171,7 +171,7 @@ fn what_is_wrong_is_named() {
     let with_row = |row: usize, text: &str| {
         let mut rows = rows(true);
         rows[row] = text.into();
-        rows.join("\n").into_bytes()
+        rows.join("\n")
     };
     refused(&with_row(2, "left_eye,0,0,0"), "line 3 (right_eye): joint = left_eye: must be right_eye");
     refused(&with_row(2, "right_eye,0,0"), "line 3 (right_eye): x_m = right_eye");
@@ -188,11 +188,14 @@ fn what_is_wrong_is_named() {
         refused(&with_row(0, &format!("nose,0,0,{bad}")), &format!("z_m = {bad}: must be metres"));
     }
     refused(&with_row(0, "joint,y_m,x_m,z_m"), "line 1 (nose): joint = joint");
-    refused(b"", "has 0 joints: layout \"coco-17\" has 17");
-    refused(rows(true)[..16].join("\n").as_bytes(), "has 16 joints");
-    refused((rows(true).join("\n") + "\nnose,0,0,0").as_bytes(), "line 18: more than 17 joints");
-    refused(",,\n".repeat(17).as_bytes(), "all joints are empty");
-    refused(&[0xff, 0xfe, b'\n'], "UTF-8");
+    refused("", "has 0 joints: layout \"coco-17\" has 17");
+    refused(&rows(true)[..16].join("\n"), "has 16 joints");
+    refused(&(rows(true).join("\n") + "\nnose,0,0,0"), "line 18: more than 17 joints");
+    refused(&",,\n".repeat(17), "all joints are empty");
+    refused(&rows(true).join("\n").replace(',', ";"), "line 1: columns are separated by semicolons");
+    for row in ["right_eye,0,5,0,5,1,5", "right_eye,0,\"0,5\",1"] {
+        refused(&with_row(2, row), ": numbers have a decimal comma: write 1.5, not 1,5");
+    }
 }
 
 #[test]

@@ -72,10 +72,9 @@ pub(in crate::study) struct PoseFile {
     pub(in crate::study) frame: Option<Frame>,
 }
 
-/// A rotation; normalised when it is read.
-#[derive(Clone, Copy, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+/// A rotation; its length is 1.
+#[derive(Clone, Copy)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(deny_unknown_fields))]
 pub(in crate::study) struct Quaternion {
     pub(in crate::study) w: f64,
     pub(in crate::study) x: f64,

@@ -7,9 +7,10 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence};
+use crate::error::Issue;
 use crate::sensor::quantise_q15;
 use crate::sensor::ray_set::RaySet;
-use crate::source::{Sources, table_issue};
+use crate::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};
 use crate::study::Place;
 use crate::study::value::exactly;
 use crate::{Error, Result};
@@ -62,11 +63,26 @@ struct RayRow {
 fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
     let text = sources.table(path)?;
     let columns = "the columns are x,y,z: a direction in the sensor's frame, x forward, y left, z up";
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let unfit = |issue: Issue| Error::from(issue.cure(columns).at(path));
+    refuse_other_separators(&text).map_err(unfit)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let damaged = |e: csv::Error| unfit(Issue::damaged(e.to_string()));
+    let header = reader.headers().map_err(damaged)?.clone();
     let mut dirs_q15 = Vec::new();
-    for (row, record) in reader.deserialize::<RayRow>().enumerate() {
-        let RayRow { x, y, z } = record.map_err(|e| Error::from(table_issue(&e).cure(columns).at(path)))?;
+    for (row, record) in reader.records().enumerate() {
+        let record = record.map_err(damaged)?;
+        let in_row = |issue: Issue| unfit(issue.at(format!("row {}", row + 1)));
+        refuse_width(record.iter(), header.len()).map_err(in_row)?;
+        let RayRow { x, y, z } = record.deserialize(Some(&header)).map_err(|e| {
+            in_row(match decimal_commas(record.iter(), header.len()) {
+                Some(cause) => Issue::says(cause),
+                None => table_issue(&e),
+            })
+        })?;
         let length = DVec3::new(x, y, z).length();
         if !(length.is_finite() && length > 1e-9) {
             let what = format!("row {}: {x},{y},{z}: must be a direction, finite and not zero", row + 1);

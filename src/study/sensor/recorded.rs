@@ -92,15 +92,9 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
     let position_m = at.vector_within("position_m", entry.position_m, FARTHEST_M)?;
     let anchor = match (entry.yaw_deg, entry.quaternion) {
         (Some(_), Some(_)) => return Err(at.says("both yaw_deg and quaternion").wanted("give one of them")),
-        (None, Some(Quaternion { w, x, y, z })) => Pose::from_quaternion(
-            position_m,
-            [w, x, y, z],
-            Frame::Link,
-        )
-        .map(Anchor::of_pose)
-        .ok_or_else(|| {
-            at.wrong("quaternion", format!("{:?}", [w, x, y, z]), "must not be zero, and all four finite")
-        })?,
+        (None, Some(q)) => Pose::from_quaternion(position_m, [q.w, q.x, q.y, q.z], Frame::Link)
+            .map(Anchor::of_pose)
+            .map_err(|rule| at.wrong("quaternion", q, &rule.to_string()))?,
         (yaw_deg, None) => {
             let rule = "an angle from -360 to 360 degrees";
             let yaw_deg = at.number("yaw_deg", yaw_deg.unwrap_or(0.0), -360.0..=360.0, rule)?;

@@ -84,6 +84,11 @@ fn what_is_wrong_is_named() {
         ("[0.5, 1.0]", "[0, 1.0]", "stopping.robot_speeds_m_s = 0: must be speeds in m/s above 0"),
         ("[0.5, 1.0]", "[-0.5, 1.0]", "stopping.robot_speeds_m_s = -0.5: must be speeds"),
         ("[0.5, 1.0]", "[1.0, 0.5]", "robot_speeds_m_s = [1.0, 0.5]: each must be above the one before"),
+        (
+            "[0.5, 1.0]",
+            "{ start = 0.001, stop = 20, step = 0.001 }",
+            "stopping: robot_speeds_m_s has 20000 speeds: at most 1000 are possible: take a larger step",
+        ),
         ("[0.5, 1.0]", "[]", "robot_speeds_m_s = []: must be at least one number"),
         ("sensor_reaction_s = 0.1", "sensor_reaction_s = -0.1", "sensor_reaction_s = -0.1: must be a time"),
         ("control_reaction_s = 0.05", "control_reaction_s = nan", "control_reaction_s = NaN: must be a time"),

@@ -32,7 +32,7 @@ impl MeshRows {
         let extent = overlap::extent(triangles().flatten().collect::<Vec<_>>().iter());
         if extent.size.iter().any(|&n| n > 4 * MAX_VOXELS_PER_AXIS) {
             return Err(Issue::says(format!(
-                "is over {} voxels long; is it in millimetres (unit = \"mm\")?",
+                "is over {} voxels long; is it in millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?",
                 4 * MAX_VOXELS_PER_AXIS
             )));
         }
@@ -80,7 +80,7 @@ fn corners(mesh: &Mesh, voxel_size_m: f64) -> Result<Vec<Corner>, Issue> {
     let corner = |&vertex| {
         overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
             Issue::says(format!("has a corner at {vertex} m, too far away"))
-                .wanted("is it in millimetres (unit = \"mm\")?")
+                .wanted("is it in millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?")
         })
     };
     mesh.vertices.iter().map(corner).collect()

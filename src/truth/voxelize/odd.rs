@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::{HUGE_M, LARGE_M, bounds_m, distinct_objects};
+use super::{HUGE_M, LARGE_M, bounds_m, distinct_objects, unit_question};
 use crate::scene::Scene;
 
 /// What makes a scene longer than its objects are, in words: those that stand far from most others, or one
-/// that is in millimetres. `None` where it is neither.
+/// that is in another unit. `None` where it is neither.
 pub(super) fn odd_ones_out(snapshots: &[Scene]) -> Option<String> {
     // The places of an object in all snapshots count together.
     let mut spans: BTreeMap<&str, [DVec3; 2]> = BTreeMap::new();
@@ -24,7 +24,7 @@ pub(super) fn odd_ones_out(snapshots: &[Scene]) -> Option<String> {
     let axis = (0..3).max_by(|&a, &b| all[a].total_cmp(&all[b]))?;
     let mut along: Vec<_> = spans.iter().map(|(name, [l, h])| (*name, [l[axis], h[axis]])).collect();
     along.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
-    far_away(&along, ["x", "y", "z"][axis], all[axis]).or_else(|| in_millimetres(&spans))
+    far_away(&along, ["x", "y", "z"][axis], all[axis]).or_else(|| in_another_unit(&spans))
 }
 
 /// Objects, sorted along an axis: which of them lie beyond a gap that is more than half of all.
@@ -54,7 +54,7 @@ fn far_away(along: &[(&str, [f64; 2])], axis: &str, all_m: f64) -> Option<String
 }
 
 /// The largest object, if it is no cell, or beside all others much too large.
-fn in_millimetres(spans: &BTreeMap<&str, [DVec3; 2]>) -> Option<String> {
+fn in_another_unit(spans: &BTreeMap<&str, [DVec3; 2]>) -> Option<String> {
     let mut sizes: Vec<(&str, DVec3)> =
         spans.iter().map(|(name, [low, high])| (*name, *high - *low)).collect();
     sizes.sort_by(|(_, a), (_, b)| b.max_element().total_cmp(&a.max_element()));
@@ -63,8 +63,11 @@ fn in_millimetres(spans: &BTreeMap<&str, [DVec3; 2]>) -> Option<String> {
     let is_odd = sizes.get(1).is_some_and(|(_, next)| own_m >= 5.0 * next.max_element());
     (own_m > HUGE_M || own_m > LARGE_M && is_odd).then(|| {
         format!(
-            "object {name:?} is {:.2} × {:.2} × {:.2} m: is its file in millimetres? (unit = \"mm\" beside mesh)",
-            size.x, size.y, size.z
+            "object {name:?} is {:.2} × {:.2} × {:.2} m: {}",
+            size.x,
+            size.y,
+            size.z,
+            unit_question(own_m)
         )
     })
 }

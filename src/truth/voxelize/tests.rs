@@ -159,7 +159,7 @@ fn a_grid_is_too_large_because_of_whom() {
     assert!(both.contains("objects \"a\", \"b\" reach from x = -403.00 to -399.00 m, far"), "{both}");
     let large = blamed(&[room, crate_at("knob", -15.0, 60.0)], 0.05);
     assert!(
-        large.contains("object \"knob\" is 60.00 × 60.00 × 60.00 m: is its file in millimetres?"),
+        large.contains("object \"knob\" is 60.00 × 60.00 × 60.00 m: is its file in millimetres (unit = \"mm\" beside mesh makes it 0.06 m) or in centimetres (unit = \"cm\": 0.60 m)?"),
         "{large}"
     );
     let small_voxels = blamed(&[room, crate_at("crate", 0.0, 1.0)], 0.002);

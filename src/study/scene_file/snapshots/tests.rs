@@ -134,7 +134,7 @@ fn wrong_entries_are_named_by_their_place() {
         (
             BOX,
             "quaternion = [{ w = 0, x = 0, y = 0, z = 0 }]",
-            "snapshots.quaternion[0] = [0.0, 0.0, 0.0, 0.0]: must",
+            "snapshots.quaternion[0] = { w = 0, x = 0, y = 0, z = 0 }: must",
         ),
         (
             BOX,

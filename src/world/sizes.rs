@@ -1,0 +1,151 @@
+//! Warns of objects and positions that look as if their unit were another one.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::scene::mesh_file::MeshFile;
+use crate::scene::spec::{SceneSpec, SurfaceSpec};
+use crate::truth::ObjectVoxels;
+use crate::truth::voxelize::{HUGE_M, LARGE_M, unit_question};
+
+/// What became of a mesh in millimetres is tiny if it is no longer than this, and so small beside the cell.
+const TINY_M: f64 = 0.3;
+const TINY_SHARE: f64 = 1.0 / 30.0;
+/// Units that numbers may be in, the likelier first: how many are a metre.
+const UNITS: [(&str, &str, f64); 2] = [("centimetres", "cm", 100.0), ("millimetres", "mm", 1000.0)];
+
+/// The files of a scene's meshes, by the names of objects.
+pub(super) struct MeshFiles<'a>(HashMap<&'a str, &'a MeshFile>);
+
+impl<'a> MeshFiles<'a> {
+    pub(super) fn of(scene: &'a SceneSpec) -> MeshFiles<'a> {
+        let file = |spec: &'a crate::scene::spec::ObjectSpec| match &spec.surface {
+            SurfaceSpec::Mesh(file) => Some((spec.name.as_str(), file)),
+            _ => None,
+        };
+        MeshFiles(scene.objects.iter().filter_map(file).collect())
+    }
+
+    /// That of an object, or of what the object is a part of.
+    pub(super) fn get(&self, object: &str) -> Option<&'a MeshFile> {
+        let wholes = object.match_indices('/').map(|(slash, _)| &object[..slash]);
+        [object].into_iter().chain(wholes).find_map(|name| self.0.get(name).copied())
+    }
+}
+
+/// The lengths of all objects, the two longest known.
+pub(super) struct Lengths {
+    all_m: Vec<f64>,
+    longest: usize,
+    next_m: Option<f64>,
+}
+
+impl Lengths {
+    pub(super) fn of(objects: &[Arc<ObjectVoxels>]) -> Lengths {
+        let length_m = |object: &Arc<ObjectVoxels>| (object.bounds_m[1] - object.bounds_m[0]).max_element();
+        let all_m: Vec<f64> = objects.iter().map(length_m).collect();
+        let longer =
+            |longest: usize, other: usize| if all_m[other] > all_m[longest] { other } else { longest };
+        let longest = (0..all_m.len()).fold(0, longer);
+        let others = all_m.iter().enumerate().filter(|(index, _)| *index != longest);
+        let next_m = others.map(|(_, length_m)| *length_m).reduce(f64::max);
+        Lengths { all_m, longest, next_m }
+    }
+
+    /// The longest of the others, if there are any.
+    fn longest_other_m(&self, index: usize) -> Option<f64> {
+        if index == self.longest { self.next_m } else { Some(self.all_m[self.longest]) }
+    }
+
+    /// A wrong unit makes an object smaller than a voxel, a mesh much larger than all others, or one with a unit a
+    /// trifle.
+    pub(super) fn warning(
+        &self,
+        object: &ObjectVoxels,
+        index: usize,
+        voxel_size_m: f64,
+        files: &MeshFiles,
+    ) -> Option<String> {
+        let (name, own_m) = (&object.name, self.all_m[index]);
+        let is_map = object.watertight.is_none();
+        let file = files.get(name);
+        let longest_m = self.longest_other_m(index);
+        let is_trifle = longest_m.is_some_and(|longest_m| own_m <= TINY_M.min(TINY_SHARE * longest_m));
+        if let Some(file) = file.filter(|file| file.scale < 1.0 && is_trifle) {
+            let unit = UNITS.iter().find(|(_, _, per_m)| (file.scale * per_m - 1.0).abs() < 1e-9);
+            let unit = unit.map_or("its unit".into(), |(_, unit, _)| format!("unit = {unit:?}"));
+            let ten = 10.0 * own_m;
+            let other = match file.scale < 0.005 {
+                true => format!("is its file in centimetres (unit = \"cm\": {ten:.2} m)?"),
+                false => "is its file in metres (without unit)?".into(),
+            };
+            return Some(format!(
+                "object {name:?} is {own_m:.2} m long by {unit}, in a cell of {:.1} m: {other}",
+                longest_m.unwrap_or(own_m)
+            ));
+        }
+        if !is_map && own_m < voxel_size_m {
+            let mm = own_m * 1e3;
+            return Some(format!(
+                "object {name:?} is {mm:.1} mm long, less than a voxel: is its unit right? Lengths in a scene are metres"
+            ));
+        }
+        let longest_m = longest_m?;
+        // Longer objects are told of when they are voxelized.
+        let is_odd = own_m > LARGE_M && own_m <= HUGE_M && own_m >= 5.0 * longest_m;
+        (is_odd && file.is_some()).then(|| {
+            format!(
+                "object {name:?} is {own_m:.1} m long, and no other is longer than {longest_m:.1} m: {}",
+                unit_question(own_m)
+            )
+        })
+    }
+}
+
+/// In which unit the coordinates of a point are that is far outside a box, if in that unit it is inside: what the
+/// coordinates are, and what they would be in metres.
+pub(super) fn in_another_unit(at: DVec3, [low, high]: [DVec3; 2]) -> Option<String> {
+    let size_m = (high - low).max_element();
+    let is_far = |axis: usize| at[axis] < low[axis] - size_m || at[axis] > high[axis] + size_m;
+    let far: Vec<usize> = (0..3).filter(|&axis| is_far(axis)).collect();
+    let (units, unit, per_m) = UNITS.into_iter().find(|(_, _, per_m)| {
+        let metres = |axis: usize| if is_far(axis) { at[axis] / per_m } else { at[axis] };
+        !far.is_empty() && (0..3).all(|axis| (low[axis]..=high[axis]).contains(&metres(axis)))
+    })?;
+    let each = far.iter().map(|&axis| {
+        let (name, value) = (["x", "y", "z"][axis], at[axis]);
+        format!("{name} {value} {unit} are {} m", value / per_m)
+    });
+    let each: Vec<String> = each.collect();
+    Some(format!("looks like {units}, and metres are wanted: {}, which is inside the cell", each.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_far_outside_is_in_another_unit_if_that_puts_it_inside() {
+        let cell = [DVec3::new(-3.0, -3.0, 0.0), DVec3::new(3.0, 3.0, 3.0)];
+        for (at, expected) in [
+            (
+                [2.0, 1.0, 250.0],
+                Some("looks like centimetres, and metres are wanted: z 250 cm are 2.5 m, which is"),
+            ),
+            ([-280.0, 100.0, 250.0], Some("x -280 cm are -2.8 m, y 100 cm are 1 m, z 250 cm are 2.5 m")),
+            ([2.0, 1.0, 2500.0], Some("looks like millimetres, and metres are wanted: z 2500 mm are 2.5 m")),
+            ([2.0, 1.0, 2.5], None),
+            ([2.0, 1.0, 4.0], None),
+            ([2.0, 1.0, -250.0], None),
+            ([2.0, 4.0, 250.0], None),
+        ] {
+            let found = in_another_unit(DVec3::from_array(at), cell);
+            match expected {
+                Some(expected) => assert!(found.as_ref().is_some_and(|f| f.contains(expected)), "{found:?}"),
+                None => assert_eq!(found, None, "{at:?}"),
+            }
+        }
+    }
+}
