@@ -69,9 +69,9 @@ mod tests {
 
     #[test]
     fn poses_that_no_combination_lists_are_a_set() {
-        let four = "camera:ceiling/0/0;camera:ceiling/1/0;camera:left-wall/0/0;scanner:bench/0";
+        let four = "camera:left-wall/0/0;camera:ceiling/0/0;camera:ceiling/1/0;scanner:bench/0";
         assert_eq!(set(four).as_deref(), Some(four));
-        let turned = "scanner:Bench/0;camera:left-wall/0/0;ceiling/1/0;camera:ceiling/0/0";
+        let turned = "scanner:Bench/0;camera:ceiling/1/0;ceiling/0/0;camera:Left wall/0/0";
         assert_eq!(set(turned).as_deref(), Some(four), "in any order, spelled another way");
         for none in ["camera:ceiling/0/0", "camera:nowhere;camera:ceiling/0/0", "ceiling/0/0;ceiling/0/0", ""]
         {

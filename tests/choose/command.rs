@@ -266,7 +266,7 @@ fn a_proof_holds_until_it_is_altered() {
     };
     let score = steps[1]["best"]["score"].as_f64().unwrap();
     let above = ((score * 1e6).floor() + 2000.0) / 1e6;
-    let not_written = ["front.csv: is not what choose.json says"];
+    let not_written = ["front.csv: row ", ": column bound is "];
     verified(&folder, bound(above), &not_written);
     verified(&folder, bound(above + 1e-9), &["steps[1].no_set_is_above: a set is above that, or may be"]);
     verified(&folder, bound(score - 0.001), &["steps[1].no_set_is_above: a set is above that, or may be"]);
