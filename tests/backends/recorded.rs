@@ -307,7 +307,7 @@ fn wrong_recordings_are_refused() {
         (vec!["--snapshot", "3"], "must be from 0 to 0"),
         (vec!["--out", "scored.txt"], "must end in .csv or .parquet"),
         (vec!["--at", "0,0,0,0,0,0,0"], "must be x,y,z in metres and a yaw in degrees"),
-        (vec!["--at", "0,0,0,1,1,0,0"], "turned about the vertical only"),
+        (vec!["--at", "0,0,0,0.6,0.8,0,0"], "turned about the vertical only"),
         (vec!["--at", "90,0,0,0"], "says nothing inside the grid"),
     ] {
         let outcome = perirobot(&[&["score", text(&map), text(&file)], &more[..]].concat());

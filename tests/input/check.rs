@@ -95,9 +95,9 @@ fn check_ends_with_what_it_found() {
     };
     // That the floor cuts the ball around the arm's foot and the operator's box is none.
     assert_eq!(ends(&[]), (0, "no problems".into()));
-    folder.edit(STUDY, "near_ignore_m = 0.05", "near_ignore_m = 2.5");
+    folder.edit(SCENE, "height_m = 1.2", "height_m = 1.1");
     assert_eq!(ends(&[]), (1, "no errors; 1 warning above".into()));
-    folder.edit(STUDY, "near_ignore_m = 2.5", "near_ignore_m = 0.05");
+    folder.edit(SCENE, "height_m = 1.1", "height_m = 1.2");
     folder.edit(STUDY, "range_m = [0.2, 3.0]", "range_m = [2.9, 3.0]");
     folder.edit(STUDY, "range_m = [0.1, 5.0]", "range_m = [2.9, 3.0]");
     // Nine of the eleven poses in three groups are dead, which is told without a backend; and of both sensors most
