@@ -318,7 +318,8 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
         let row: PoseRow = record.deserialize(Some(&header)).map_err(|e| {
             match decimal_commas(record.iter(), header.len()) {
                 Some(cause) => wrong(cause),
-                None => Error::from(table_issue(&e).cure(columns).at(path)),
+                // The parser does not count the lines that it passes over.
+                None => unfit(Issue { sites: Vec::new(), ..table_issue(&e) }.cure(columns)),
             }
         })?;
         if row.sensor.is_some_and(|name| !name.is_empty() && name != sensor) {

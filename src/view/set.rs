@@ -23,9 +23,9 @@ pub fn with_set(study: Study, poses: &str, combination: Option<&str>) -> Study {
     }
     // In study order, however they are written; as in a combination, a sensor that speaks last stands last.
     members.sort_by_key(|&[sensor, candidate]| (study.sensors[sensor].kind.speaks_last(), sensor, candidate));
-    let name = std::iter::successors(Some(String::from("set")), |name| Some(format!("{name}-2")));
+    let mut names = std::iter::successors(Some(String::from("set")), |name| Some(format!("{name}-2")));
     let is_free = |name: &String| study.combinations.iter().all(|known| known.name != *name);
-    let name = name.filter(is_free).next().expect("a study has fewer combinations than there are names");
+    let name = names.find(is_free).expect("a study has fewer combinations than there are names");
     let member = |&[sensor, candidate]: &[usize; 2]| Member { sensor, candidates: vec![candidate] };
     let own = Combination { name, fusion: fusion(&study), members: members.iter().map(member).collect() };
     let combinations = study.combinations.iter().cloned().chain([own]).collect();

@@ -10,7 +10,7 @@ use perirobot::study::{Overrides, RegionSpec, Study};
 use perirobot::voxel::BitGrid;
 use perirobot::world::World;
 
-/// Whole squared distances, rounded up: of 3.2125, 4.45 and 7.3 voxels.
+/// Whole squared distances from which a voxel is far enough: those of 3.2125, 4.45 and 7.3 voxels, rounded up.
 const SQUARED: [i32; 3] = [11, 20, 54];
 
 /// The small study in which robot and person move, with regions of every kind that belongs to [stopping].
@@ -58,16 +58,16 @@ fn regions_are_those_of_a_plain_search_in_each_snapshot() {
     let people = all([0, 1].map(|number| of(number).human.clone()));
     for world in &worlds {
         let truth = world.truth();
-        let near = |robot: &BitGrid, most: i32| {
+        let near = |robot: &BitGrid, far: i32| {
             let robot: Vec<_> = robot.voxels().collect();
             let squared = |a: [i32; 3], b: [i32; 3]| (0..3).map(|r| (a[r] - b[r]).pow(2)).sum::<i32>();
-            let is_near = |voxel: &[i32; 3]| robot.iter().any(|&other| squared(*voxel, other) <= most);
+            let is_near = |voxel: &[i32; 3]| robot.iter().any(|&other| squared(*voxel, other) < far);
             let mut found = BitGrid::new(window);
             let voxels = BitGrid::full(window);
             voxels.voxels().filter(is_near).for_each(|voxel| found.set(voxel));
             found
         };
-        let shells = SQUARED.map(|most| near(&truth.robot_volume, most));
+        let shells = SQUARED.map(|far| near(&truth.robot_volume, far));
         let mut shell = shells[2].clone();
         shell.remove(&shells[1]);
         let [slow, medium, fast] = shells;

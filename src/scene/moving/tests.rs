@@ -62,7 +62,7 @@ fn what_stands_still_is_shared_and_what_moves_lands_where_it_should() {
 fn rotations_come_as_angles_or_quaternions() {
     for list in [
         "rpy_deg = [[0, 0, 0], [0, 0, 90]]",
-        "quaternion = [{ w = 1, x = 0, y = 0, z = 0 }, { w = 2, x = 0, y = 0, z = 2 }]",
+        "quaternion = [{ w = 1, x = 0, y = 0, z = 0 }, { w = 0.7071068, x = 0, y = 0, z = 0.7071068 }]",
     ] {
         let toml = format!(
             "[[object]]\nname = \"bar\"\nbox = {{ size_m = [0.4, 0.2, 0.2] }}\nposition_m = [1, 0, 0]\n\

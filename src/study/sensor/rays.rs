@@ -80,7 +80,7 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
         let RayRow { x, y, z } = record.deserialize(Some(&header)).map_err(|e| {
             in_row(match decimal_commas(record.iter(), header.len()) {
                 Some(cause) => Issue::says(cause),
-                None => table_issue(&e),
+                None => Issue { sites: Vec::new(), ..table_issue(&e) },
             })
         })?;
         let length = DVec3::new(x, y, z).length();
