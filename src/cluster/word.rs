@@ -19,7 +19,7 @@ impl FromStr for Word {
         }
         // YAML also ends lines at U+2028 and U+2029.
         if let Some(hidden) = text.chars().find(|c| is_hidden(*c)) {
-            let what = format!("has a character that is not seen ({})", hidden.escape_unicode());
+            let what = format!("has an invisible character ({})", hidden.escape_unicode());
             return Err(Issue::says(what).wanted("a script would hide it: rename the file or the folder"));
         }
         Ok(Word(text.into()))

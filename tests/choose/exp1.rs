@@ -131,7 +131,11 @@ fn the_best_three_cameras_are_known() {
     let verify = ["choose", text(&study), "--voxel-size", "0.2", "--verify", text(&out), "--backend", "cpu"];
     let outcome = perirobot(&verify);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    assert!(outcome.stdout.contains(" 3 steps proven again, all tables compared: all of it holds"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains(" 3 steps proven again, all tables compared: all of it holds"),
+        "{}",
+        outcome.stdout
+    );
 }
 
 /// What was found when this was written.

@@ -9,6 +9,7 @@ mod export;
 mod figures;
 mod front;
 mod licences;
+mod measured;
 #[cfg(unix)]
 mod pages;
 mod render;

@@ -143,12 +143,14 @@ fn names_a_flag(text: &str) -> bool {
     })
 }
 
-/// Who writes or reads command lines: scripts of engines, the command of a shard, and those that a report shows.
-const OF_COMMANDS: [&str; 6] = [
+/// What writes or reads command lines: scripts of engines, the command of a shard, those that a report shows, and those
+/// of programs that convert files.
+const OF_COMMANDS: [&str; 7] = [
     "cli",
     "cluster",
     "export/ros.rs",
     "results/merge.rs",
+    "source/formats.rs",
     "report/html/data.rs",
     "report/html/facts/good.rs",
 ];

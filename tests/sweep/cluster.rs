@@ -229,8 +229,8 @@ fn bad_arguments_are_refused() {
     refused(&["slurm", tiny, "--shards", "0"], &["--shards 0", "at least 2"]);
     refused(&["hyperqueue", tiny, "--shards", "14"], &["--shards 14", tiny, "13 choices"]);
     refused(&["slurm", tiny, "--shards", "1002"], &["--shards 1002"]);
-    refused(&["slurm", "a\nb.toml", "--shards", "2"], &["STUDY", "line break"]);
-    refused(&["slurm", tiny, "--shards", "2", "--out", "a\nb"], &["--out", "line break"]);
+    refused(&["slurm", "a\nb.toml", "--shards", "2"], &["STUDY", "invisible character (\\u{a})"]);
+    refused(&["slurm", tiny, "--shards", "2", "--out", "a\nb"], &["--out", "invisible character"]);
     refused(&["slurm", "none.toml", "--shards", "2"], &["none.toml"]);
     refused(&["slurm", tiny, "--shards", "2", "--", "--bogus"], &["after `--`: ", "--bogus"]);
     refused(&["slurm", tiny, "--shards", "2", "--", "--restart"], &["--restart after `--`"]);
