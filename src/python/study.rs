@@ -154,7 +154,7 @@ impl Study {
     ) -> PyResult<[Columns; 2]> {
         let worlds = self.worlds(py)?;
         run(py, None, |listener| {
-            let recording = recorded::file(&path, &asked, |remark| listener.warns(remark))?;
+            let recording = recorded::file(&path, &asked, |remark| listener.warns_of_study(remark))?;
             recorded::score(&self.study, worlds, recording, words)
         })
     }
