@@ -32,6 +32,18 @@ READ = {
 }
 
 
+def tiny_with_a_crumb(folder: str) -> pathlib.Path:
+    """The tiny study in a cell with an object of a millimetre, of which the program warns."""
+    copy = pathlib.Path(folder)
+    (copy / "tiny").mkdir()
+    cell = (ROOT / "scenes/tiny/cell.toml").read_text()
+    crumb = '[[object]]\nname = "crumb"\nbox = { size_m = [0.001, 0.001, 0.001] }\nposition_m = [0, 0, 0.5]\n'
+    (copy / "tiny/cell.toml").write_text(f"{cell}\n{crumb}")
+    study = copy / "tiny.toml"
+    study.write_text((ROOT / "scenes/tiny.toml").read_text())
+    return study
+
+
 def scenes(folder: str) -> pathlib.Path:
     """A copy of what ships in a folder, the paper's cameras with one pixel of 256, since most of the time goes into rays."""
     copy = pathlib.Path(folder) / "scenes"

@@ -14,7 +14,7 @@ import numpy as np
 import perirobot as pr
 import perirobot.warned
 import test_labels
-from shared import ROOT
+from shared import ROOT, tiny_with_a_crumb
 
 TINY = ROOT / "scenes/tiny.toml"
 
@@ -148,6 +148,9 @@ class Warned(unittest.TestCase):
         self.assertTrue(all(line.startswith("cell ") for line in study.warnings))
 
     def test_warnings_have_a_class_and_point_at_the_caller(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        file = tiny_with_a_crumb(folder.name)
         for job in [
             lambda study: study.sweep("cpu", progress=False),
             lambda study: study.labels("lidar:posts/upright", backend="cpu"),
@@ -156,7 +159,7 @@ class Warned(unittest.TestCase):
         ]:
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
-                job(pr.Study.load(TINY))
+                job(pr.Study.load(file))
             [warning] = caught
             self.assertIs(warning.category, pr.InputWarning)
             self.assertEqual((warning.filename, warning.lineno), (__file__, job.__code__.co_firstlineno))

@@ -64,7 +64,7 @@ class Choose(unittest.TestCase):
                 self.assertEqual(len(verdicts), told[-1][0].count("\n") - 1)
                 self.assertEqual(set(verdicts.verdict), {"PASS", "FAIL"})
                 if study is not in_memory:
-                    self.assertEqual(program("judge", out, "--backend", "cpu").returncode, 4)
+                    self.assertEqual(program("judge", out, "--set", "best 2", "--backend", "cpu").returncode, 4)
                     told.append([table.read_text() for table in tables])
         self.assertEqual(told[0], told[1])
         self.assertEqual(told[0], told[2])

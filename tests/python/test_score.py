@@ -112,7 +112,7 @@ class Scores(unittest.TestCase):
         rows = []
         for name, turn, pose in [
             ("upright", np.eye(3), [0, 0, 0, 0]),
-            ("tilted", on_its_side, [0, 0, 0, 1, 1, 0, 0]),
+            ("tilted", on_its_side, [0, 0, 0, 0.5**0.5, 0.5**0.5, 0, 0]),
         ]:
             cloud = self.folder / f"{name}.ply"
             heading = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n"
@@ -135,7 +135,7 @@ class Scores(unittest.TestCase):
             (map, {"pose": [0, 0, 0]}, r"pose = \[0\.0, 0\.0, 0\.0\]: must be x, y, z in metres and the yaw"),
             (map, {"pose": [0, 0, 0, np.nan]}, "pose = .*: must be x, y, z"),
             (map, {"pose": [90, 0, 0, 0]}, "says nothing inside the grid"),
-            (map, {"pose": [0, 0, 0, 1, 1, 0, 0]}, "turned about the vertical only"),
+            (map, {"pose": [0, 0, 0, 0.5**0.5, 0.5**0.5, 0, 0]}, "turned about the vertical only"),
             (map, {"sensor_m": [0, 0]}, "sensor_m = .*: must be x, y, z"),
             (map, {"topic": "/points"}, "topic and message are asked of .mcap files only"),
             (map, place, "origin_m, voxel_size_m: belong to arrays"),

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 import perirobot as pr
-from shared import READ, ROOT, STUDIES, program, scenes
+from shared import READ, ROOT, STUDIES, program, scenes, tiny_with_a_crumb
 
 
 class SameIntegers(unittest.TestCase):
@@ -167,8 +167,10 @@ class Errors(unittest.TestCase):
 
 class WhileItRuns(unittest.TestCase):
     def test_what_is_odd_about_a_scene_is_warned_of_once(self):
-        study = pr.Study.load(ROOT / "scenes/tiny.toml")
-        with self.assertWarnsRegex(UserWarning, '^tiny: region "robot": .* outside the grid'):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        study = pr.Study.load(tiny_with_a_crumb(folder.name))
+        with self.assertWarnsRegex(UserWarning, '^tiny: object "crumb" is 1.0 mm long, less than a voxel'):
             study.sweep("cpu", progress=False)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
