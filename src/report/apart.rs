@@ -104,6 +104,7 @@ mod tests {
     #[test]
     fn distances_are_rounded_to_the_safe_side() {
         check(Writing::Down, 1.8439, 1.0, "1.843");
+        check(Writing::Plain, 1.8439, 1.0, "1.844");
         check(Writing::Up, 0.1004, 0.2, "0.101");
         check(Writing::Up, 0.1, 0.1, "0.100");
         check(Writing::Up, 0.0996, 0.1, "0.0996");
@@ -125,11 +126,5 @@ mod tests {
             [0.58, 0.7, 0.055, 1.0].map(|share| Writing::Percent.exactly(share)),
             ["58", "70", "5.5", "100"].map(|share| format!("{share}\u{a0}%"))
         );
-    }
-
-    #[test]
-    fn distances_are_rounded_down() {
-        check(Writing::Down, 1.8386, 1.0, "1.838");
-        check(Writing::Plain, 1.8386, 1.0, "1.839");
     }
 }

@@ -122,7 +122,7 @@ fn numbers_out_of_range() {
         (STUDY, "[360, 90]", "[360, 181]", "sensor \"lidar\".fov_deg = 181"),
         (STUDY, "[8, 12]", "[0, 12]", "sensor \"lidar\".resolution_deg = 0"),
         (STUDY, "[8, 12]", "[8, -1]", "sensor \"lidar\".resolution_deg = -1"),
-        (STUDY, "[8, 12]", "0.001", "sensor \"lidar\": has 32400000000 rays: "),
+        (STUDY, "[8, 12]", "0.001", "sensor \"lidar\".resolution_deg = 0.001: gives"),
         (STUDY, "fov_deg = [360, 90]", "elevation_deg = [0, 91]", "sensor \"lidar\".elevation_deg = 91"),
         (STUDY, "fov_deg = [360, 90]", "elevation_deg = [50, 40]", "sensor \"lidar\".elevation_deg"),
         (STUDY, "fov_deg = [360, 90]", "rings_deg = [0, 95]", "sensor \"lidar\".rings_deg = 95"),

@@ -197,6 +197,22 @@ fn values(folder: &Folder, pose: &str, region: &str) -> Vec<f64> {
 }
 
 /// Limits between what is there at one speed and at the next.
+/// What the grid cuts off in the open is named again by `judge`: of regions that requirements name, not of others.
+#[test]
+fn regions_that_the_grid_cuts_off_in_the_open_are_named_again() {
+    let folder = cell("");
+    // The room goes on beyond y = 0.75 m.
+    let bounds = "voxel_size_m = 0.1\nbounds_m = { min = [-1.2, -0.9, 0], max = [1.2, 0.75, 1.6] }";
+    folder.edit("study.toml", "voxel_size_m = 0.1", bounds);
+    folder.edit("study.toml", "", &require("known", "unknown", REGIONS[2], "at_most = 1"));
+    swept(&folder);
+    let said = judge(&folder, &["--pose", POSES[0]]).stderr;
+    let line =
+        said.lines().find(|line| line.contains("region \"near@1\": ")).unwrap_or_else(|| panic!("{said}"));
+    assert!(line.contains("towards +y") && line.contains("take what is said of it as a bound"), "{line}");
+    assert!(!said.contains("region \"robot\": "), "{said}");
+}
+
 #[test]
 fn the_fastest_speed_is_the_last_before_one_that_is_missed() {
     let pose = POSES[0];

@@ -94,8 +94,15 @@ pub(super) fn check(at: &Place, file: LidarFile, noiseless: bool) -> Result<Lida
     let elevations = elevations(at, &file)?;
     let rays = azimuths.len().saturating_mul(elevations.len());
     if rays == 0 || rays > MAX_RAYS {
-        let rule = format!("from 1 to {MAX_RAYS} are possible: write a larger step or fewer beams and rings");
-        return Err(at.says(format!("has {rays} rays")).wanted(rule));
+        let rule = format!("from 1 to {MAX_RAYS} are possible");
+        return Err(match file.resolution_deg {
+            Some(step) => at.wrong(
+                "resolution_deg",
+                step.horizontal,
+                &format!("gives {rays} rays, {rule}: write a larger step"),
+            ),
+            None => at.says(format!("has {rays} rays")).wanted(rule + ": write fewer beams and rings"),
+        });
     }
     let range = RangeKeys {
         range_m: file.range_m,

@@ -1,9 +1,9 @@
-//! How far somebody reaches in before a sensor notices anything: C of ISO 13855, which depends on the direction of approach.
+//! How far a person reaches in before a sensor notices anything: C of ISO 13855, which depends on the direction of approach.
 //!
 //! # Theory
-//! Public pages tell of the edition of 2010: an approach at a right angle to what is watched, which an arm passes unnoticed, has
+//! By public pages, in the edition of 2010 an approach at a right angle to what is watched, which an arm passes unnoticed, has
 //! C = 0.85 m. An approach parallel to it, over a pressure-sensitive mat or through the plane of a level scanner at a height H above the
-//! floor, has C = 1.2 m - 0.4 H, and at least 0.85 m: somebody who steps there reaches farther. The edition of 2024 has D_DS = 1.2 m
+//! floor, has C = 1.2 m - 0.4 H, and at least 0.85 m, since a person who steps there reaches farther. The edition of 2024 has D_DS = 1.2 m
 //! instead, whatever H is.
 
 use std::fmt;
@@ -14,14 +14,14 @@ use crate::sensor::{FieldOfView, Sensor, Setting};
 
 /// What an arm reaches through before its owner is noticed, in metres.
 pub(super) const NORMAL_M: f64 = 0.85;
-/// What somebody reaches who is noticed at floor level, in metres.
+/// The reach of a person who is noticed at floor level, in metres.
 pub(super) const PARALLEL_M: f64 = 1.2;
 /// What a metre of height takes off.
 const BY_HEIGHT: f64 = 0.4;
 /// The plane of a scanner is level if it rises by less than this, in radians, and its axis is that near to the vertical.
 const LEVEL_RAD: f64 = 0.05;
 
-/// From where somebody approaches what a sensor watches.
+/// The direction in which a person approaches what a sensor watches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Approach {
     /// At a right angle, as far as is known.
@@ -30,7 +30,7 @@ enum Approach {
     Parallel(f64),
 }
 
-/// How far somebody reaches in before a sensor notices anything.
+/// How far a person reaches in before a sensor notices anything.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Intrusion {
     sensor: String,
@@ -57,7 +57,7 @@ impl Intrusion {
         }
     }
 
-    /// Whether somebody approaches along what it watches.
+    /// Whether a person approaches along what it watches.
     pub(super) fn is_parallel(&self) -> bool {
         self.approach != Approach::Normal
     }
