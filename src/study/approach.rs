@@ -24,7 +24,7 @@ pub(super) struct ApproachFile {
     region: Option<String>,
     /// Of how many of its voxels must be watched for a body to be noticed. Default 3.
     min_voxels: Option<u32>,
-    /// The height of the floor in metres: bodies and people of [postures] stand on it, and heights in words are
+    /// The height of the floor in metres: bodies and people of `[postures]` stand on it, and heights in words are
     /// measured from it. Default: bodies stand at 0; heights are above the largest level surface near the people's feet.
     floor_m: Option<f64>,
     /// The bodies, each by itself. Default: one that is standing.

@@ -8,7 +8,7 @@ use crate::study::{Combination, Member, Study};
 
 /// The study with one more combination, of the poses that are joined in a name as in `camera:wall/1/0;lidar:post/0`, where
 /// no combination has such a choice. Unchanged where one has, where a combination is named, and where the name is not one
-/// of poses of the study, each once: [`super::find`] says what is wrong with it.
+/// of poses of the study, each once: `view::find` says what is wrong with it.
 pub fn with_set(study: Study, poses: &str, combination: Option<&str>) -> Study {
     let all: Vec<_> = study.combinations.iter().map(|known| choice_names(&study, known)).collect();
     if combination.is_some() || find_choices(&all, poses, None).is_ok() {
