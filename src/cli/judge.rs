@@ -15,7 +15,6 @@ use perirobot::results::files::write_whole;
 use perirobot::results::manifest::Fault;
 use perirobot::study::Study;
 use perirobot::sweep::Watch;
-use perirobot::view::Choice;
 use perirobot::{Result, report, shell};
 
 use super::backend::BackendArgs;
@@ -81,14 +80,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         forget(folder, args.junit.as_deref())?;
         return Err(nothing);
     }
-    let is_front = args.best.is_none()
-        && args.sets.is_any()
-        && Chosen::read(folder)?.is_some_and(|chosen| chosen.is_of(&results));
-    let of_set = |combination| Choice { combination, choice: 0, representation: 0, repeat: 0 };
-    let choices = match args.sets.named(&study, &worlds)? {
-        Some(choice) => vec![choice],
-        None if is_front => (0..results.combinations.len()).map(of_set).collect(),
-        None => {
+    let asks_for_all = args.best.is_none() && args.sets.is_any();
+    let front = if asks_for_all { Chosen::choices(folder, &results)? } else { None };
+    let is_front = front.is_some();
+    let choices = match (args.sets.named(&study, &worlds)?, front) {
+        (Some(choice), _) => vec![choice],
+        (None, Some(sets)) => sets,
+        (None, None) => {
             let best = args.best.unwrap_or(1) as usize;
             leaders(&study.requirements, &results, best, args.sets.among())?
         }

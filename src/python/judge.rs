@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use perirobot::choose::as_swept;
+use perirobot::choose::{Chosen, as_swept};
 use perirobot::judge::{Among, Judging, forget, leaders, requires_something};
 use perirobot::results::Results;
 use perirobot::world::World;
@@ -11,7 +11,8 @@ use perirobot::{Result, Study};
 use crate::backends::{BackendWords, opened};
 use crate::watch::Listener;
 
-/// Judges the choice in a folder of results that meets most requirements, and writes what `perirobot judge` writes.
+/// Judges the sets that were chosen into a folder, and writes what `perirobot judge` writes. Once a sweep has taken their
+/// place, it is the choice of that which meets most requirements.
 pub(crate) fn judge(
     study: &Study,
     worlds: &[World],
@@ -22,7 +23,10 @@ pub(crate) fn judge(
     requires_something(study)?;
     let (results, warnings) = Results::read(folder)?;
     let (study, worlds) = as_swept(folder, study.clone(), worlds.to_vec())?;
-    let choices = leaders(&study.requirements, &results, 1, Among::default())?;
+    let choices = match Chosen::choices(folder, &results)? {
+        Some(sets) => sets,
+        None => leaders(&study.requirements, &results, 1, Among::default())?,
+    };
     let judging = Judging::new(&study, &worlds, &results, &choices)?;
     warnings.iter().chain(&judging.warnings).for_each(|warning| listener.warns_of_study(warning.clone()));
     for (scene, warnings) in &judging.cut_off {

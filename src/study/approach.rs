@@ -36,6 +36,11 @@ pub(super) struct ApproachFile {
 }
 
 impl ApproachFile {
+    /// The height above which all that stands on the floor is; as written, before it is checked.
+    pub(super) fn standing_m(&self) -> f64 {
+        self.floor_m.unwrap_or(0.0)
+    }
+
     /// Whether it asks how near bodies come, and does not only give the floor.
     pub(super) fn asks(&self) -> bool {
         let ApproachFile { hazard, region, min_voxels, floor_m, body, entry } = self;

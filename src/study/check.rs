@@ -62,7 +62,8 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     };
     let mut of_sensors = Problems::default();
     let sensors = sensors(&at, file.sensor, context, &mut of_sensors);
-    let stopping = file.stopping.map(|file| stopping::check(&at, file, &sensors)).transpose();
+    let floor_m = file.approach.as_ref().map_or(0.0, ApproachFile::standing_m);
+    let stopping = file.stopping.map(|file| stopping::check(&at, file, &sensors, floor_m)).transpose();
     let stopping = problems.keep(stopping);
     let known = stopping.as_ref().map(Option::as_ref);
     let regions = regions(&at, file.region, is_whole, known, &mut problems);

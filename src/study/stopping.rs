@@ -230,8 +230,8 @@ impl Stopping {
     }
 }
 
-/// Checks the table, for the sensors of a study.
-pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor]) -> Result<Stopping> {
+/// Checks the table, for the sensors of a study and the height of its floor.
+pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m: f64) -> Result<Stopping> {
     let at = &at.key("stopping");
     let formula = formula(at, &file)?;
     refuse_others(at, &file, formula)?;
@@ -268,7 +268,8 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor]) -> Resul
         }
         Some(_) => {}
     }
-    let intrusions: Vec<Intrusion> = sensors.iter().filter_map(Intrusion::of).collect();
+    let intrusions: Vec<Intrusion> =
+        sensors.iter().filter_map(|sensor| Intrusion::of(sensor, floor_m)).collect();
     let farther = |a: &&Intrusion, b: &&Intrusion| a.metres().total_cmp(&b.metres());
     let farthest = intrusions.iter().max_by(farther);
     let least_m = farthest.map_or(NORMAL_M, Intrusion::metres);

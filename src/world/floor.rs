@@ -84,7 +84,7 @@ impl Floor {
     }
 }
 
-/// That bodies and people of a study stand beside the floor of a scene: the study gives none, or another one.
+/// That a study takes another height than that of a scene's floor for it: it gives none, or another one.
 pub(super) fn warning(study: &Study, scene: &Scene) -> Option<String> {
     let Floor { z_m, source } = Floor::found(scene);
     let found = format!("the floor is at z {z_m:.2} m ({})", source.words());
@@ -94,10 +94,10 @@ pub(super) fn warning(study: &Study, scene: &Scene) -> Option<String> {
             format!("[approach] floor_m = {given}: {found}: mend floor_m if it is meant to be that one")
         }),
         None => {
-            let stands = study.has_approach || !study.postures.is_empty();
-            (stands && z_m.abs() >= study.voxel_size_m).then(|| {
+            let asks = study.has_approach || !study.postures.is_empty() || study.stopping.is_some();
+            (asks && z_m.abs() >= study.voxel_size_m).then(|| {
                 format!(
-                    "bodies of [approach] and people of [postures] stand at z 0, and {found}: write floor_m = {z_m:.2} (or \
+                    "[approach], [postures] and [stopping] take z 0 for the floor, and {found}: write floor_m = {z_m:.2} (or \
                      floor_m = 0.0) in [approach]"
                 )
             })

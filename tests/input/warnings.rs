@@ -427,7 +427,7 @@ fn bodies_that_would_stand_beside_the_floor_are_told() {
         folder.edit("cell.toml", "position_m = [0, 0, 0.8]", "position_m = [0, 0, 0.6]");
         folder.edit("cell.toml", "position_m = [0.1, -0.45, 0.65]", "position_m = [0.1, -0.45, 0.4]");
         folder.edit("study.toml", "", floor);
-        let warning = "bodies of [approach] and people of [postures] stand at z 0";
+        let warning = "[approach], [postures] and [stopping] take z 0 for the floor";
         warnings(&folder).into_iter().find(|w| w.contains(warning)).unwrap_or_default()
     };
     let said = told("[approach]\nmin_voxels = 2\n");
@@ -437,7 +437,7 @@ fn bodies_that_would_stand_beside_the_floor_are_told() {
     );
     assert!(said.contains("write floor_m = -0.20"), "{said}");
     assert_eq!(told("[approach]\nmin_voxels = 2\nfloor_m = -0.2\n"), "");
-    assert_eq!(told(""), "", "nobody stands");
+    assert_eq!(told(""), "", "nobody stands, and no distance is asked for");
     // A floor in another unit, or that of another cell.
     let folder = Folder::new();
     folder.edit("study.toml", "", "[approach]\nfloor_m = 2.5\n");

@@ -50,7 +50,7 @@ class Choose(unittest.TestCase):
         rows = frame[(frame.poses == answer.poses) & (frame.region == "robot")]
         self.assertIn(answer.f1, rows.f1.tolist())
 
-    def test_the_best_set_is_judged_as_the_command_line_does(self):
+    def test_the_best_sets_are_judged_as_the_command_line_does(self):
         keys = {"objective": "parts_detected", "region": "robot", "at_most": 2}
         file = ROOT / "scenes/judge.toml"
         in_memory = pr.Study(tomllib.loads(file.read_text()), folder=file.parent)
@@ -62,9 +62,10 @@ class Choose(unittest.TestCase):
                 verdicts = study.judge(best, backend="cpu")
                 told.append([table.read_text() for table in tables])
                 self.assertEqual(len(verdicts), told[-1][0].count("\n") - 1)
+                self.assertEqual(set(verdicts.combination), {"best 1", "best 2"})
                 self.assertEqual(set(verdicts.verdict), {"PASS", "FAIL"})
                 if study is not in_memory:
-                    self.assertEqual(program("judge", out, "--set", "best 2", "--backend", "cpu").returncode, 4)
+                    self.assertEqual(program("judge", out, "--backend", "cpu").returncode, 4)
                     told.append([table.read_text() for table in tables])
         self.assertEqual(told[0], told[1])
         self.assertEqual(told[0], told[2])

@@ -334,11 +334,11 @@ class Study:
         threads: int | None = None,
         progress: bool = True,
     ) -> pandas.DataFrame:
-        """Decides whether the best set meets the requirements of the study, also with sensors dead and mounts off where they ask for that.
+        """Decides which of the best sets meet the requirements of the study, also with sensors dead and mounts off where they ask for that.
 
-        Does what ``perirobot judge`` does, and writes the same tables into the folder of the set. Needs pandas.
+        Does what ``perirobot judge`` does, and writes the same tables into the folder of the sets. Needs pandas.
 
-        :returns: a row for each requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
+        :returns: a row for each set, requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
         :raises ValueError: if nothing is required, or the study is not the one of the set.
         """
         tables = needed("pandas", "tables")

@@ -135,15 +135,18 @@ impl Identity {
 }
 
 /// What a study says, with the keys of the devices that it names: other values of a device are another study.
-/// What it says of choosing and judging sets, and of approaches, changes no count, and is left out; and what it says
-/// of stopping, which decides regions: their voxels are compared.
+/// What it says of choosing and judging sets, and of approaches, changes no count, and is left out, except for the floor
+/// that heights in tables are measured from; and what it says of stopping, which decides regions: their voxels are
+/// compared.
 fn says(text: &str) -> Value {
     let mut says = toml::from_str(text)
         .map_or_else(|_| text.into(), |study| serde_json::json!(catalogue::written_out(study)));
     if let Some(keys) = says.as_object_mut() {
+        let floor_m = keys.get("approach").and_then(|approach| approach.get("floor_m")).cloned();
         for asked in ["choose", "require", "mounting_error", "postures", "approach", "stopping"] {
             keys.remove(asked);
         }
+        keys.extend(floor_m.map(|z| ("approach".into(), serde_json::json!({ "floor_m": z }))));
         let sensors = keys.get_mut("sensor").and_then(Value::as_array_mut).into_iter().flatten();
         for sensor in sensors.filter_map(Value::as_object_mut) {
             sensor.remove("cost");
@@ -194,9 +197,12 @@ mod tests {
         assert_eq!(
             says(sensor),
             says(&format!(
-                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nfloor_m = 1\n[stopping]\nformula = \"iso13855\""
+                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nmin_voxels = 2\n[stopping]\nformula = \"iso13855\""
             ))
         );
+        let floor = |z: &str| says(&format!("{sensor}[approach]\nmin_voxels = 2\nfloor_m = {z}"));
+        assert_ne!(floor("0.0"), says(sensor));
+        assert_ne!(floor("0.0"), floor("0.3"));
     }
 
     #[test]

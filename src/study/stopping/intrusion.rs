@@ -26,7 +26,7 @@ const LEVEL_RAD: f64 = 0.05;
 enum Approach {
     /// At a right angle, as far as is known.
     Normal,
-    /// Along a plane at this height above z = 0, in metres.
+    /// Along a plane at this height above the floor, in metres.
     Parallel(f64),
 }
 
@@ -38,12 +38,12 @@ pub(super) struct Intrusion {
 }
 
 impl Intrusion {
-    /// Of a sensor that may notice people; `None` of one that does not.
-    pub(super) fn of(sensor: &Sensor) -> Option<Intrusion> {
+    /// Of a sensor that may notice people who walk at a height in the world; `None` of one that does not.
+    pub(super) fn of(sensor: &Sensor, floor_m: f64) -> Option<Intrusion> {
         let approach = match sensor.kind.name() {
             "known_robot" | "recorded" => return None,
             "pad" => Approach::Parallel(0.0),
-            "lidar" => level_m(sensor).map_or(Approach::Normal, Approach::Parallel),
+            "lidar" => level_m(sensor, floor_m).map_or(Approach::Normal, Approach::Parallel),
             _ => Approach::Normal,
         };
         Some(Intrusion { sensor: sensor.name.clone(), approach })
@@ -71,16 +71,16 @@ impl fmt::Display for Intrusion {
             }
             Approach::Parallel(height_m) => write!(
                 f,
-                "{:?}, which is approached along its plane {height_m:.2} m above z = 0 (1.2 m - 0.4 H, at least 0.85 m)",
+                "{:?}, which is approached along its plane {height_m:.2} m above the floor (1.2 m - 0.4 H, at least 0.85 m)",
                 self.sensor
             ),
         }
     }
 }
 
-/// The height of the lowest level plane that a scanner watches, in metres above z = 0; 0 on a robot, where it is unknown. `None`
-/// where it watches no level plane.
-fn level_m(sensor: &Sensor) -> Option<f64> {
+/// The height of the lowest level plane that a scanner watches, in metres above the floor; 0 on a robot, where it is unknown.
+/// `None` where it watches no level plane.
+fn level_m(sensor: &Sensor, floor_m: f64) -> Option<f64> {
     let FieldOfView::Turn { elevation_rad: [low, high], .. } = sensor.kind.field_of_view() else {
         return None;
     };
@@ -92,7 +92,7 @@ fn level_m(sensor: &Sensor) -> Option<f64> {
     }
     let heights = sensor.candidates.iter().filter_map(|candidate| match &candidate.setting {
         Setting::Pose(pose) if (sensor.kind.frame(pose) * DVec3::Z).z.abs() > libm::cos(LEVEL_RAD) => {
-            Some(pose.position_m.z.max(0.0))
+            Some((pose.position_m.z - floor_m).max(0.0))
         }
         _ => None,
     });

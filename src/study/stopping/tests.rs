@@ -9,8 +9,12 @@ fn checked(text: &str) -> Result<Stopping, String> {
 }
 
 fn checked_for(text: &str, sensors: &[Sensor]) -> Result<Stopping, String> {
+    checked_above(text, sensors, 0.0)
+}
+
+fn checked_above(text: &str, sensors: &[Sensor], floor_m: f64) -> Result<Stopping, String> {
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
-    check(&at, toml::from_str(text).unwrap(), sensors).map_err(|e| e.to_string())
+    check(&at, toml::from_str(text).unwrap(), sensors, floor_m).map_err(|e| e.to_string())
 }
 
 /// A sensor with some keys, that stands at these heights.
@@ -197,6 +201,11 @@ fn intrusions_are_those_of_the_direction_of_approach() {
         let stopping = checked_for(&iso, sensors).unwrap();
         same(vec![stopping.fastest().needed_m], &[0.72 + intrusion_m]);
         assert_eq!(stopping.warnings, [""; 0]);
+    }
+    // 0.1 m above a floor at 0.2 m: 1.2 - 0.04.
+    for (floor_m, intrusion_m) in [(0.2, 1.16), (-0.2, 1.0), (0.4, 1.2)] {
+        let stopping = checked_above(&iso, std::slice::from_ref(&low), floor_m).unwrap();
+        same(vec![stopping.fastest().needed_m], &[0.72 + intrusion_m]);
     }
     let said = checked_for(&iso, &all).unwrap().assumptions().join("\n");
     for part in [
