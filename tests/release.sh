@@ -214,9 +214,9 @@ step "crates"
 unset CARGO_ENCODED_RUSTFLAGS CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_LINKER
 rm -f "$notices"
 export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
-# Cargo does not unpack a version again that it has unpacked once, from another state of these sources.
-rm -rf "${CARGO_HOME:-$HOME/.cargo}"/registry/src/*/perirobot-*
-run cargo publish --workspace --dry-run --locked
+# In a folder of its own: Cargo neither unpacks nor compiles a version again that it knows from another state of these
+# sources.
+run cargo publish --workspace --dry-run --locked --target-dir "$work/crates"
 
 mv "$work"/dist/* "$out/"
 step "done: $out"
