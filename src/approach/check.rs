@@ -7,29 +7,32 @@ use super::ground::Ground;
 use super::moments::{Company, Moment};
 use super::needed;
 use crate::Result;
-use crate::study::{EntryPlace, Study};
+use crate::study::{EntryPlace, EntrySpec, Study};
 use crate::truth::Truth;
 use crate::world::World;
 
 /// Of each scene by name, which entries begin nearer to the hazard than is needed at the highest speed of the robot, as
-/// warnings. Nothing is cast. Nothing is said where the study does not ask how near bodies come, and where an entry is
-/// a light curtain with several poses.
+/// warnings. Nothing is cast. Nothing is said where the study does not ask how near bodies come, and of entries that are
+/// light curtains with several poses.
 ///
 /// # Errors
 /// When an approach cannot be asked of a scene: those of [`Ground::of_scenes`].
 pub fn check_approach<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w str, Vec<String>)>> {
     let asks = study.has_approach || study.requirements.iter().any(|one| one.is_of_nearness());
-    let moves = |place: &EntryPlace| match place {
-        EntryPlace::Gate(sensor) => study.sensors[*sensor].candidates.len() != 1,
-        EntryPlace::Box { .. } | EntryPlace::Edges => false,
+    let stays = |place: &EntryPlace| match place {
+        EntryPlace::Gate(sensor) => study.sensors[*sensor].candidates.len() == 1,
+        EntryPlace::Box { .. } | EntryPlace::Edges => true,
     };
-    if !asks || study.approach.entries.iter().any(|entry| moves(&entry.place)) {
+    let mut study = study.clone();
+    let is_fixed = |entry: &EntrySpec| stays(&entry.place);
+    study.approach.entries.retain(is_fixed);
+    if !asks || study.approach.entries.is_empty() {
         return Ok(Vec::new());
     }
     let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
     scenes
         .map(|worlds| {
-            let ground = Ground::new(study, worlds, &[])?;
+            let ground = Ground::new(&study, worlds, &[])?;
             Ok((worlds[0].name.as_str(), too_near(&ground)?))
         })
         .collect()

@@ -7,9 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::told::Told;
 use crate::backend::Fusion;
-use crate::error::Issue;
 use crate::metrics::Score;
-use crate::results::files::{JOURNAL, OutputFolder, read_regular, write_whole};
+use crate::results::files::{JOURNAL, OutputFolder, json_issue, read_regular, write_whole};
 use crate::results::journal::Shard;
 use crate::results::manifest::Manifest;
 use crate::results::{Results, Subject};
@@ -171,8 +170,8 @@ impl Chosen {
         if !path.exists() {
             return Ok(None);
         }
-        let damaged = |e: serde_json::Error| Issue::damaged(e.to_string()).cure("choose again").at(&path);
-        serde_json::from_slice(&read_regular(&path)?).map(Some).map_err(|e| damaged(e).into())
+        let chosen = serde_json::from_slice(&read_regular(&path)?);
+        chosen.map(Some).map_err(|e| json_issue(&e).cure("choose again").at(&path).into())
     }
 
     /// The sets in a folder of results, if they are those that were chosen.

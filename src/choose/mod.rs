@@ -50,7 +50,7 @@ pub use outcome::{Outcome, as_swept};
 pub use problem::{Found, Problem, SetLimits, examine};
 pub use refine::{RefineWatch, Refinement, refine};
 pub use told::{FinePose, Told, ToldCut, ToldCuts, ToldRefined, ToldSensor, ToldSet, ToldStep};
-pub use verify::{Claims, Verified, VerifyWatch, verify, verify_refined, verify_tables};
+pub use verify::{Claims, Verified, VerifyWatch, verify};
 pub use within::{Bound, FrontStep, SearchWatch};
 pub use worth::{Ratio, Worth};
 

@@ -81,10 +81,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.threads.start()?;
     let place = StudyPlace { named: args.moved.as_deref(), cure: ", or say --study FILE" };
     let (study, worlds) = match args.study.load_folder(place)? {
-        Some(swept) => swept,
+        Some((study, worlds)) => {
+            let told = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
+            super::warn(told, MOST_WARNINGS);
+            (study, worlds)
+        }
         None => args.study.load()?,
     };
-    super::warn(worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())), MOST_WARNINGS);
     let study = with_set(study, &args.pose, args.combination.as_deref());
     let choice = args.find(&study, &worlds)?;
     fusion_warning(&study, &choice).iter().for_each(|warning| say!("warning: {warning}"));

@@ -6,12 +6,10 @@ use std::time::{Duration, Instant};
 
 use perirobot::backend::Backend;
 use perirobot::backend::factory::BackendFactory;
-use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
     self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Outcome, Problem, RefineWatch,
     SearchWatch, SetLimits, Told, Verified, VerifyWatch,
 };
-use perirobot::error::Issue;
 use perirobot::results::manifest::Fault;
 use perirobot::study::{Across, Choose, Study};
 use perirobot::{Error, Result, report};
@@ -173,30 +171,17 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let casting = Casting::begin(&study, choose, &worlds, args.evidence_bytes(), None)?;
     let mut backends = args.backend.backends()?;
     let evidence = cast(args, choose, casting, &mut backends, stop)?;
-    let (mut oracle, given) = (Oracle::default(), (&study, choose, &*worlds));
-    let Verified { sets, proven, bounded, open, stopped } =
-        choose::verify(&claims, given, &evidence, &mut oracle, stop)?;
-    let refined = choose::verify_refined(folder, &study, choose, &mut oracle, stop)?;
-    let sets = sets + refined;
-    let refines_again = choose.refine && claims.is_refined();
-    if refines_again {
-        let problem = Problem::new(&study, choose, &worlds, &evidence);
-        let found = (&problem, &claims.answer(&problem)?, claims.told());
-        let shown = SearchBar { progress: args.progress.search(), stop };
-        let again = choose::refine(given, found, args.evidence_bytes(), &mut backends, &shown)?;
-        drop(shown);
-        if let Some(why) = stop.reason().filter(|_| !again.complete) {
-            return Err(Error::Stopped(Issue::says(why)));
-        }
-        claims.is_found_again(&again)?;
-    }
-    choose::verify_tables(folder, given, &mut oracle, stop)?;
+    let shown = SearchBar { progress: args.progress.search(), stop };
+    let backends: (&mut dyn BackendFactory, u64) = (&mut backends, args.evidence_bytes());
+    let Verified { sets, proven, bounded, open, stopped, refining_stopped } =
+        choose::verify(&claims, (&study, choose, &worlds), &evidence, backends, (stop, &shown))?;
+    drop(shown);
     let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
     let mut open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
     if stopped {
         open += "; the search was stopped, so that sizes and steps of cost may be missing";
     }
-    if choose.refine && !stopped && !refines_again {
+    if refining_stopped {
         open += "; refining was stopped, so that it was not searched again";
     }
     super::print(&format!(

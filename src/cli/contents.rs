@@ -6,6 +6,7 @@ use perirobot::scene::spec::SceneSpec;
 use perirobot::sensor::Sensor;
 use perirobot::study::{Combination, RegionSpec, Study};
 use perirobot::truth::{ObjectVoxels, Truth};
+use perirobot::voxel::rounded_up;
 use perirobot::world::{World, ray_table};
 
 /// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
@@ -26,6 +27,7 @@ pub(super) fn tables(study: &Study, worlds: &[World], all: bool) -> String {
             regions(study, worlds, most),
             sensors(study, most),
             combinations(study, most),
+            stopping(study),
         ];
         sections.concat()
     };
@@ -47,6 +49,15 @@ pub(super) fn first_of(
         more => text += &format!("{indent}and {more} more {what} (--all)\n"),
     }
     text
+}
+
+/// How far people must be, and what of that nobody wrote.
+fn stopping(study: &Study) -> String {
+    let Some(stopping) = &study.stopping else { return String::new() };
+    let at = stopping.fastest();
+    let head = format!("stopping: {} m at {} m/s\n", rounded_up(at.needed_m, 2), at.speed_m_s);
+    let checks = stopping.to_be_checked().map(|line| format!("  {line}\n"));
+    head + &checks.collect::<String>() + "\n"
 }
 
 fn head(study: &Study) -> String {

@@ -105,7 +105,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     judged.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     judging.write(folder, &judged)?;
     let sets = &judged.sets;
-    let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, set, judgement);
+    let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, &results, set, judgement);
     if let Some(path) = &args.junit {
         let told = |set: &JudgedSet, judgement: &Judgement| {
             let line = report::judge::line(&results, set, judgement);
@@ -167,13 +167,22 @@ fn at_speeds(
 
 impl Args {
     /// The command that draws the worst moment of a judgement, or finds the way of who comes nearest.
-    fn picture(&self, study: &Study, set: &JudgedSet, judgement: &Judgement) -> Option<String> {
+    fn picture(
+        &self,
+        study: &Study,
+        results: &Results,
+        set: &JudgedSet,
+        judgement: &Judgement,
+    ) -> Option<String> {
         let mut words = vec!["perirobot".to_string()];
         let part = judgement.worst.part?;
         words.push(if let Part::Moment(_) = part { "render" } else { "approach" }.into());
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
         words.extend(self.swept.folder_words());
-        words.extend(["--combination".into(), set.combination.clone()]);
+        // A set that is no combination of the study is found by its poses alone.
+        if results.combinations.iter().any(|known| known.name == set.combination) {
+            words.extend(["--combination".into(), set.combination.clone()]);
+        }
         words.extend(["--representation".into(), set.representation.clone()]);
         let repeat = match part {
             Part::Moment(moment) => {

@@ -4,10 +4,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use perirobot::backend::factory::BackendFactory;
-use perirobot::backend::oracle::Oracle;
 use perirobot::choose::{
     CandidateEvidence, Casting, Chosen, Claims, MEMORY_BYTES, Outcome, Problem, Told, Verified, VerifyWatch,
-    answer, examine, refine, verify, verify_refined,
+    answer, examine, refine, verify,
 };
 use perirobot::error::Issue;
 use perirobot::study::Choose;
@@ -62,12 +61,12 @@ pub(crate) fn check(
     let choose = asked(study)?;
     examine(study, choose, worlds)?;
     let claims = Claims::read(folder, study, choose, worlds)?;
-    let evidence = cast(study, choose, worlds, &mut opened(words, listener)?, listener)?;
-    let (mut oracle, given) = (Oracle::default(), (study, choose, worlds));
+    let mut backends = opened(words, listener)?;
+    let evidence = cast(study, choose, worlds, &mut backends, listener)?;
+    let backends: (&mut dyn BackendFactory, u64) = (&mut backends, MEMORY_BYTES);
     let Verified { sets, proven, bounded, open, .. } =
-        verify(&claims, given, &evidence, &mut oracle, listener)?;
-    let refined = verify_refined(folder, study, choose, &mut oracle, listener)?;
-    Ok([sets + refined, proven, bounded, open])
+        verify(&claims, (study, choose, worlds), &evidence, backends, (listener, listener))?;
+    Ok([sets, proven, bounded, open])
 }
 
 fn asked(study: &Study) -> Result<&Choose> {

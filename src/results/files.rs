@@ -6,6 +6,8 @@ use std::fs;
 use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
+use serde_json::error::Category;
+
 use crate::error::{Argument, Issue, Words};
 use crate::source::Sources;
 use crate::{Error, Result};
@@ -113,6 +115,14 @@ pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
         return Err(Error::input(path, what));
     }
     fs::File::open(path).map_err(unreadable)
+}
+
+/// What is wrong with a file of ours that is not JSON as it was written.
+pub(crate) fn json_issue(e: &serde_json::Error) -> Issue {
+    match e.classify() {
+        Category::Eof => Issue::damaged("is cut off"),
+        _ => Issue::damaged(format!("is not as it was written: {e}")),
+    }
 }
 
 /// The bytes of a manifest or a table of poses.

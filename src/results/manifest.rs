@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
 use crate::error::Issue;
-use crate::results::files::{MANIFEST, read_regular, shards_below};
+use crate::results::files::{MANIFEST, json_issue, read_regular, shards_below};
 use crate::results::journal::Shard;
 use crate::source::hex;
 use crate::study::Study;
@@ -160,7 +160,8 @@ impl Manifest {
             return Err(Error::input(path, "cannot be read, it is not there").wanted(cure));
         }
         let bytes = read_regular(&path)?;
-        Manifest::parse(&bytes).map_err(|e| Issue::damaged(e.to_string()).cure("sweep again").at(path).into())
+        Manifest::parse(&bytes)
+            .map_err(|e| json_issue(&e).cure("sweep again, or choose again").at(path).into())
     }
 
     fn parse(bytes: &[u8]) -> Result<Manifest, serde_json::Error> {

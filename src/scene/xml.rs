@@ -40,7 +40,9 @@ impl Xml {
                     length
                 }
                 () => match skipped_length(rest) {
-                    Some(length) => {
+                    // The parser refuses it.
+                    Some(None) => break,
+                    Some(Some(length)) => {
                         plain.extend(rest[..length].matches('\n'));
                         length
                     }
@@ -76,14 +78,15 @@ impl Xml {
     }
 }
 
-/// The length of a comment, an instruction or a plain DOCTYPE at the beginning of a text. One without an end is left to
-/// the parser, which refuses it, as it does a DOCTYPE that declares entities.
-fn skipped_length(text: &str) -> Option<usize> {
+/// The length of a comment, an instruction or a plain DOCTYPE at the beginning of a text; `None` of one without an end and of a
+/// DOCTYPE that declares entities. Outer `None`: the text begins with something else.
+fn skipped_length(text: &str) -> Option<Option<usize>> {
     if text.starts_with(DOCTYPE) {
-        return text.find(['>', '[']).filter(|&end| text[end..].starts_with('>')).map(|end| end + 1);
+        let end = text.find(['>', '[']).filter(|&end| text[end..].starts_with('>'));
+        return Some(end.map(|end| end + 1));
     }
     let [begin, end] = LEFT_OUT.iter().find(|[begin, _]| text.starts_with(begin))?;
-    text[begin.len()..].find(end).map(|at| begin.len() + at + end.len())
+    Some(text[begin.len()..].find(end).map(|at| begin.len() + at + end.len()))
 }
 
 /// Writes a reference, or an ampersand that is none, and says how long it is in the text.
@@ -247,6 +250,15 @@ mod tests {
         }
         let wrong = read("<a>\n<!--\n\n-->\n<b>\n</a>").unwrap_err();
         assert!(wrong.contains("at 6:"), "lines stay as they are: {wrong}");
+    }
+
+    /// Each to the end of the text would take hours.
+    #[test]
+    fn what_has_no_end_is_looked_for_once() {
+        for begin in ["<!--", "<?", "<!DOCTYPE ", "<!DOCTYPE[", "<![CDATA[", "<a b='", "<"] {
+            let text = format!("<a>{}", begin.repeat(16 << 20 >> 2));
+            assert!(read(&text).unwrap_err().starts_with("is no XML"), "{begin}");
+        }
     }
 
     #[test]

@@ -220,13 +220,18 @@ impl Stopping {
             None => format!("{HUMAN_SPEED_M_S} m/s, up to {ARMS_UP_TO_M} m with {ARM_SPEED_M_S} m/s"),
         };
         said.push(format!("People come with {comes}; added are {}.", added.join(", ")));
-        said.extend(self.defaults.iter().map(|default| format!("To be checked: {default}.")));
+        said.extend(self.to_be_checked());
         said.push(
             "Distances are between centres of voxels, and sizes are rounded: surfaces may be nearer by up to the \
              diagonal of a voxel and half a voxel."
                 .into(),
         );
         said
+    }
+
+    /// Defaults that nobody wrote, and values that are less than public pages tell, each a sentence.
+    pub fn to_be_checked(&self) -> impl Iterator<Item = String> {
+        self.defaults.iter().map(|default| format!("To be checked: {default}."))
     }
 }
 
@@ -258,29 +263,27 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
         .human_speed_m_s
         .map(|speed| at.number("human_speed_m_s", speed, f64::MIN_POSITIVE..=10.0, speed_rule));
     let human_speed_m_s = human_speed_m_s.transpose()?;
-    match human_speed_m_s {
-        None => defaults.push(format!(
+    if human_speed_m_s.is_none() {
+        defaults.push(format!(
             "human_speed_m_s = {HUMAN_SPEED_M_S} is a default, what public pages tell of ISO 13855 as the speed of somebody who \
              walks; where the distance is at most {ARMS_UP_TO_M} m it is {ARM_SPEED_M_S}, that of an arm"
-        )),
-        Some(speed) if speed < HUMAN_SPEED_M_S => {
-            defaults.push(format!("human_speed_m_s = {speed} is less than the {HUMAN_SPEED_M_S} of somebody who walks"));
-        }
-        Some(_) => {}
+        ));
     }
     let intrusions: Vec<Intrusion> =
         sensors.iter().filter_map(|sensor| Intrusion::of(sensor, floor_m)).collect();
     let farther = |a: &&Intrusion, b: &&Intrusion| a.metres().total_cmp(&b.metres());
     let farthest = intrusions.iter().max_by(farther);
     let least_m = farthest.map_or(NORMAL_M, Intrusion::metres);
+    let least_in_2024_m = if farthest.is_some_and(Intrusion::is_parallel) { PARALLEL_M } else { NORMAL_M };
     let case = farthest.map_or("a device that an arm passes unnoticed".to_string(), Intrusion::to_string);
+    let least = rounded_up(least_m, 2);
     let mut warnings = Vec::new();
     let mut added = Vec::new();
     for &key in formula.keys() {
         let metres = match (file.added(key), key) {
             (Some(metres), "intrusion_m") if metres < least_m => {
                 let less = format!(
-                    "intrusion_m = {metres} is less than the {least_m:.2} m that public pages tell of ISO 13855:2010 for {case}"
+                    "intrusion_m = {metres} is less than the {least} m that public pages tell of ISO 13855:2010 for {case}"
                 );
                 if farthest.is_some_and(Intrusion::is_parallel) {
                     warnings.push(format!("stopping: {less}: distances may be too small"));
@@ -288,20 +291,20 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
                 defaults.push(less);
                 metres
             }
-            (Some(metres), "device_distance_m") if metres < PARALLEL_M => {
-                if let Some(along) = intrusions.iter().find(|one| one.is_parallel()) {
-                    let less = format!(
-                        "device_distance_m = {metres} is less than the {PARALLEL_M} m that public pages tell of ISO 13855:2024 for {along}"
-                    );
+            (Some(metres), "device_distance_m") if metres < least_in_2024_m => {
+                let less = format!(
+                    "device_distance_m = {metres} is less than the {least_in_2024_m} m that public pages tell of ISO 13855:2024 for {case}"
+                );
+                if farthest.is_some_and(Intrusion::is_parallel) {
                     warnings.push(format!("stopping: {less}: distances may be too small"));
-                    defaults.push(less);
                 }
+                defaults.push(less);
                 metres
             }
             (Some(metres), _) => metres,
             (None, "intrusion_m") => {
                 defaults.push(format!(
-                    "intrusion_m = {least_m:.2} is a default, what public pages tell of ISO 13855:2010 for {case}{}",
+                    "intrusion_m = {least} is a default, what public pages tell of ISO 13855:2010 for {case}{}",
                     by_sensor(&intrusions, least_m)
                 ));
                 least_m
@@ -316,6 +319,22 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
     let terms = Terms { human_speed_m_s, reaction_s, brakes, added };
     let at_speed =
         |(number, speed_m_s)| AtSpeed { speed_m_s, needed_m: terms.needed_m(formula, number, speed_m_s) };
+    let by_default = Terms { human_speed_m_s: None, ..terms.clone() };
+    let is_less = |(number, speed_m_s): &(usize, f64)| {
+        terms.needed_m(formula, *number, *speed_m_s) < by_default.needed_m(formula, *number, *speed_m_s)
+    };
+    if let (Some(human), Some(slowest)) = (human_speed_m_s, speeds.iter().copied().enumerate().find(is_less))
+    {
+        let [written, told] =
+            [&terms, &by_default].map(|terms| terms.needed_m(formula, slowest.0, slowest.1));
+        defaults.push(format!(
+            "human_speed_m_s = {human} makes {} m at {} m/s, where public pages tell {} m: {HUMAN_SPEED_M_S} m/s of somebody who \
+             walks, {ARM_SPEED_M_S} m/s of an arm up to {ARMS_UP_TO_M} m",
+            rounded_up(written, 3),
+            slowest.1,
+            rounded_up(told, 3)
+        ));
+    }
     let speeds = speeds.into_iter().enumerate().map(at_speed).collect();
     Ok(Stopping { formula, speeds, terms, defaults, warnings })
 }
@@ -323,7 +342,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
 /// Which sensors ask for less than the farthest intrusion, in words.
 fn by_sensor(intrusions: &[Intrusion], least_m: f64) -> String {
     let less = intrusions.iter().filter(|one| one.metres() < least_m);
-    let less: Vec<String> = less.map(|one| format!("{:.2} for {one}", one.metres())).collect();
+    let less: Vec<String> = less.map(|one| format!("{} for {one}", rounded_up(one.metres(), 2))).collect();
     match less.is_empty() {
         true => String::new(),
         false => format!("; it would be {}, and the largest holds for all", less.join(", ")),

@@ -1,5 +1,7 @@
 //! The floor that is walked on: heights in words are measured from it, so that a slab below it adds nothing.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::scene::{Mesh, Object, Role, Scene, Surface};
@@ -13,6 +15,8 @@ const ONE_FLOOR_M: f64 = 0.05;
 const LEVEL: f64 = 0.985;
 /// Areas that differ by a smaller share are equal.
 const EQUAL: f64 = 1e-6;
+/// The top of a slab has at least this share of the area of its underside: it may have pits and rounded edges.
+const TOP: f64 = 0.75;
 
 /// The floor that is walked on in a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,12 +34,14 @@ pub enum FloorSource {
     Study,
     /// The largest level surface near the people's feet.
     NearFeet,
-    /// The people's feet: no level surface is near them.
-    Feet,
-    /// Without people, the largest level surface near z 0.
+    /// The largest level surface below the people's feet, which are not near one.
+    BelowFeet,
+    /// Without a level surface below people, the largest one near z 0.
     NearZero,
-    /// Without people and without a level surface near z 0, the largest one below the middle of the cell.
+    /// Without one near z 0 either, the largest one below the middle of the cell.
     LowerHalf,
+    /// The people's feet: the cell has no level surface.
+    Feet,
     /// Nothing of all that: z 0.
     Zero,
 }
@@ -46,7 +52,8 @@ impl FloorSource {
         match self {
             FloorSource::Study => "floor_m of the study",
             FloorSource::NearFeet => "the largest level surface near the people's feet",
-            FloorSource::Feet => "the people's feet; no level surface is near them",
+            FloorSource::BelowFeet => "the largest level surface below the people, who do not stand on one",
+            FloorSource::Feet => "the people's feet, without a level surface",
             FloorSource::NearZero => "the largest level surface near z 0",
             FloorSource::LowerHalf => "the largest level surface below the middle of the cell",
             FloorSource::Zero => "no level surface is near z 0",
@@ -66,21 +73,24 @@ impl Floor {
         let surfaces = level_surfaces(scene);
         let feet: Vec<f64> =
             of_role(scene, Role::Human).filter_map(|person| Some(heights_m(person)?[0])).collect();
+        let lowest = feet.iter().copied().reduce(f64::min);
         let near = |heights: &[f64]| {
-            largest(&surfaces, heights[0], |z| heights.iter().any(|at| (z - at).abs() <= NEAR_M))
+            let at = *heights.first()?;
+            largest(&surfaces, at, |z| heights.iter().any(|at| (z - at).abs() <= NEAR_M))
         };
-        let floor = |source: FloorSource| move |z_m: f64| Floor { z_m, source };
-        if let Some(lowest) = feet.iter().copied().reduce(f64::min) {
-            let found = near(&feet).map(floor(FloorSource::NearFeet));
-            return found.unwrap_or(floor(FloorSource::Feet)(lowest));
-        }
+        let below = || largest(&surfaces, lowest?, |z| z < lowest.unwrap_or(f64::NEG_INFINITY));
         let lower = || {
             let ends = of_role(scene, Role::Environment).filter_map(heights_m);
             let [low, high] = ends.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;
             largest(&surfaces, low, |z| z < (low + high) / 2.0)
         };
-        let found = near(&[0.0]).map(floor(FloorSource::NearZero));
-        found.or_else(|| lower().map(floor(FloorSource::LowerHalf))).unwrap_or(floor(FloorSource::Zero)(0.0))
+        let floor = |source: FloorSource| move |z_m: f64| Floor { z_m, source };
+        (near(&feet).map(floor(FloorSource::NearFeet)))
+            .or_else(|| below().map(floor(FloorSource::BelowFeet)))
+            .or_else(|| near(&[0.0]).map(floor(FloorSource::NearZero)))
+            .or_else(|| lower().map(floor(FloorSource::LowerHalf)))
+            .or_else(|| lowest.map(floor(FloorSource::Feet)))
+            .unwrap_or(floor(FloorSource::Zero)(0.0))
     }
 }
 
@@ -156,9 +166,21 @@ fn tops(keys: &[[i32; 3]], resolution_m: f64) -> Vec<[f64; 2]> {
 }
 
 /// The height of the floor with the largest area among surfaces that may be it; of equal ones the nearest to a
-/// height. It is the median by area, so that of a scan no single triangle decides.
+/// height. If it is the underside of a slab, it is the height of the slab's top.
 fn largest(surfaces: &[[f64; 2]], near_m: f64, may_be: impl Fn(f64) -> bool) -> Option<f64> {
     let surfaces: Vec<[f64; 2]> = surfaces.iter().copied().filter(|[z, _]| may_be(*z)).collect();
+    let (mut area, mut floor) = largest_floor(&surfaces, near_m)?;
+    let mut above = &surfaces[floor.end..];
+    while let Some((own, top)) = largest_floor(above, near_m).filter(|(own, _)| *own >= TOP * area) {
+        let begin = surfaces.len() - above.len();
+        (area, floor) = (own, begin + top.start..begin + top.end);
+        above = &surfaces[floor.end..];
+    }
+    Some(median(&surfaces[floor]))
+}
+
+/// The floor with the largest area, and that area; of equal ones the nearest to a height.
+fn largest_floor(surfaces: &[[f64; 2]], near_m: f64) -> Option<(f64, Range<usize>)> {
     // Area, first and last surface.
     let mut best: Option<(f64, usize, usize)> = None;
     let (mut first, mut area) = (0, 0.0);
@@ -176,10 +198,10 @@ fn largest(surfaces: &[[f64; 2]], near_m: f64, may_be: impl Fn(f64) -> bool) -> 
             best = Some((area, first, last));
         }
     }
-    best.map(|(_, first, last)| median(&surfaces[first..=last]))
+    best.map(|(area, first, last)| (area, first..last + 1))
 }
 
-/// The height above which less than half of the area is; of surfaces from the lowest up.
+/// The height above which less than half of the area is, of surfaces from the lowest up: no single triangle of a scan decides.
 fn median(surfaces: &[[f64; 2]]) -> f64 {
     let half = surfaces.iter().map(|[_, area]| area).sum::<f64>() / 2.0;
     let mut below = 0.0;
@@ -206,6 +228,8 @@ mod tests {
         check(&[[-0.1, 20.0], [0.0, 20.0]], &[0.0], Some(0.0));
         check(&[[-0.3, 120.0], [0.0, 120.0], [0.0, 118.0], [6.0, 120.0]], &[0.02], Some(0.0));
         check(&[[-0.02, 30.0], [0.0, 30.0]], &[0.0], Some(0.0));
+        // A pit, or a rounded edge, takes from the top alone.
+        check(&[[-0.15, 20.0], [-0.08, 3.0], [0.0, 16.0]], &[0.0], Some(0.0));
         // A pallet, a table and a platform without people are no floor.
         check(&[[0.0, 20.0], [0.14, 1.0], [0.8, 2.0]], &[0.14], Some(0.0));
         check(&[[0.0, 20.0], [1.0, 6.0]], &[1.0], Some(1.0));

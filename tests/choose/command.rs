@@ -320,7 +320,7 @@ fn a_proof_holds_until_it_is_altered() {
         last(proof);
         *proof = serde_json::json!({ "steps": proof["steps"] });
     };
-    verified(&folder, cut, &["choose.json: is no proof of choose: missing field"]);
+    verified(&folder, cut, &["choose.json: is not as it was written: missing field"]);
 }
 
 /// Every table is made again: what is false, cut or gone is named by file, row and column.

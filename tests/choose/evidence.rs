@@ -263,7 +263,7 @@ fn a_damaged_proof_is_told_before_anything_is_cast_and_a_sound_one_trusts_no_fil
     assert!(journal(&folder) == cast);
     let proof = fs::read_to_string(out.join("choose.json")).unwrap();
     for (damaged, expected) in [
-        (proof.replacen('{', "[", 1), "choose.json: is no proof of choose"),
+        (proof.replacen('{', "[", 1), "choose.json: is not as it was written"),
         (proof.replacen("\"budget\": null", "\"budget\": 3", 1), "the study asks for something else now"),
         (proof.replacen("camera:", "camera:x", 1), "is no pose of the study"),
     ] {

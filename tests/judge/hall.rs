@@ -147,6 +147,19 @@ fn four_cameras_of_three_models_need_no_combination() {
     assert!(printed.contains(&format!("{FOUR} · set · points;points;points;points")), "{printed}");
     let [(set, all)] = &verdicts(&folder)[..] else { panic!("one set is judged") };
     assert_eq!((set.1.as_str(), all.len()), (FOUR, 9));
+    assert!(all.iter().all(|passes| *passes));
+    for (number, name) in ["render", "approach"].into_iter().enumerate() {
+        let printed = printed.lines().find(|line| line.contains(&format!("perirobot {name} "))).unwrap();
+        let words = printed.split_whitespace().map(|word| word.trim_matches('\''));
+        let words: Vec<&str> =
+            words.skip_while(|word| *word != name).take_while(|word| *word != "--out").collect();
+        let again =
+            perirobot(&[&words[..], &["--out", text(&folder.path(&format!("again-{number}.png")))]].concat());
+        assert_eq!(again.code, Some(0), "{printed}: {}", again.stderr);
+    }
+    on(&folder, 0, &["report", "--best", "1"]);
+    let page = fs::read_to_string(folder.path("out/report.html")).unwrap();
+    assert!(page.contains(&format!("{FOUR}, which was judged, meets all requirements, but was not swept")));
     assert!(on(&folder, 0, &["why", "--pose", FOUR]).contains(&format!("{FOUR} · set")));
     on(&folder, 0, &["export", "--pose", FOUR, "--out", text(&folder.path("files"))]);
     assert!(folder.path("files/cell.glb").exists());

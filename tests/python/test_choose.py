@@ -82,6 +82,13 @@ class Choose(unittest.TestCase):
             proof.write_text(text.replace(first, "left-wall/0/0"))
             with self.assertRaises(ValueError):
                 best.verify("cpu")
+            proof.write_text(text)
+            self.assertTrue(best.verify("cpu"))
+            results = pathlib.Path(out) / "results.csv"
+            table = results.read_text()
+            results.write_text(table[: table.rindex(",") + 1] + "7\n")
+            with self.assertRaisesRegex(ValueError, "results.csv"):
+                best.verify("cpu")
 
 
 if __name__ == "__main__":

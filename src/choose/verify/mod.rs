@@ -22,16 +22,18 @@ use self::allowed::{clash, name, named, not_allowed, thousandths};
 pub(super) use self::counted::recounted;
 use self::counted::{exact, value, value_reaches};
 use self::plain::{Bar, Plain};
-pub use self::refined::verify_refined;
-pub use self::tables::verify_tables;
+use self::refined::{refine_again, verify_refined};
+use self::tables::verify_tables;
 use super::evidence::CandidateEvidence;
 use super::files::{Asked, Chosen, PROOF, fingerprint};
 use super::layout::{FALSE, MISSED};
+use super::refine::RefineWatch;
 use super::told::{ToldSet, ToldStep};
+use crate::backend::factory::BackendFactory;
+use crate::backend::oracle::Oracle;
 use crate::backend::{Backend, Fusion};
 use crate::error::Issue;
 use crate::metrics::{Confusion, Score};
-use crate::results::files::read_regular;
 use crate::sensor::Cost;
 use crate::study::{Across, Choose, Study};
 use crate::voxel::Ones;
@@ -51,6 +53,8 @@ pub struct Verified {
     pub open: usize,
     /// Whether the search was stopped, so that sizes and steps of cost may be missing.
     pub stopped: bool,
+    /// Whether refining was stopped, so that it was not searched again.
+    pub refining_stopped: bool,
 }
 
 /// Is told how a check proceeds, and may stop it.
@@ -93,8 +97,9 @@ impl Claims {
     pub fn read(folder: &Path, study: &Study, choose: &Choose, worlds: &[World]) -> Result<Claims> {
         let path = folder.join(PROOF);
         let wrong = |place: &str, what: &str| Err(Error::input(place, what).at(&path));
-        let chosen: Chosen = serde_json::from_slice(&read_regular(&path)?)
-            .map_err(|e| Error::from(Issue::damaged(format!("is no proof of choose: {e}")).at(&path)))?;
+        let Some(chosen) = Chosen::read(folder)? else {
+            return Err(Issue::says("is not there").wanted("name a folder of choose").at(&path).into());
+        };
         if chosen.fingerprint != fingerprint(study, worlds) {
             return wrong("fingerprint", "the study is not what was searched: choose again");
         }
@@ -122,11 +127,30 @@ impl Claims {
     }
 }
 
-/// Checks a proof.
+/// Checks all that is in a folder of chosen sets: the proof, refined poses, which are searched again with evidence of at most
+/// these bytes, and every table.
 ///
 /// # Errors
 /// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
 pub fn verify(
+    claims: &Claims,
+    asked: (&Study, &Choose, &[World]),
+    evidence: &CandidateEvidence,
+    (backends, memory_bytes): (&mut dyn BackendFactory, u64),
+    (watch, refining): (&dyn VerifyWatch, &dyn RefineWatch),
+) -> Result<Verified> {
+    let mut oracle = Oracle::default();
+    let mut verified = verify_steps(claims, asked, evidence, &mut oracle, watch)?;
+    verified.sets += verify_refined(&claims.folder, asked, &mut oracle, watch)?;
+    if asked.1.refine && !verified.stopped && !verified.refining_stopped {
+        refine_again(claims, asked, evidence, (backends, memory_bytes), (watch, refining))?;
+    }
+    verify_tables(&claims.folder, asked, &mut oracle, watch)?;
+    Ok(verified)
+}
+
+/// Checks the steps of a proof.
+fn verify_steps(
     claims: &Claims,
     (study, choose, worlds): (&Study, &Choose, &[World]),
     evidence: &CandidateEvidence,
@@ -139,8 +163,14 @@ pub fn verify(
     let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
     let counts = recounted(study, choose, worlds, sets, recounter, &|| watch.stop())?;
     let stopped = || watch.stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
-    let mut verified =
-        Verified { sets: sets.len(), proven: 0, bounded: 0, open: 0, stopped: chosen.told.stopped };
+    let mut verified = Verified {
+        sets: sets.len(),
+        proven: 0,
+        bounded: 0,
+        open: 0,
+        stopped: chosen.told.stopped,
+        refining_stopped: choose.refine && chosen.told.refining_stopped,
+    };
     let is_provable = given.is_provable();
     watch.begins(steps.len());
     let mut fractions = Vec::new();

@@ -10,10 +10,12 @@ use super::counted::recounted;
 use super::tables::is_written;
 use super::{Claims, VerifyWatch, holds};
 use crate::backend::Backend;
+use crate::backend::factory::BackendFactory;
+use crate::choose::evidence::CandidateEvidence;
 use crate::choose::files::{Chosen, PROOF, REFINED};
 use crate::choose::front::Answer;
 use crate::choose::problem::{Problem, SetLimits};
-use crate::choose::refine::Refinement;
+use crate::choose::refine::{RefineWatch, Refinement, refine};
 use crate::choose::told::ToldRefined;
 use crate::choose::within::{Bound, FrontStep};
 use crate::error::Issue;
@@ -26,10 +28,9 @@ use crate::{Error, Result};
 ///
 /// # Errors
 /// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
-pub fn verify_refined(
+pub(super) fn verify_refined(
     folder: &Path,
-    study: &Study,
-    choose: &Choose,
+    (study, choose, _): (&Study, &Choose, &[World]),
     recounter: &mut dyn Backend,
     watch: &dyn VerifyWatch,
 ) -> Result<usize> {
@@ -69,12 +70,33 @@ pub fn verify_refined(
     Ok(counted)
 }
 
+/// Searches again around the best sets, and compares what is found.
+///
+/// # Errors
+/// `Error::Input` that names the first value that differs; `Error::Stopped` when it is stopped.
+pub(super) fn refine_again(
+    claims: &Claims,
+    asked: (&Study, &Choose, &[World]),
+    evidence: &CandidateEvidence,
+    (backends, memory_bytes): (&mut dyn BackendFactory, u64),
+    (watch, refining): (&dyn VerifyWatch, &dyn RefineWatch),
+) -> Result<()> {
+    let (study, choose, worlds) = asked;
+    let problem = Problem::new(study, choose, worlds, evidence);
+    let found = (&problem, &claims.answer(&problem)?, &claims.chosen.told);
+    let again = refine(asked, found, memory_bytes, backends, refining)?;
+    match watch.stop().filter(|_| !again.complete) {
+        Some(why) => Err(Error::Stopped(Issue::says(why))),
+        None => claims.is_found_again(&again),
+    }
+}
+
 impl Claims {
     /// The best sets that are claimed, as a search finds them: what refining begins with.
     ///
     /// # Errors
     /// When one of them does not meet what is required.
-    pub fn answer(&self, problem: &Problem) -> Result<Answer> {
+    fn answer(&self, problem: &Problem) -> Result<Answer> {
         let told = &self.chosen.told;
         let step = |(number, set): (usize, &Vec<[usize; 2]>)| {
             let step = &told.steps[number];
@@ -92,21 +114,11 @@ impl Claims {
         Ok(Answer { steps, others: Vec::new(), complete: true })
     }
 
-    /// Whether what refining found can be found again: it was not stopped, and neither was the search before it.
-    pub fn is_refined(&self) -> bool {
-        !self.chosen.told.stopped && !self.chosen.told.refining_stopped
-    }
-
-    /// What is told of the sets.
-    pub fn told(&self) -> &crate::choose::Told {
-        &self.chosen.told
-    }
-
     /// Compares what refining found with what it found again.
     ///
     /// # Errors
     /// `Error::Input` that names the first value that differs.
-    pub fn is_found_again(&self, again: &Refinement) -> Result<()> {
+    fn is_found_again(&self, again: &Refinement) -> Result<()> {
         let json = |told: &[ToldRefined]| serde_json::to_value(told).expect("names and numbers make JSON");
         let own = self.chosen.told.refined.as_deref().unwrap_or_default();
         match differs("refined".into(), &json(own), &json(&again.told)) {

@@ -26,7 +26,7 @@ const CURE: &str = "choose again";
 ///
 /// # Errors
 /// `Error::Input` that names file, row and column of what does not hold; `Error::Stopped` when it is stopped.
-pub fn verify_tables(
+pub(super) fn verify_tables(
     folder: &Path,
     (study, choose, worlds): (&Study, &Choose, &[World]),
     recounter: &mut dyn Backend,

@@ -86,7 +86,7 @@ class Best:
         threads: int | None = None,
         progress: bool = True,
     ) -> dict[str, int]:
-        """Checks the proof with other code: sets are counted again by the plain oracle, and better ones are looked for again.
+        """Checks the folder with other code: sets and tables are counted again by the plain oracle, and better sets are looked for again.
 
         :returns: how many ``sets`` were counted again, and how many steps of the front are ``proven`` again, have a ``bound`` that
             was added up again, or are ``open``, as they claim no proof.

@@ -68,7 +68,15 @@ pub(super) fn recommended(
         Some(found) => Some(found),
         None => of_scores(sweep.results, rankings)?,
     };
-    let Some((series, choice, region, score, why)) = found else { return Ok(None) };
+    let Some((series, choice, region, score, mut why)) = found else { return Ok(None) };
+    if let Some(Judged { names: [_, poses, _], .. }) =
+        judged.iter().find(|one| one.passes() && one.choice.is_none())
+    {
+        why += &format!(
+            "; {poses}, which was judged, meets all requirements, but was not swept: make it a [[combination]] and sweep again to \
+             see it here"
+        );
+    }
     let (mut moments, mut worst) = (Vec::new(), None);
     for (scene, of_scene) in sweep.results.scenes.iter().enumerate() {
         let key = rankings[series].series.key(choice, region);

@@ -35,7 +35,8 @@ impl Container {
         };
         check_version(json).map_err(place)?;
         let root = root(json).map_err(place)?;
-        let hidden = match root.extensions_used.iter().any(|name| name == super::VISIBILITY) {
+        // Not every exporter declares what it uses.
+        let hidden = match str::from_utf8(json).is_ok_and(|json| json.contains(super::VISIBILITY)) {
             true => hidden_nodes(json).map_err(|e| place(json_issue(&e)))?,
             false => HashSet::new(),
         };
@@ -106,7 +107,7 @@ fn check_version(json: &[u8]) -> Result<(), Issue> {
     let needed = min_version.as_ref().unwrap_or(&version);
     // A minor version adds to those before it, and says which it cannot do without.
     let is_read = match min_version {
-        Some(_) => needed == "2.0",
+        Some(_) => ["2", "2.0"].contains(&needed.as_str()),
         None => needed == "2" || needed.starts_with("2."),
     };
     match is_read {

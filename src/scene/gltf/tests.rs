@@ -294,7 +294,6 @@ fn what_is_not_looked_at_refuses_no_file() {
             ]),
         ),
         ("/nodes/0/rotation", json!([0, 0, 0, 0])),
-        ("/nodes/0/extensions", json!({"KHR_node_visibility": {"visible": false}})),
     ] {
         assert_eq!(load_with(pointer, value).unwrap(), whole, "{pointer}");
     }
@@ -307,9 +306,14 @@ fn what_is_not_looked_at_refuses_no_file() {
 
 #[test]
 fn hidden_nodes_are_left_out_and_told() {
+    ["extensionsUsed", "extensionsRequired", "extras"].into_iter().for_each(hides);
+}
+
+/// With the extension named under a key of the file.
+fn hides(declared: &str) {
     let mut document = document();
     let hidden = json!({"KHR_node_visibility": {"visible": false}});
-    document["extensionsUsed"] = json!(["KHR_node_visibility"]);
+    document[declared] = json!(["KHR_node_visibility"]);
     document["scenes"][0]["nodes"] = json!([0, 1, 3]);
     document["nodes"] = json!([
         {"name": "shown", "mesh": 0, "extensions": {"KHR_node_visibility": {"visible": true}}},

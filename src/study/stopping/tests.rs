@@ -19,9 +19,14 @@ fn checked_above(text: &str, sensors: &[Sensor], floor_m: f64) -> Result<Stoppin
 
 /// A sensor with some keys, that stands at these heights.
 fn sensor(name: &str, keys: &str, heights_m: &str) -> Sensor {
+    facing(name, keys, heights_m, "[1, 0, 0]")
+}
+
+/// The same, that faces somewhere.
+fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
     let at = Place { file: Path::new("study.toml"), prefix: String::new() };
     let poses =
-        format!("poses = [{{ name = \"p\", x_m = 0, y_m = 0, z_m = {heights_m}, facing = [1, 0, 0] }}]");
+        format!("poses = [{{ name = \"p\", x_m = 0, y_m = 0, z_m = {heights_m}, facing = {facing} }}]");
     let sources = Sources::beside(at.file);
     let context = Context {
         seed: 1,
@@ -183,6 +188,11 @@ fn intrusions_are_those_of_the_direction_of_approach() {
     let high = scanner("rings_deg = [0]", "1.1");
     let upwards = scanner("rings_deg = [0]\nmount = \"facing\"", "0.3");
     let rings = scanner("elevation_deg = [-20, 20]", "0.3");
+    let tilted = |facing: &str| {
+        let keys =
+            "kind = \"lidar\"\nrange_m = [0.1, 5]\nresolution_deg = 1\nrings_deg = [0]\nmount = \"facing\"";
+        self::facing("scanner", keys, "0.9", facing)
+    };
     let camera = sensor(
         "camera",
         "kind = \"rgbd\"\nfov_deg = [80, 60]\nresolution_px = [4, 4]\nrange_m = [0.1, 5]",
@@ -195,6 +205,10 @@ fn intrusions_are_those_of_the_direction_of_approach() {
         (&[high], 0.85),
         (&[upwards], 0.85),
         (&[rings], 0.85),
+        (&[tilted("[0.02, 0, 1]")], 0.85),
+        (&[tilted("[0.1, 0, 1]")], 1.2),
+        (&[tilted("[0.5, 0, 1]")], 1.2),
+        (&[tilted("[0.7, 0, 1]")], 0.85),
         (&[camera], 0.85),
         (&all, 1.2),
     ] {
@@ -229,6 +243,8 @@ fn intrusions_are_those_of_the_direction_of_approach() {
     let newer = iso.replace("2010", "2024") + "supplement_m = 0\ndevice_distance_m = ";
     assert_eq!(checked_for(&format!("{newer}1.2"), std::slice::from_ref(&low)).unwrap().warnings, [""; 0]);
     assert_eq!(checked_for(&format!("{newer}1.1"), std::slice::from_ref(&low)).unwrap().warnings.len(), 1);
+    let said = checked(&format!("{newer}0")).unwrap().assumptions().join("\n");
+    assert!(said.contains("device_distance_m = 0 is less than the 0.85 m"), "{said}");
 }
 
 /// T = 0.1 s: with 2 m/s 0.2 m and what is added, if that is at most 0.5 m; else 0.16 m and that, but at least 0.5 m.
@@ -242,5 +258,8 @@ fn arms_are_faster_than_people_walk() {
             needed_m(&format!("{iso}intrusion_m = {intrusion_m}\nhuman_speed_m_s = 1.6")),
             &[0.16 + intrusion_m],
         );
+        let walks = checked(&format!("{iso}intrusion_m = {intrusion_m}\nhuman_speed_m_s = 1.6")).unwrap();
+        let is_told = walks.to_be_checked().any(|line| line.contains("human_speed_m_s = 1.6 makes"));
+        assert_eq!(is_told, intrusion_m < 0.34, "{intrusion_m}");
     }
 }
