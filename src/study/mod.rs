@@ -54,6 +54,7 @@ pub use region::RegionSpec;
 pub use require::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, MountingError, Nearness, Requirement,
 };
+pub(crate) use slips::FAR_M;
 pub use stopping::{AtSpeed, Formula, Stopping};
 pub use written::IN_MEMORY;
 

@@ -11,7 +11,7 @@ use super::written::{IN_MEMORY, Step, line_at, place_of};
 /// Positions and sizes of robot cells are smaller, in metres.
 const LARGE_M: f64 = 100.0;
 /// Sensors of a cell do not measure as far, in metres.
-const FAR_M: f64 = 500.0;
+pub(crate) const FAR_M: f64 = 500.0;
 /// Recordings in the coordinates of a map are that far from its origin, in metres.
 const MAP_M: f64 = 1e5;
 /// Spreads and gaps of sensors are smaller, in metres.

@@ -647,3 +647,37 @@ fn a_fence_that_voxels_make_solid() {
     folder.edit("cell.toml", "mesh = \"fence.stl\"", "optical = \"see_through\"\nmesh = \"fence.stl\"");
     assert!(!warnings(&folder).iter().any(|w| w.contains("sheet")));
 }
+
+#[test]
+fn a_body_in_centimetres_is_asked_for_its_unit() {
+    let bar = |size: &str| {
+        format!("[[object]]\nname = \"bar\"\nbox = {{ size_m = {size} }}\nposition_m = [0.5, -0.5, 0.3]\n")
+    };
+    let told = "object \"bar\" is 60.0 m long, and no other is longer than 2.4 m: are its lengths in centimetres (divided by \
+                100: 0.60 m) or in millimetres (by 1000: 0.06 m)?";
+    check(&Folder::new(), &[("cell.toml", "", &bar("[40, 60, 30]"))], &[told]);
+    let folder = Folder::new();
+    folder.edit("cell.toml", "", &bar("[40, 60, 0.1]"));
+    assert!(!warnings(&folder).iter().any(|w| w.contains("centimetres")), "a floor is long and thin");
+}
+
+#[test]
+fn a_range_in_centimetres_is_asked_for_its_unit() {
+    let folder = Folder::new();
+    folder.edit("study.toml", "range_m = [0.2, 3.0]", "range_m = [20, 300]");
+    let told: Vec<_> = warnings(&folder).into_iter().filter(|w| w.contains("\"camera\"")).collect();
+    assert_eq!(told.len(), 1, "no pose is called dead: {told:?}");
+    let line = "range_m = [20, 300] begins 20 m from it, and the cell is ";
+    assert!(told[0].contains(line) && told[0].ends_with("write [0.2, 3]"), "{told:?}");
+}
+
+#[test]
+fn a_body_without_a_nose_is_measured_by_its_length() {
+    let without_nose = |scale: f64| {
+        let joints = changed(|place| place.map(|x| scale * x));
+        said_of_joints(&format!(",,\n{}", joints.split_once('\n').unwrap().1), "[0.1, -0.3, 0]", "")
+    };
+    assert_eq!(without_nose(1.0), [""; 0]);
+    let said = without_nose(2.0);
+    assert!(said.len() == 1 && said[0].contains(" m, and people are 1.2 to 2.2 m tall"), "{said:?}");
+}
