@@ -47,7 +47,7 @@ fn check_says_what_a_study_contains() {
 fn check_names_the_cure_where_most_rays_do_not_return() {
     for (file, from, to, expected) in [
         (STUDY, "near_ignore_m = 0.05", "", "% return"),
-        (STUDY, "range_m = [0.2, 3.0]", "range_m = [2.9, 3.0]", "most rays are blind: something stands nearer"),
+        (STUDY, "range_m = [0.2, 3.0]", "range_m = [2.9, 3.0]", "most rays are blind: something is nearer"),
         (
             STUDY,
             "range_m = [0.2, 3.0]",
