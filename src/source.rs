@@ -20,7 +20,7 @@ use sha2::{Digest, Sha256};
 use crate::error::{Argument, Issue, Words};
 use crate::spelling::nearest;
 use crate::{Error, Result};
-pub(crate) use formats::accepted_formats;
+pub(crate) use formats::{accepted_formats, ending, is_other_format};
 pub(crate) use limit::MemoryLimit;
 pub(crate) use table::{decimal_commas, refuse_other_separators, refuse_width, table_issue};
 pub(crate) use text::{lines, strip_mark};

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use perirobot::approach::check_approach;
 use perirobot::judge::check_postures;
 use perirobot::sensor::Sensor;
+use perirobot::sensor::range::Along;
 use perirobot::study::Study;
 use perirobot::sweep::sample::{self, Checker, EndCounts};
 use perirobot::{Error, Result};
@@ -135,8 +136,11 @@ fn rays(study: &Study, ends: &[EndCounts], most: usize) -> String {
 /// Warns of each sensor of which most rays do not return, with what to do, as many as are wished for; how
 /// many there are.
 fn advise(study: &Study, ends: &[EndCounts], most: usize) -> usize {
-    let cures =
-        study.sensors.iter().zip(ends).filter_map(|(sensor, ends)| Some((sensor, cure(study, ends)?)));
+    let cures = study
+        .sensors
+        .iter()
+        .zip(ends)
+        .filter_map(|(sensor, ends)| Some((sensor, cure(study, sensor, ends)?)));
     let cures: Vec<_> = cures.collect();
     cures.iter().take(most).for_each(|(sensor, cure)| say!("warning: sensor {:?}: {cure}", sensor.name));
     if cures.len() > most {
@@ -146,22 +150,28 @@ fn advise(study: &Study, ends: &[EndCounts], most: usize) -> usize {
 }
 
 /// What to do about the end that most rays have.
-fn cure(study: &Study, ends: &EndCounts) -> Option<&'static str> {
+fn cure(study: &Study, sensor: &Sensor, ends: &EndCounts) -> Option<String> {
     let most = |some: u64| 2 * some > ends.rays();
+    let is_along_rays = sensor.kind.range().is_some_and(|range| range.along == Along::Ray);
+    let depth = match is_along_rays && sensor.kind.name() == "rgbd" {
+        true => " write range_along = \"axis\" if its data sheet gives depth,",
+        false => "",
+    };
     match ends {
         EndCounts { too_near, .. } if most(*too_near) => Some(
-            "most rays are blind: something stands nearer than range_m's first number; move the poses away from it, or, if it is \
-             the sensor's own housing, write near_ignore_m",
+            "most rays are blind: something is nearer than range_m's first number; move the poses away from it, or, if it is \
+             the sensor's own housing, write near_ignore_m"
+                .into(),
         ),
-        EndCounts { too_far, .. } if most(*too_far) => Some(
-            "most rays find nothing within range_m's second number and say nothing: move the poses nearer, take a sensor with a \
-             longer range, write range_along = \"axis\" for a depth camera whose data sheet gives depth, or, if it certifies what is \
-             empty, write no_return = \"free\"",
-        ),
+        EndCounts { too_far, .. } if most(*too_far) => Some(format!(
+            "most rays find nothing within range_m's second number and give no evidence: move the poses nearer, take a sensor \
+             with a longer range,{depth} or, if it certifies what is empty, write no_return = \"free\""
+        )),
         EndCounts { left, .. } if most(*left) && !study.backdrop => Some(
-            "most rays leave the grid without a hit and say nothing: model floor and walls (an object with room = { size_m = ... \
-             }), or write outside = \"backdrop\" in [grid] if something beyond it returns them; are the poses turned the \
-             right way?",
+            "most rays leave the grid without a hit and give no evidence: model floor and walls (an object with room = { size_m \
+             = ... }), or write outside = \"backdrop\" in [grid] if something beyond it returns them; are the poses turned \
+             the right way?"
+                .into(),
         ),
         _ => None,
     }

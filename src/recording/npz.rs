@@ -21,9 +21,7 @@ use super::labels::{Each, Labels};
 use super::npy::Array;
 use super::voxels::VoxelMap;
 use crate::error::Issue;
-
-/// Most bytes of one array, unpacked.
-const MOST_BYTES: u64 = 1 << 30;
+use crate::source::MemoryLimit;
 
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
@@ -32,11 +30,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     };
     let archive = ZipArchive::from_slice(bytes).map_err(no_archive)?;
     let entries: Vec<_> = archive.entries().collect::<Result<_, _>>().map_err(no_archive)?;
-    let array = |name: &str| {
+    let mut limit = MemoryLimit::new(bytes.len() as u64);
+    let mut array = |name: &str| {
         // Of several that have the name numpy takes the last.
         let entry =
             entries.iter().rfind(|entry| entry.file_path().as_ref() == format!("{name}.npy").as_bytes());
-        let array = entry.map(|entry| unpacked(&archive, entry).and_then(Array::parse)).transpose();
+        let array =
+            entry.map(|entry| unpacked(&archive, entry, &mut limit).and_then(Array::parse)).transpose();
         array.map_err(|e| e.at(name))
     };
     let wanted = |found: Option<Array>, name: &str| {
@@ -52,6 +52,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let hits = array("hits")?;
 
     let shape = labels.three().map_err(|e| e.at("labels"))?;
+    // Three planes of a bit a voxel, with rows along x filled up to 32.
+    let [x, y, z] = shape.map(|n| n.min(1 << 20) as u64);
+    limit.spend(3 * x.next_multiple_of(32) * y * z / 8)?;
     if hits.as_ref().is_some_and(|hits| hits.shape != labels.shape) {
         return Err(Issue::damaged("is not as large as labels").at("hits"));
     }
@@ -70,8 +73,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     Labels { shape, each, are_bytes: labels.is_of_bytes(), hits, origin_m, voxel_size_m }.map()
 }
 
-/// The bytes of a file in an archive.
-fn unpacked(archive: &ZipSliceArchive<&[u8]>, entry: &ZipFileHeaderRecord) -> Result<Vec<u8>, Issue> {
+/// The bytes of a file in an archive, if they are as many as the archive declares.
+fn unpacked(
+    archive: &ZipSliceArchive<&[u8]>,
+    entry: &ZipFileHeaderRecord,
+    limit: &mut MemoryLimit,
+) -> Result<Vec<u8>, Issue> {
     if entry.flags().is_encrypted() {
         return Err(Issue::unsupported("is encrypted"));
     }
@@ -85,13 +92,10 @@ fn unpacked(archive: &ZipSliceArchive<&[u8]>, entry: &ZipFileHeaderRecord) -> Re
             return Err(method.wanted("what numpy.savez and numpy.savez_compressed write is read"));
         }
     };
-    let mut bytes = Vec::new();
-    let read = packed.verifying_reader(plain).take(MOST_BYTES + 1).read_to_end(&mut bytes);
-    read.map_err(|_| damaged())?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(
-            Issue::too_large(format!("has more than {MOST_BYTES} bytes")).wanted("cut the map to the cell")
-        );
-    }
+    let length = entry.uncompressed_size_hint();
+    limit.spend(length)?;
+    let mut bytes = Vec::with_capacity(length as usize);
+    let read = packed.verifying_reader(plain).take(length + 1).read_to_end(&mut bytes);
+    read.ok().filter(|count| *count as u64 <= length).ok_or_else(damaged)?;
     Ok(bytes)
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rawzip::ZipArchiveWriter;
+use rawzip::{CompressionMethod, ZipArchiveWriter};
 
 use super::cloud::Cloud;
 use super::voxels::{Known, VoxelMap};
@@ -406,14 +406,18 @@ fn the_viewpoint_of_a_pcd_moves_sensor_and_points() {
     assert_eq!(elsewhere.sensor_m, DVec3::X);
 }
 
+/// An array with its header.
+fn array(descr: &str, shape: &str, is_fortran: bool, bytes: &[u8]) -> Vec<u8> {
+    let order = if is_fortran { "True" } else { "False" };
+    let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+    let length = (header.len() as u16).to_le_bytes();
+    [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), bytes].concat()
+}
+
 /// An archive of arrays, each with its header and its bytes, not packed.
 fn npz(arrays: &[(&str, &str, &str, bool, &[u8])]) -> Vec<u8> {
     let files = arrays.iter().map(|(name, descr, shape, is_fortran, bytes)| {
-        let order = if *is_fortran { "True" } else { "False" };
-        let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
-        let length = (header.len() as u16).to_le_bytes();
-        let start = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes()].concat();
-        (format!("{name}.npy"), [&start, *bytes].concat())
+        (format!("{name}.npy"), array(descr, shape, *is_fortran, bytes))
     });
     let mut archive = ZipArchiveWriter::new(Vec::new());
     for (name, bytes) in files {
@@ -491,6 +495,27 @@ fn of_arrays_of_one_name_the_last_is_read() {
     assert!(npz::parse(&npz(&[&[labels, flat], &rest[..]].concat())).is_err());
 }
 
+#[test]
+fn a_small_archive_of_many_voxels_is_refused() {
+    use flate2::{Compression, write::DeflateEncoder};
+    let mut archive = ZipArchiveWriter::new(Vec::new());
+    for (name, bytes) in [
+        ("labels.npy", array("|i1", "(1, 1048576, 30)", false, &vec![0; 30 << 20])),
+        ("origin_m.npy", array("<f8", "(3,)", false, &[0; 24])),
+        ("voxel_size_m.npy", array("<f8", "()", false, &0.1f64.to_le_bytes())),
+    ] {
+        let file = archive.new_file(name).compression_method(CompressionMethod::DEFLATE);
+        let (mut entry, summed) = file.start().unwrap();
+        let mut packed = summed.wrap(DeflateEncoder::new(&mut entry, Compression::fast()));
+        packed.write_all(&bytes).unwrap();
+        let (packed, sums) = packed.finish().unwrap();
+        packed.finish().unwrap();
+        entry.finish(sums).unwrap();
+    }
+    let said = format!("{:?}", npz::parse(&archive.finish().unwrap()).unwrap_err());
+    assert!(said.contains("unfolds to far more than its size"), "{said}");
+}
+
 /// The parts of an archive that are turned stand where the format has them: in the first entry of the directory,
 /// flags at 8, method at 10, packed size at 20, size at 24, and the local header's place at 42.
 #[test]
@@ -509,6 +534,7 @@ fn archives_that_are_damaged_or_packed_otherwise_are_refused() {
             (directory + 16, good[directory + 16] ^ 1, "is damaged in the archive"),
             (directory + 20, 0, "labels"),
             (directory + 24, good[directory + 24] ^ 1, "is damaged in the archive"),
+            (directory + 27, 0x7f, "unfolds to far more than its size: over the 256 MiB"),
             (directory + 44, 0x7f, "labels"),
             (name_begins, b'L', "labels"),
         ] {

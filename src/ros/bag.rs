@@ -210,7 +210,17 @@ fn text<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
 }
 
 fn damaged(e: mcap::McapError) -> Issue {
-    Issue::damaged(format!("is no whole MCAP file: {e}"))
+    let what = match e {
+        mcap::McapError::BadMagic => {
+            "its first bytes are not those of MCAP: convert a .bag or .db3 with `mcap convert FILE NAME.mcap`"
+                .into()
+        }
+        mcap::McapError::UnexpectedEof => {
+            "it ends within a record: copy it again, or run `mcap recover FILE -o NAME.mcap`".into()
+        }
+        other => other.to_string(),
+    };
+    Issue::damaged(format!("is no whole MCAP file: {what}"))
 }
 
 /// The next record of a chunk: an opcode, a length and so many bytes.

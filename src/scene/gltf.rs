@@ -13,6 +13,7 @@ mod skin;
 mod sparse;
 mod surface;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use ::gltf::json::Root;
@@ -53,6 +54,9 @@ impl Gltf {
             let nodes = plural(count, "node");
             sources.remark(path, format!("without {nodes} that KHR_node_visibility hides, and all below"));
         }
+        if let count @ 1.. = nodes_of_scale_0(&container) {
+            sources.remark(path, format!("without {} of scale 0", plural(count, "node")));
+        }
         Ok(Gltf { path: path.into(), container })
     }
 
@@ -89,7 +93,7 @@ impl Gltf {
         let moved = moment.map(|(clip, time_s)| clip.moved(time_s)).transpose()?.unwrap_or_default();
         let placed = nodes::place_nodes(container, &moved)?;
         let mut meshes = Vec::new();
-        for node in placed.iter().filter(|node| !node.is_hidden) {
+        for node in placed.iter().filter(|node| !node.is_hidden && !node.is_nothing()) {
             let Some(mesh) = &node.json.mesh else { continue };
             let weights = moved.get(&node.index).and_then(|moved| moved.weights.as_deref());
             let mesh = surface::read_mesh(container, mesh.value(), node, weights, &placed, &mut budget)
@@ -108,6 +112,15 @@ impl Gltf {
     fn budget(&self) -> MemoryLimit {
         MemoryLimit::new(self.container.bytes)
     }
+}
+
+/// How many nodes with a mesh have no extent; an animation may give them one.
+fn nodes_of_scale_0(container: &Container) -> usize {
+    if !container.root.animations.is_empty() {
+        return 0;
+    }
+    let placed = nodes::place_nodes(container, &HashMap::new()).unwrap_or_default();
+    placed.iter().filter(|node| node.json.mesh.is_some() && !node.is_hidden && node.is_nothing()).count()
 }
 
 fn refuse_extensions(root: &Root) -> Result<(), Issue> {

@@ -140,18 +140,17 @@ fn parse(text: &str, layout: Layout) -> Result<Keypoints, Issue> {
             joints.len()
         )));
     }
+    let known: Vec<DVec3> = points.iter().flatten().copied().collect();
     // A row's number before its coordinates would be taken for x, and z for a confidence.
     let counts_rows = |first: usize| {
         points
             .iter()
             .enumerate()
-            .all(|(row, point)| point.is_some_and(|point| point.x == (row + first) as f64))
+            .all(|(row, point)| point.is_none_or(|point| point.x == (row + first) as f64))
     };
-    if counts_rows(0) || counts_rows(1) {
-        return Err(Issue::says("x_m is the number of the row in each row")
-            .wanted("take the column that counts the rows away; the columns are x_m,y_m,z_m"));
+    if known.len() > 1 && (counts_rows(0) || counts_rows(1)) {
+        return Err(numbered_rows("x_m is the number of the row in each row"));
     }
-    let known: Vec<DVec3> = points.iter().flatten().copied().collect();
     if let [first, second, ..] = known[..]
         && second == first
         && known.iter().all(|point| *point == first)
@@ -185,6 +184,11 @@ fn placeholder_remarks(joints: &Keypoints) -> Vec<String> {
     told.collect()
 }
 
+/// Refuses a column that only counts.
+fn numbered_rows(what: &str) -> Issue {
+    Issue::says(what).wanted("remove the column that counts the rows; the columns are x_m,y_m,z_m")
+}
+
 fn is_header(cells: &[&str]) -> bool {
     let cells = cells.strip_prefix(&["joint"]).unwrap_or(cells);
     cells.strip_suffix(&["confidence"]).unwrap_or(cells) == ["x_m", "y_m", "z_m"]
@@ -211,6 +215,12 @@ fn parse_row(joint: &str, layout: Layout, cells: &[&str]) -> Result<Option<DVec3
             return Err(Issue::says(rule));
         }
     };
+    if let ([number, "", ""], Some("")) = (coordinates, confidence)
+        && !number.is_empty()
+    {
+        return Err(numbered_rows("x_m is the number of the row"));
+    }
+    let confidence = confidence.filter(|cell| !cell.is_empty() || coordinates != [""; 3]);
     let is_known = confidence.map_or(Ok(true), |cell| match cell.parse::<f64>() {
         Ok(confidence) if confidence.is_finite() && confidence >= 0.0 => Ok(confidence > 0.0),
         _ => Err(Issue::value("confidence", format!("{cell:.40}"), "must be 0 (unknown) or more")),

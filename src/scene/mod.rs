@@ -117,6 +117,8 @@ pub struct Object {
     pub optical: Optical,
     /// Gives its role to voxels without adding truth.
     pub tag_only: bool,
+    /// Whether `unit` may be written beside its file.
+    pub takes_unit: bool,
     /// Its surface, in the world.
     pub surface: Surface,
     /// A human's joints in world metres, where they are known.

@@ -160,6 +160,7 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
         interior: spec.interior,
         optical,
         tag_only: spec.tag_only,
+        takes_unit: spec.surface.takes_unit(),
         surface,
         keypoints: None,
         linkage: None,

@@ -136,6 +136,25 @@ impl SurfaceSpec {
             _ => None,
         }
     }
+
+    /// The file of a mesh.
+    pub(crate) fn mesh_file(&self) -> Option<&MeshFile> {
+        match self {
+            SurfaceSpec::Mesh(file) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// Whether `unit` may be written beside its file: COLLADA contains its unit.
+    pub(crate) fn takes_unit(&self) -> bool {
+        self.mesh_file().is_some_and(|file| file.format != MeshFormat::Collada)
+    }
+
+    /// Whether it is a solid whose lengths are in the scene file.
+    pub(crate) fn is_body(&self) -> bool {
+        use SurfaceSpec::{Box, Capsule, Cylinder, Sphere};
+        matches!(self, Box { .. } | Sphere { .. } | Cylinder { .. } | Capsule { .. })
+    }
 }
 
 /// The joints of a person, in a file.

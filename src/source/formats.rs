@@ -38,26 +38,38 @@ const CONVERTERS: [(&[&str], &str); 25] = [
         &["wrl", "vrml", "x3d", "off", "3ds", "lwo", "ac", "vtk", "vtp"],
         "MeshLab or Blender imports it and exports .stl or .glb",
     ),
-    (&["las", "laz"], "`pdal translate FILE STEM.ply` (PDAL), or CloudCompare"),
+    (
+        &["las", "laz"],
+        "`pdal translate FILE STEM.ply` (PDAL), or CloudCompare; points have no surface, a sensor of kind = \"recorded\" reads \
+         them",
+    ),
     (
         &["e57"],
         "`pdal translate FILE STEM.ply` (PDAL with its E57 plugin), or CloudCompare, for each scan by itself: rays begin \
-         where the scanner was",
+         where the scanner was; points have no surface, a sensor of kind = \"recorded\" reads them",
     ),
     (
         &["xyz", "pts", "ptx", "asc", "txt", "fls", "rcp", "zfs"],
-        "CloudCompare opens it and saves .ply or .pcd",
+        "CloudCompare opens it and saves .ply or .pcd; points have no surface, a sensor of kind = \"recorded\" reads them",
     ),
-    (&["bag"], "`mcap convert FILE STEM.mcap` (the mcap command line tool)"),
+    (
+        &["bag"],
+        "`mcap convert FILE STEM.mcap` (the mcap command line tool); points have no surface, a sensor of kind = \"recorded\" reads \
+         them",
+    ),
     (
         &["db3", "sqlite3"],
-        "`mcap convert FILE STEM.mcap` (the mcap command line tool), or `ros2 bag convert` with storage_id: mcap",
+        "`mcap convert FILE STEM.mcap` (the mcap command line tool), or `ros2 bag convert` with storage_id: mcap; \
+         points have no surface, a sensor of kind = \"recorded\" reads them",
     ),
     (
         &["ply"],
         "Blender or MeshLab imports its faces and exports .glb or .stl; a cloud of points is read by a sensor of kind = \"recorded\"",
     ),
-    (&["pcd", "mcap", "npz"], "points have no surface: a sensor of kind = \"recorded\" reads them"),
+    (
+        &["pcd", "mcap", "npz"],
+        "points have no surface: a sensor of kind = \"recorded\" reads them, and octomap_server (ROS) makes an OctoMap of them",
+    ),
     (&["bt", "ot"], "an OctoMap is not a mesh: write octomap = instead"),
     (&["glb", "gltf", "stl", "obj", "dae"], "it has surfaces, which belong into a scene: write mesh = there"),
     (&["urdf", "xacro"], "it is a robot: write urdf = instead"),
@@ -66,9 +78,20 @@ const CONVERTERS: [(&[&str], &str); 25] = [
     (&["zip", "gz", "7z", "rar", "tar"], "unpack it first"),
 ];
 
+/// The ending of a file's name in small letters; empty if it has none.
+pub(crate) fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Whether a file is of a known format that is none of the accepted ones, by its ending.
+pub(crate) fn is_other_format(path: &Path, accepted: &[&str]) -> bool {
+    let ending = ending(path);
+    !accepted.contains(&&*ending) && CONVERTERS.iter().any(|(known, _)| known.contains(&&*ending))
+}
+
 /// What a file must be, and what converts this one into that, if it is of a known format.
 pub(crate) fn accepted_formats(path: &Path, endings: &str) -> Words {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let ending = ending(path);
     let converter = CONVERTERS.iter().find(|(known, _)| known.contains(&ending.as_str()));
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     // A name that a shell might take for more than a name does not come into a command.
@@ -103,6 +126,8 @@ mod tests {
             ("a.e57", "pdal translate a.e57 a.ply"),
             ("a.bag", "mcap convert a.bag a.mcap"),
             ("a.db3", "mcap convert a.db3 a.mcap"),
+            ("a.laz", "a sensor of kind = \"recorded\" reads them"),
+            ("b.bag", "a sensor of kind = \"recorded\" reads them"),
             ("a.urdf", "urdf ="),
             ("$(reboot).ifc", "`IfcConvert --y-up NAME.ifc NAME.glb`"),
             ("-o.fbx", "`FBX2glTF --binary NAME.fbx`"),

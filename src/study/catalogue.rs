@@ -141,10 +141,27 @@ pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<FromModel> {
             Err(at.wrong("kind", kind, &rule))
         }
         _ => {
+            refuse_rings(at, keys, model)?;
             let contradictions = contradiction::contradictions(model, keys);
             let thinned = contradiction::thinned(model, keys);
             complete(keys, model);
             Ok(FromModel { contradictions, thinned })
+        }
+    }
+}
+
+/// Refuses a number of rings without their range, since it replaces the rings of the device.
+fn refuse_rings(at: &Place, keys: &Table, model: &DeviceModel) -> Result<()> {
+    let (Some(rings), Some(own)) = (keys.get("rings"), model.keys.get("rings_deg")) else { return Ok(()) };
+    let has_range = keys.contains_key("elevation_deg") || keys.get("fov_deg").is_some_and(Value::is_array);
+    match has_range || keys.contains_key("rings_deg") {
+        true => Ok(()),
+        false => {
+            let rule = format!(
+                "replaces rings_deg = {own} of {}: remove rings, or write elevation_deg = [from, to] beside it",
+                model.name
+            );
+            Err(at.wrong("rings", rings, &rule))
         }
     }
 }

@@ -54,6 +54,7 @@ pub use region::RegionSpec;
 pub use require::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, MountingError, Nearness, Requirement,
 };
+pub(crate) use slips::FAR_M;
 pub use stopping::{AtSpeed, Formula, Stopping};
 pub use written::IN_MEMORY;
 
@@ -198,10 +199,8 @@ fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
 /// Reads TOML. The error shows the line; with it comes the message without the line, if the file is valid
 /// TOML.
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Option<String>)> {
-    let table: toml::Table = toml::from_str(text).map_err(|e| {
-        let error = Error::input(path, written::narrowed(e.to_string().trim_end()));
-        (slips::cure(e.message()).into_iter().fold(error, Error::cure), None)
-    })?;
+    let table: toml::Table = toml::from_str(text)
+        .map_err(|e| (Error::input(path, written::narrowed(slips::shown(&e).trim_end())), None))?;
     // All is read from the table, here as where it is read in parts, so that the code for it is compiled once.
     reader::read(table).map_err(|why| {
         let shown = written::Written::new(text).shown(&why);

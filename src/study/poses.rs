@@ -309,6 +309,12 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
     let columns = "the columns are x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose";
     let unreadable = |e: csv::Error| Error::from(table_issue(&e).cure(columns).at(path));
     let header = reader.headers().map_err(unreadable)?.clone();
+    if header.iter().next().is_some_and(|cell| cell.parse::<f64>().is_ok()) {
+        return Err(Issue::says("has no header")
+            .wanted("write x_m,y_m,z_m,qw,qx,qy,qz as its first line")
+            .at(path)
+            .into());
+    }
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
         let line = record.position().map_or(0, |p| p.line() + passed_over(&text[p.byte() as usize..]));

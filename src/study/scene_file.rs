@@ -23,7 +23,7 @@ use crate::scene::sdf::SdfFile;
 use crate::scene::spec::{NodeRule, ObjectSpec, PersonFile, SceneSpec, SurfaceSpec, UrdfSpec};
 use crate::scene::urdf::Geometry;
 use crate::scene::{Interior, Optical, Role, Up};
-use crate::source::{Sources, accepted_formats};
+use crate::source::{Sources, accepted_formats, is_other_format};
 use crate::{Error, Result};
 use person::PersonKeys;
 use snapshots::SnapshotsFile;
@@ -264,7 +264,13 @@ fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<O
         let radius_m = length("capsule.radius_m", c.radius_m)?;
         Ok(SurfaceSpec::Capsule { radius_m, length_m: length("capsule.length_m", c.length_m)? })
     });
-    let octomap = entry.octomap.as_ref().map(|p| Ok(SurfaceSpec::Octomap(folder.join(p))));
+    let octomap = entry.octomap.as_ref().map(|path| match is_other_format(path, &["bt", "ot"]) {
+        true => {
+            let rule = accepted_formats(path, "a .bt or .ot file").to_string();
+            Err(at.wrong("octomap", format!("{path:?}"), &rule))
+        }
+        false => Ok(SurfaceSpec::Octomap(folder.join(path))),
+    });
     let person =
         PersonKeys { layout: entry.layout, unit: entry.unit, up: entry.up, bones: entry.bones.as_ref() };
     // A person who moves may have a file for each snapshot instead of one for all.

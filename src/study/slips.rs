@@ -10,8 +10,8 @@ use super::written::{IN_MEMORY, Step, line_at, place_of};
 
 /// Positions and sizes of robot cells are smaller, in metres.
 const LARGE_M: f64 = 100.0;
-/// No sensor of a cell measures so far, in metres.
-const FAR_M: f64 = 500.0;
+/// Sensors of a cell do not measure as far, in metres.
+pub(crate) const FAR_M: f64 = 500.0;
 /// Recordings in the coordinates of a map are that far from its origin, in metres.
 const MAP_M: f64 = 1e5;
 /// Spreads and gaps of sensors are smaller, in metres.
@@ -21,26 +21,37 @@ const NARROW_DEG: f64 = 3.2;
 /// Slips that are told of a file; the others are counted.
 const MOST_TOLD: usize = 5;
 
-/// What to write instead of what TOML does not take, by a fragment of the parser's message.
-const CURES: [(&str, &str); 8] = [
+/// What is wrong in a file that is not TOML and what to write, by a fragment of the parser's message; the first counts.
+const CURES: [(&str, &str); 14] = [
     ("escaped value", BACKSLASHES),
     ("unicode value", BACKSLASHES),
     ("hexadecimal value", BACKSLASHES),
     (
         "string values must be quoted",
-        "write words between quotes, as in \"abc\", and numbers with a point, as in 1.5",
+        "not a value: write text between plain quotes, as in \"abc\", numbers with a point, as in 1.5, and a comma between two \
+         values",
     ),
     ("invalid mantissa", "a number begins with a digit, as in 0.5"),
     ("invalid fraction", "a digit follows the point, as in 5.0"),
     ("leading zero", "a number has no zeros before it, as in 5"),
     ("expected newline", "a number has a decimal point, as in 1.5, and each key a line of its own"),
+    ("expected `nan`", "not a number: write digits, as in 1.5 (TOML itself writes nan in small letters)"),
+    ("invalid float", "a number stands alone, as in 5: the key has the unit, as in fov_deg"),
+    ("invalid boolean", "write true or false, in small letters"),
+    ("key with no value", "write = between a key and its value, as in a = 5"),
+    ("invalid basic string", "the closing quote is missing: write text between two quotes, as in \"abc\""),
+    ("invalid literal string", "the closing quote is missing: write text between two quotes, as in 'abc'"),
 ];
 const BACKSLASHES: &str = "between \" a backslash begins an escape: write paths with /, as in \"C:/cell/part.stl\", or between \
                            single quotes, as in 'C:\\cell\\part.stl'";
 
-/// What to write instead, where a parser's message does not say it.
-pub(super) fn cure(message: &str) -> Option<&'static str> {
-    CURES.iter().find(|(fragment, _)| message.contains(fragment)).map(|(_, cure)| *cure)
+/// An error of the TOML parser as it shows it: below the line of the file what is wrong, in our words where it has none.
+pub(super) fn shown(error: &toml::de::Error) -> String {
+    let (shown, message) = (error.to_string(), error.message());
+    let cure = CURES.iter().find(|(fragment, _)| message.contains(fragment));
+    let replaced =
+        cure.and_then(|(_, cure)| Some(format!("{}{cure}", shown.trim_end().strip_suffix(message)?)));
+    replaced.unwrap_or(shown)
 }
 
 /// What looks like a slip in a study or a scene file, each with its line; nothing of a file that cannot be
@@ -264,6 +275,27 @@ mod tests {
         silent("voxel_size_m = 0.05");
         silent("size_mm = 400");
         silent("not toml");
+    }
+
+    #[test]
+    fn what_is_not_toml_is_told_in_our_words() {
+        for (value, expected) in [
+            ("5deg", "a number stands alone, as in 5"),
+            ("True", "write true or false"),
+            ("NaN", "not a number: write digits"),
+            ("\"cell.toml", "the closing quote is missing"),
+            ("'cell.toml", "the closing quote is missing"),
+            ("cell.toml", "not a value: write text between plain quotes"),
+            ("\"C:\\Users\\me\"", "between \" a backslash begins an escape"),
+            ("5.", "a digit follows the point"),
+        ] {
+            let text = format!("a = {value}\n");
+            let shown = shown(&toml::from_str::<Table>(&text).unwrap_err());
+            let (line, said) = shown.rsplit_once('\n').unwrap();
+            assert!(line.contains(value) && said.starts_with(expected), "{value}: {shown}");
+        }
+        let shown = shown(&toml::from_str::<Table>("a: 5").unwrap_err());
+        assert!(shown.ends_with("write = between a key and its value, as in a = 5"), "{shown}");
     }
 
     #[test]

@@ -201,6 +201,7 @@ mod tests {
             interior: Interior::Ignored,
             optical: Optical::Opaque,
             tag_only: false,
+            takes_unit: false,
             surface: Surface::Mesh(mesh),
             keypoints: None,
             linkage: None,

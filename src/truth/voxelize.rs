@@ -237,13 +237,18 @@ pub(super) fn bounds_m(object: &Object) -> [DVec3; 2] {
     }
 }
 
-/// Asks whether the file of a mesh that is too long has another unit, with how long it would then be.
-pub(crate) fn unit_question(own_m: f64) -> String {
-    format!(
-        "is its file in millimetres (unit = \"mm\" beside mesh makes it {:.2} m) or in centimetres (unit = \"cm\": {:.2} m)?",
-        own_m / 1e3,
-        own_m / 1e2
-    )
+/// Asks whether an object that is too long has another unit, with how long it would then be, and what to write.
+pub(crate) fn unit_question(own_m: f64, takes_unit: bool) -> String {
+    let (by_mm, by_cm) = (own_m / 1e3, own_m / 1e2);
+    match takes_unit {
+        true => format!(
+            "is its file in millimetres (unit = \"mm\" beside mesh makes it {by_mm:.2} m) or in centimetres (unit = \"cm\": \
+             {by_cm:.2} m)?"
+        ),
+        false => format!(
+            "are its lengths in centimetres (divided by 100: {by_cm:.2} m) or in millimetres (by 1000: {by_mm:.2} m)?"
+        ),
+    }
 }
 
 /// The classic traps: millimetres for metres, a person lying along y.
@@ -251,7 +256,7 @@ fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     let size = high - low;
     if size.max_element() > HUGE_M {
         let own_m = size.max_element();
-        return Some(format!("is {own_m:.0} m long: {}", unit_question(own_m)));
+        return Some(format!("is {own_m:.0} m long: {}", unit_question(own_m, object.takes_unit)));
     }
     if object.role == Role::Human && size.y > 1.3 && size.y > 2.0 * size.z {
         return Some(format!(

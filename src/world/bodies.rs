@@ -10,6 +10,8 @@ use crate::truth::ObjectVoxels;
 const STATURE_M: [f64; 2] = [1.2, 2.2];
 /// Stature by the length of shank, thigh, trunk and from shoulders to nose: soles and the top of the head are beyond.
 const STATURE_OF_BONES: f64 = 1.157;
+/// With arms raised a body is longer than it is tall, in metres.
+const LONGEST_M: f64 = 2.9;
 /// A bone is level, or points down, by its rise over its length.
 const LEVEL: f64 = 0.5;
 /// Whoever lies on the floor has joints that are on average higher above it, in metres.
@@ -25,8 +27,13 @@ pub(super) fn fault(
     floor_m: f64,
 ) -> Option<String> {
     match joints {
-        Some(joints) => stature(joints).or_else(|| turned(joints, floor_m)),
-        None => length(body, is_whole),
+        Some(joints) => match tall_m(joints) {
+            Some(tall_m) => stature(tall_m),
+            None => length(body, [0.0, LONGEST_M]),
+        }
+        .or_else(|| turned(joints, floor_m)),
+        None if is_whole => length(body, STATURE_M),
+        None => length(body, [0.0, STATURE_M[1]]),
     }
 }
 
@@ -36,7 +43,8 @@ fn middle(joints: &Keypoints, pair: [usize; 2]) -> Option<DVec3> {
     (!known.is_empty()).then(|| known.iter().sum::<DVec3>() / known.len() as f64)
 }
 
-fn stature(joints: &Keypoints) -> Option<String> {
+/// How tall a person is by the bones; unknown if one of them is.
+fn tall_m(joints: &Keypoints) -> Option<f64> {
     // Of the side of which more is known.
     let bone = |from: [usize; 2], to: [usize; 2]| {
         (0..2).find_map(|side| Some((joints[from[side]]? - joints[to[side]]?).length()))
@@ -44,7 +52,10 @@ fn stature(joints: &Keypoints) -> Option<String> {
     let [shoulders, hips] = [SHOULDERS, HIPS].map(|pair| middle(joints, pair));
     let head = (joints[NOSE]? - shoulders?).length();
     let bones_m = bone(KNEES, ANKLES)? + bone(HIPS, KNEES)? + (shoulders? - hips?).length() + head;
-    let tall_m = STATURE_OF_BONES * bones_m;
+    Some(STATURE_OF_BONES * bones_m)
+}
+
+fn stature(tall_m: f64) -> Option<String> {
     let [least, most] = STATURE_M;
     (!(least..=most).contains(&tall_m)).then(|| {
         format!(
@@ -54,14 +65,13 @@ fn stature(joints: &Keypoints) -> Option<String> {
     })
 }
 
-/// The same of a body without joints, by its longest side; a part of one may be small.
-fn length(body: &ObjectVoxels, is_whole: bool) -> Option<String> {
+/// The same of a body without joints, or without some of them, by its longest side, which must be within bounds.
+fn length(body: &ObjectVoxels, [shortest, longest]: [f64; 2]) -> Option<String> {
     let [least, most] = STATURE_M;
     let size = body.bounds_m[1] - body.bounds_m[0];
     let long_m = size.max_element();
     let [x, y, z] = size.to_array();
-    let is_odd = long_m > most + 1e-6 || is_whole && long_m < least - 1e-6;
-    is_odd.then(|| {
+    (!(shortest - 1e-6..=longest + 1e-6).contains(&long_m)).then(|| {
         format!(
             "is {x:.2} × {y:.2} × {z:.2} m, and people are {least} to {most} m tall: is its unit or its size right?"
         )
@@ -113,18 +123,20 @@ mod tests {
     fn people_that_ship_are_people_and_changed_ones_are_not() {
         for person in &PEOPLE {
             let joints = shipped(person).unwrap();
-            let told = |joints: &Keypoints| stature(joints).or_else(|| turned(joints, 0.0));
+            let told = |joints: &Keypoints| stature(tall_m(joints).unwrap()).or_else(|| turned(joints, 0.0));
             assert_eq!((told(&joints), is_mirrored(&joints)), (None, false), "{}", person.name);
             let twice = told(&of(&joints, |p| 2.0 * p)).unwrap();
             assert!(twice.contains(" m tall by its joints, and people are 1.2 to 2.2 m"), "{twice}");
             assert!(told(&of(&joints, |p| 0.01 * p)).unwrap().starts_with("is 0.0"), "{}", person.name);
             assert!(is_mirrored(&of(&joints, |p| p * DVec3::new(1.0, -1.0, 1.0))), "{}", person.name);
         }
-        let standing = shipped(&PEOPLE[0]).unwrap();
+        let mut standing = shipped(&PEOPLE[0]).unwrap();
         let y_up = of(&standing, |p| DVec3::new(p.y, p.z, p.x));
         assert!(turned(&y_up, 0.0).unwrap().starts_with("lies in the floor"));
         assert!(!is_mirrored(&y_up));
         let down = of(&standing, |p| DVec3::new(p.x, -p.y, -p.z));
         assert!(turned(&down, 0.0).unwrap().starts_with("stands on its head"));
+        standing[NOSE] = None;
+        assert_eq!(tall_m(&standing), None);
     }
 }

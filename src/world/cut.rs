@@ -16,12 +16,12 @@ const CLOSED: f64 = 0.9;
 pub fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String> {
     let open_share = |world: &World| {
         let region = &world.regions[region];
-        if region.cut_share > 0.0 && is_open(world, region) { region.cut_share } else { 0.0 }
+        let is_open = region.cut_share > 0.0 && !open_sides(world, region).is_empty();
+        if is_open { region.cut_share } else { 0.0 }
     };
     let cut: Vec<f64> = worlds.iter().map(open_share).collect();
     let (at, when) = largest(&cut);
     let (name, spec) = &study.regions[region];
-    let sides = sides(worlds[at].regions[region].cut_at);
     let smaller = match spec {
         RegionSpec::RegionShape(RegionShape::HumanBox { .. }) => "take a smaller margin_m",
         RegionSpec::Separation { .. } => "take what is said of it as a bound",
@@ -30,6 +30,7 @@ pub fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<Str
     let bounds = if study.bounds_m.is_some() { "widen bounds_m of [grid]" } else { "set bounds_m of [grid]" };
     let percent = 100.0 * cut[at];
     (percent > 0.0).then(|| {
+        let sides = open_sides(&worlds[at], &worlds[at].regions[region]).join(", ");
         format!(
             "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: no loss \
              if the cell ends there; if not, {bounds}, or {smaller}"
@@ -37,8 +38,18 @@ pub fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<Str
     })
 }
 
-/// Whether a region leaves the grid on a side that no wall, floor or ceiling closes.
-fn is_open(world: &World, region: &Region) -> bool {
+/// The sides of the grid by axis and end, those first that are cut off most often: floor and ceiling.
+const SIDES: [(usize, usize, &str); 6] = [
+    (2, 0, "below"),
+    (2, 1, "above"),
+    (0, 0, "towards -x"),
+    (0, 1, "towards +x"),
+    (1, 0, "towards -y"),
+    (1, 1, "towards +y"),
+];
+
+/// The sides on which a region leaves the grid and no wall, floor or ceiling closes the cell.
+fn open_sides(world: &World, region: &Region) -> Vec<&'static str> {
     let truth = world.truth();
     // People and robots stand on floors, and share voxels with them.
     let mut fixed = BitGrid::new(truth.grid.window());
@@ -47,47 +58,22 @@ fn is_open(world: &World, region: &Region) -> bool {
     fixed.keep(&truth.occupied);
     let depth = (WALL_M / world.grid.voxel_size_m).ceil() as i32;
     let bounds = region.voxels.bounds();
-    (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]).filter(|&(axis, end)| region.cut_at[axis][end]).any(
-        |(axis, end)| {
-            let (last, inwards) = if end == 0 { (0, 1) } else { (world.grid.size[axis] as i32 - 1, -1) };
-            let mut layer = bounds;
-            (layer.min[axis], layer.size[axis]) = (last, 1);
-            let (mut leaves, mut closed) = (0u32, 0u32);
-            region.voxels.each_in(&layer.intersection(&bounds), |voxel| {
-                let is_closed = (0..depth).any(|step| {
-                    let mut behind = voxel;
-                    behind[axis] += inwards * step;
-                    fixed.get(behind)
-                });
-                leaves += 1;
-                closed += u32::from(is_closed);
+    let is_open = |axis: usize, end: usize| {
+        let (last, inwards) = if end == 0 { (0, 1) } else { (world.grid.size[axis] as i32 - 1, -1) };
+        let mut layer = bounds;
+        (layer.min[axis], layer.size[axis]) = (last, 1);
+        let (mut leaves, mut closed) = (0u32, 0u32);
+        region.voxels.each_in(&layer.intersection(&bounds), |voxel| {
+            let is_closed = (0..depth).any(|step| {
+                let mut behind = voxel;
+                behind[axis] += inwards * step;
+                fixed.get(behind)
             });
-            leaves == 0 || f64::from(closed) < CLOSED * f64::from(leaves)
-        },
-    )
-}
-
-/// The sides of the grid in words, from whether something goes beyond the low and the high end of each axis.
-fn sides(beyond: [[bool; 2]; 3]) -> String {
-    let names = [["towards -x", "towards +x"], ["towards -y", "towards +y"], ["below", "above"]];
-    // Floors and ceilings are what is cut off most often.
-    let order = [2, 0, 1].into_iter().flat_map(|axis| [0, 1].map(|end| (axis, end)));
-    let cut: Vec<&str> =
-        order.filter(|&(axis, end)| beyond[axis][end]).map(|(axis, end)| names[axis][end]).collect();
-    cut.join(", ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sides_are_named_with_floor_and_ceiling_first() {
-        assert_eq!(sides([[true, false], [false; 2], [true, false]]), "below, towards -x");
-        assert_eq!(
-            sides([[false, true], [true, true], [false, true]]),
-            "above, towards +x, towards -y, towards +y"
-        );
-        assert_eq!(sides([[false; 2]; 3]), "");
-    }
+            leaves += 1;
+            closed += u32::from(is_closed);
+        });
+        leaves == 0 || f64::from(closed) < CLOSED * f64::from(leaves)
+    };
+    let is_cut = |(axis, end, _): &&(usize, usize, &str)| region.cut_at[*axis][*end] && is_open(*axis, *end);
+    SIDES.iter().filter(is_cut).map(|(.., name)| *name).collect()
 }

@@ -3,7 +3,6 @@
 //! stand in.
 
 use std::collections::HashMap;
-use std::fmt::Write;
 use std::sync::Arc;
 
 use glam::DQuat;
@@ -14,7 +13,7 @@ use crate::backend::GridPose;
 use crate::march::{self, Gates};
 use crate::pose::Pose;
 use crate::sensor::range::Range;
-use crate::sensor::{FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
+use crate::sensor::{Candidate, FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
 use crate::study::Study;
 use crate::truth::Truth;
 use crate::truth::voxelize::with_neighbours;
@@ -110,7 +109,7 @@ struct DeadPoses<'a> {
 impl DeadPoses<'_> {
     fn line(&self, study: &Study, places: &place::Places) -> String {
         let (of, place) = (&study.sensors[self.sensor], places.words(self.sensor, self.first));
-        let (pose, Why { cause, what, cure }) = (&of.candidates[self.first].name, &self.why);
+        let (pose, Why { cause, what, cure, .. }) = (&of.candidates[self.first].name, &self.why);
         let (sensor, group, count) = (&of.name, self.group.replace('-', " "), self.count);
         let all = of.candidates.iter().filter(|candidate| candidate.group == self.group).count();
         match (count, cause) {
@@ -129,6 +128,8 @@ impl DeadPoses<'_> {
 /// Why a pose is dead: of what kind that is, in words, and what to do.
 struct Why {
     cause: Cause,
+    /// The object at which most of its rays end.
+    before: Option<usize>,
     what: String,
     cure: String,
 }
@@ -146,6 +147,7 @@ enum Cause {
 /// A few of the rays of a sensor, spread over its field of view.
 struct SampledRays<'a> {
     sensor: usize,
+    candidates: &'a [Candidate],
     kind: &'a dyn Kind,
     range: &'a Range,
     gates: Gates,
@@ -175,7 +177,8 @@ impl SampledRays<'_> {
             }
             field => field.some(most).into_iter().map(|dir| dir.to_array().map(quantise_q15)).collect(),
         };
-        SampledRays { sensor, kind, range, gates: range.gates(&scale), dirs_q15 }
+        let candidates = &study.sensors[sensor].candidates;
+        SampledRays { sensor, candidates, kind, range, gates: range.gates(&scale), dirs_q15 }
     }
 
     /// Which of these candidates are dead in a world, and why.
@@ -189,21 +192,24 @@ impl SampledRays<'_> {
             posed.iter().map(|(_, setting)| hollows.walls(self, setting)).collect();
         let verdict =
             |pose: &Pose| self.verdict(truth, &crate::sensor::placement(self.kind, pose, &truth.grid, 0));
-        let by_rays = |(_, setting): &(usize, Setting)| {
+        let by_rays = |(candidate, setting): &(usize, Setting)| {
             let pose = setting.pose();
             // Half a turn about its own z.
             let round = Pose { rotation: pose.rotation * DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0), ..pose };
             match verdict(&pose)? {
                 why if why.cause == Cause::TooNear && verdict(&round).is_none() => {
-                    Some(Why { cause: Cause::OwnWall, cure: "turn it round, or move it away".into(), ..why })
+                    let group = &self.candidates[*candidate].group;
+                    let is_wall = |object| place::is_own_wall(truth, group, pose.position_m, object);
+                    let cause = if why.before.is_some_and(is_wall) { Cause::OwnWall } else { Cause::TooNear };
+                    Some(Why { cause, cure: "turn it round, or move it away".into(), ..why })
                 }
                 why => Some(why),
             }
         };
         let by_rays: Vec<Option<Why>> = posed.par_iter().map(by_rays).collect();
-        let walled = walled
-            .into_iter()
-            .map(|what| what.map(|what| Why { cause: Cause::WalledIn, what, cure: "move it out".into() }));
+        let walled = walled.into_iter().map(|what| {
+            what.map(|what| Why { cause: Cause::WalledIn, before: None, what, cure: "move it out".into() })
+        });
         let why = walled.zip(by_rays).map(|(walled, by_rays)| walled.or(by_rays));
         posed.iter().zip(why).filter_map(|((candidate, _), why)| Some((*candidate, why?))).collect()
     }
@@ -243,13 +249,15 @@ impl SampledRays<'_> {
             }
         }
         let percent = |some: usize| 100.0 * share(some);
-        let before = || mostly(truth, &standing);
+        let before = mostly(truth, &standing);
+        let at = before.map_or(String::new(), |object| format!(" at {:?}", truth.objects[object].name));
         if share(blind) > BLIND {
-            let (share, before) = (percent(blind), before());
             return Some(Why {
                 cause: Cause::TooNear,
+                before,
                 what: format!(
-                    "{share:.0} % of its rays end{before} nearer than the {nearest_m} m from which it measures"
+                    "{:.0} % of its rays end{at} nearer than the {nearest_m} m from which it measures",
+                    percent(blind)
                 ),
                 cure: "move it away, or, if that is its own housing, write near_ignore_m".into(),
             });
@@ -257,13 +265,15 @@ impl SampledRays<'_> {
         if share(near) > FACES_WALL {
             return Some(Why {
                 cause: Cause::TooNear,
-                what: format!("{:.0} % of its rays end{} within {near_m:.2} m", percent(near), before()),
+                before,
+                what: format!("{:.0} % of its rays end{at} within {near_m:.2} m", percent(near)),
                 cure: "turn it round, or move it away".into(),
             });
         }
         // Too few of them return.
         Some(Why {
             cause: Cause::Nothing,
+            before: None,
             what: format!("its rays meet nothing from {nearest_m} to {farthest_m} m"),
             cure: "turn it towards the cell, move it nearer, or take a sensor with a longer range".into(),
         })
@@ -285,19 +295,16 @@ impl SampledRays<'_> {
     }
 }
 
-/// ` at "NAME"`, of the object that has most of these voxels; nothing where none has any.
-fn mostly(truth: &Truth, voxels: &[[i32; 3]]) -> String {
+/// The object that has most of these voxels; none if no object has any.
+fn mostly(truth: &Truth, voxels: &[[i32; 3]]) -> Option<usize> {
     let mut counts = vec![0; truth.objects.len()];
     for &voxel in voxels {
         let owner = truth.objects.iter().position(|object| object.stops_rays && object.voxels.get(voxel));
         owner.into_iter().for_each(|owner| counts[owner] += 1);
     }
-    let most = counts.iter().enumerate().max_by_key(|(index, count)| (**count, std::cmp::Reverse(*index)));
-    let mut text = String::new();
-    if let Some((index, 1..)) = most {
-        let _ = write!(text, " at {:?}", truth.objects[index].name);
-    }
-    text
+    let all = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+    let most = all.max_by_key(|(index, count)| (**count, std::cmp::Reverse(*index)));
+    most.map(|(index, _)| index)
 }
 
 /// The spaces of a scene that walls separate, of those in which poses stand.

@@ -207,7 +207,14 @@ fn floats(truth: &Truth, person: &ObjectVoxels) -> Option<String> {
         let low = lowest.entry([x, y]).or_insert(z);
         *low = z.min(*low);
     }
+    let others = || truth.objects.iter().map(AsRef::as_ref).filter(|other| !std::ptr::eq(*other, person));
+    let soles = person.voxels.bounds().min[2];
+    // What ends on a border of voxels shares the layer of the soles.
+    let touches = |[x, y]: [i32; 2]| others().any(|other| other.voxels.get([x, y, soles]));
     let gap = |([x, y], low): (&[i32; 2], &i32)| {
+        if *low == soles && touches([*x, *y]) {
+            return 0;
+        }
         (0..*low).rev().take_while(|z| !truth.occupied.get([*x, *y, *z])).count() as i32
     };
     let gap = lowest.iter().map(gap).min()?;

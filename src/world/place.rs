@@ -121,7 +121,7 @@ impl<'a> Places<'a> {
         if ["ceiling", "floor"].iter().any(|surface| group.contains(surface)) {
             return Mount { words: name(), across: None };
         }
-        let Some((way, object)) = self.next_to(at) else {
+        let Some((way, object)) = next_to(&self.truth, at) else {
             return Mount { words: "free-standing".into(), across: None };
         };
         let object = &self.truth.objects[object];
@@ -135,29 +135,36 @@ impl<'a> Places<'a> {
         };
         Mount { words, across: Some(way / 2).filter(|axis| is_side && *axis < 2) }
     }
+}
 
-    /// The nearest fixture along an axis, by its index, and on which side it is; the first of several.
-    fn next_to(&self, at: DVec3) -> Option<(usize, usize)> {
-        let start = Grid::voxel_of(self.truth.grid.position_q16(at));
-        let steps = (MOUNTED_M / self.truth.grid.voxel_size_m).ceil() as i32;
-        let object_at = |voxel: [i32; 3]| {
-            if !self.truth.occupied.get(voxel) {
-                return None;
-            }
-            let mut objects = self.truth.objects.iter();
-            objects.position(|object| object.role == Role::Environment && object.voxels.get(voxel))
-        };
-        // A sensor inside an object lies on it.
-        let inside = object_at(start).map(|object| (DOWN, object));
-        inside.or_else(|| {
-            (1..=steps).find_map(|step| {
-                (0..6).find_map(|way| {
-                    let voxel = std::array::from_fn(|axis| start[axis] + step * WAYS[way][axis]);
-                    object_at(voxel).map(|object| (way, object))
-                })
+/// Whether a pose of a group is mounted on a wall that is this object: the room itself, or what is next to a group named
+/// after a wall.
+pub(super) fn is_own_wall(truth: &Truth, group: &str, at: DVec3, object: usize) -> bool {
+    let is_next = next_to(truth, at).is_some_and(|(_, next)| next == object);
+    is_next && (group.contains("wall") || is_room(&truth.objects[object], room_m(truth)))
+}
+
+/// The nearest fixture along an axis, by its index, and on which side it is; the first of several.
+fn next_to(truth: &Truth, at: DVec3) -> Option<(usize, usize)> {
+    let start = Grid::voxel_of(truth.grid.position_q16(at));
+    let steps = (MOUNTED_M / truth.grid.voxel_size_m).ceil() as i32;
+    let object_at = |voxel: [i32; 3]| {
+        if !truth.occupied.get(voxel) {
+            return None;
+        }
+        let mut objects = truth.objects.iter();
+        objects.position(|object| object.role == Role::Environment && object.voxels.get(voxel))
+    };
+    // A sensor inside an object lies on it.
+    let inside = object_at(start).map(|object| (DOWN, object));
+    inside.or_else(|| {
+        (1..=steps).find_map(|step| {
+            (0..6).find_map(|way| {
+                let voxel = std::array::from_fn(|axis| start[axis] + step * WAYS[way][axis]);
+                object_at(voxel).map(|object| (way, object))
             })
         })
-    }
+    })
 }
 
 /// The names of the walls at −x, +x, −y and +y of the room: of the groups of poses there that are named after a wall,

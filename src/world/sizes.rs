@@ -5,31 +5,28 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::scene::mesh_file::MeshFile;
 use crate::scene::spec::{SceneSpec, SurfaceSpec};
 use crate::truth::ObjectVoxels;
 use crate::truth::voxelize::{HUGE_M, LARGE_M, unit_question};
 
 /// What became of a mesh in millimetres is tiny if it is no longer than this, and so small beside the cell.
 const TINY_M: f64 = 0.3;
-const TINY_SHARE: f64 = 1.0 / 30.0;
+const TINY_SHARE: f64 = 1.0 / 20.0;
+/// Floors and walls are long, and thinner than this, in metres.
+const THIN_M: f64 = 1.0;
 /// Units that numbers may be in, the likelier first: how many are a metre.
 const UNITS: [(&str, &str, f64); 2] = [("centimetres", "cm", 100.0), ("millimetres", "mm", 1000.0)];
 
-/// The files of a scene's meshes, by the names of objects.
-pub(super) struct MeshFiles<'a>(HashMap<&'a str, &'a MeshFile>);
+/// What a scene's objects are made of, by their names.
+pub(super) struct Surfaces<'a>(HashMap<&'a str, &'a SurfaceSpec>);
 
-impl<'a> MeshFiles<'a> {
-    pub(super) fn of(scene: &'a SceneSpec) -> MeshFiles<'a> {
-        let file = |spec: &'a crate::scene::spec::ObjectSpec| match &spec.surface {
-            SurfaceSpec::Mesh(file) => Some((spec.name.as_str(), file)),
-            _ => None,
-        };
-        MeshFiles(scene.objects.iter().filter_map(file).collect())
+impl<'a> Surfaces<'a> {
+    pub(super) fn new(scene: &'a SceneSpec) -> Surfaces<'a> {
+        Surfaces(scene.objects.iter().map(|spec| (spec.name.as_str(), &spec.surface)).collect())
     }
 
     /// That of an object, or of what the object is a part of.
-    pub(super) fn get(&self, object: &str) -> Option<&'a MeshFile> {
+    pub(super) fn get(&self, object: &str) -> Option<&'a SurfaceSpec> {
         let wholes = object.match_indices('/').map(|(slash, _)| &object[..slash]);
         [object].into_iter().chain(wholes).find_map(|name| self.0.get(name).copied())
     }
@@ -59,18 +56,19 @@ impl Lengths {
         if index == self.longest { self.next_m } else { Some(self.all_m[self.longest]) }
     }
 
-    /// A wrong unit makes an object smaller than a voxel, a mesh much larger than all others, or one with a unit a
-    /// trifle.
+    /// A wrong unit makes an object smaller than a voxel, a mesh or a body much larger than all others, or a mesh with a
+    /// unit a trifle.
     pub(super) fn warning(
         &self,
         object: &ObjectVoxels,
         index: usize,
         voxel_size_m: f64,
-        files: &MeshFiles,
+        surfaces: &Surfaces,
     ) -> Option<String> {
         let (name, own_m) = (&object.name, self.all_m[index]);
         let is_map = object.watertight.is_none();
-        let file = files.get(name);
+        let surface = surfaces.get(name);
+        let file = surface.and_then(SurfaceSpec::mesh_file);
         let longest_m = self.longest_other_m(index);
         let is_trifle = longest_m.is_some_and(|longest_m| own_m <= TINY_M.min(TINY_SHARE * longest_m));
         if let Some(file) = file.filter(|file| file.scale < 1.0 && is_trifle) {
@@ -95,10 +93,12 @@ impl Lengths {
         let longest_m = longest_m?;
         // Longer objects are told of when they are voxelized.
         let is_odd = own_m > LARGE_M && own_m <= HUGE_M && own_m >= 5.0 * longest_m;
-        (is_odd && file.is_some()).then(|| {
+        let is_thin = (object.bounds_m[1] - object.bounds_m[0]).min_element() < THIN_M;
+        let is_body = surface.is_some_and(SurfaceSpec::is_body) && !is_thin;
+        (is_odd && (file.is_some() || is_body)).then(|| {
             format!(
                 "object {name:?} is {own_m:.1} m long, and no other is longer than {longest_m:.1} m: {}",
-                unit_question(own_m)
+                unit_question(own_m, surface.is_some_and(SurfaceSpec::takes_unit))
             )
         })
     }

@@ -1,5 +1,7 @@
 //! Warns of switches that the environment alone trips: which object does, where and at which moment.
 
+use std::collections::HashSet;
+
 use super::World;
 use super::warnings::first_of;
 use crate::sensor::Station;
@@ -8,18 +10,12 @@ use crate::truth::Truth;
 use crate::voxel::BitGrid;
 use crate::world::place::Places;
 
-/// A candidate that is always on at a moment.
-struct Stuck {
-    candidate: usize,
-    snapshot: usize,
-    /// What trips it, and where.
-    what: String,
-}
-
 /// The candidates of a sensor that are always on without anybody there, at some moment of the scene.
 pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[World]) -> Option<String> {
     let kind = &*study.sensors[sensor].kind;
-    let mut stuck: Vec<Stuck> = Vec::new();
+    let mut stuck = HashSet::new();
+    // The first candidate and snapshot, and what trips it.
+    let mut earliest = None;
     let mut moments = 0;
     for (snapshot, world) in worlds.iter().enumerate() {
         let truth = world.truth();
@@ -32,13 +28,12 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
                 continue;
             }
             moments = before + 1;
-            if stuck.iter().all(|known| known.candidate != candidate) {
-                stuck.push(Stuck { candidate, snapshot, what: what(truth, &by) });
-            }
+            earliest.get_or_insert_with(|| (candidate, snapshot, what(truth, &by)));
+            stuck.insert(candidate);
         }
     }
-    let Stuck { candidate, snapshot, what } = stuck.first()?;
-    let first = first_of(study, places, sensor, &[*candidate])?;
+    let (candidate, snapshot, what) = earliest?;
+    let first = first_of(study, places, sensor, &[candidate])?;
     let when = match worlds.len() {
         all if moments == all => String::new(),
         all => format!(" in snapshot {snapshot}, and in {moments} of {all} snapshots something does"),

@@ -5,7 +5,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::World;
-use super::sizes::MeshFiles;
+use super::sizes::Surfaces;
+use crate::scene::spec::SurfaceSpec;
 use crate::scene::{Mesh, Optical, Role, Scene, Surface};
 use crate::study::Study;
 use crate::voxel::{BitGrid, Grid, Window};
@@ -23,12 +24,12 @@ const FILLED: f64 = 0.5;
 /// The opaque meshes of the first snapshot that are thin, with what they fill.
 pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec<String> {
     let (world, truth) = (&worlds[0], worlds[0].truth());
-    let files = MeshFiles::of(&study.scenes[world.scene]);
+    let surfaces = Surfaces::new(&study.scenes[world.scene]);
     let objects = scenes[0].objects.iter().zip(&truth.objects);
     let thin = objects.filter_map(|(object, voxels)| {
         let counts = object.role == Role::Environment && object.optical == Optical::Opaque && !object.tag_only;
         let Surface::Mesh(mesh) = &object.surface else { return None };
-        if !counts || files.get(&object.name).is_none() {
+        if !counts || surfaces.get(&object.name).and_then(SurfaceSpec::mesh_file).is_none() {
             return None;
         }
         let share = fill_share(mesh, &voxels.voxels, &world.grid)?;
@@ -122,6 +123,7 @@ mod tests {
             interior: crate::scene::Interior::Free,
             optical: Optical::Opaque,
             tag_only: false,
+            takes_unit: false,
             surface: Surface::Mesh(mesh.clone()),
             keypoints: None,
             linkage: None,

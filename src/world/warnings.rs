@@ -4,12 +4,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::place::{Places, is_room, room_m};
-use super::sizes::{Lengths, MeshFiles, in_another_unit};
+use super::sizes::{Lengths, Surfaces, in_another_unit};
 use super::{World, cut_warning, dead, floor, people, robots, stuck, thin};
 use crate::scene::{Interior, Role, Scene};
-use crate::sensor::{Sensor, Setting, Stance};
-use crate::study::Study;
+use crate::sensor::{Kind, Sensor, Setting, Stance};
+use crate::study::{FAR_M, Study};
 use crate::truth::{ObjectVoxels, Truth};
 use crate::voxel::Grid;
 
@@ -44,10 +46,10 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Tol
              needs interior = \"free\""
         ));
     }
-    let (lengths, files) = (Lengths::of(&first.objects), MeshFiles::of(scene));
+    let (lengths, surfaces) = (Lengths::of(&first.objects), Surfaces::new(scene));
     for (index, object) in first.objects.iter().enumerate() {
         object_warnings(&glances, &object.name, index, &mut warnings);
-        warnings.extend(lengths.warning(object, index, study.voxel_size_m, &files));
+        warnings.extend(lengths.warning(object, index, study.voxel_size_m, &surfaces));
     }
     if !first.objects.iter().any(|o| o.role == Role::Human) {
         warnings.push(
@@ -59,10 +61,12 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Tol
     warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::of(study, &worlds[0]);
     let outside = outside(study, &first, &worlds[0]);
+    let across_m = DVec3::from_array(first.grid.size.map(f64::from)).length() * study.voxel_size_m;
     for (sensor, outside) in outside.iter().enumerate() {
         let spec = &study.sensors[sensor];
         warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
         warnings.extend(once_warning(study, sensor));
+        warnings.extend(range_warning(&spec.name, &*spec.kind, across_m));
         warnings.extend(stuck::warning(study, &places, sensor, worlds));
         warnings.extend(outside_warnings(study, &places, sensor, outside));
     }
@@ -73,7 +77,8 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Tol
     warnings.extend(people::warnings(study, scenes, worlds));
     warnings.extend(thin::warnings(study, scenes, worlds));
     let explained = |sensor: usize, candidate: usize| {
-        outside[sensor].binary_search_by_key(&candidate, |(candidate, _)| *candidate).is_ok()
+        begins_beyond(&*study.sensors[sensor].kind, across_m)
+            || outside[sensor].binary_search_by_key(&candidate, |(candidate, _)| *candidate).is_ok()
     };
     warnings.extend(dead::warnings(study, worlds, &explained));
     Told { lines: warnings, is_filled: false }
@@ -178,6 +183,25 @@ fn once_warning(study: &Study, sensor: usize) -> Option<String> {
         format!(
             "sensor {name:?}: of its calibration one mount is drawn for each pose, and another would score otherwise: write \
              repeats = 10 at the top of the study, and look at the worst and at the spread"
+        )
+    })
+}
+
+/// Whether a sensor measures from a distance on that is most of the cell, which no sensor does.
+fn begins_beyond(kind: &dyn Kind, across_m: f64) -> bool {
+    kind.range().is_some_and(|range| range.range_m[0] > across_m / 2.0)
+}
+
+/// A range in centimetres; a longer one is told of where it is written.
+fn range_warning(name: &str, kind: &dyn Kind, across_m: f64) -> Option<String> {
+    let [nearest, farthest] = kind.range()?.range_m;
+    let metres = |cm: f64| (cm * 1e4).round() / 1e6;
+    (begins_beyond(kind, across_m) && farthest < FAR_M).then(|| {
+        format!(
+            "sensor {name:?}: range_m = [{nearest}, {farthest}] begins {nearest} m from it, and the cell is {across_m:.1} m across: \
+             is it in centimetres? Then write [{}, {}]",
+            metres(nearest),
+            metres(farthest)
         )
     })
 }

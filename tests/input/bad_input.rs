@@ -307,6 +307,10 @@ fn pose_tables() {
         (format!("{HEADER}{good}{good}"), "two poses are named \"wall/a\""),
         (HEADER.into(), "holds no pose for sensor \"camera\""),
         (String::new(), "holds no pose"),
+        (
+            "1,0.5,2,1,0,0,0\n".into(),
+            "wall.csv: has no header: write x_m,y_m,z_m,qw,qx,qy,qz as its first line",
+        ),
         ("x_m,y_m,z_m\n0,0,1\n".into(), "line 2: a number is missing; the columns are x_m,y_m,z_m,qw"),
         (format!("sensor,{HEADER}lidar,{good}"), "holds no pose for sensor \"camera\""),
     ] {

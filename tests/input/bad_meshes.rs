@@ -264,3 +264,10 @@ fn broken_keypoints() {
     );
     check("mannequin", "person.csv", Some(b"\xff\xfe\0\0"), &["person.csv"]);
 }
+
+#[test]
+fn files_of_other_formats_are_named_with_their_converter() {
+    check("octomap", "scan.pcd", Some(b"VERSION 0.7"), &["must be a .bt or .ot file", "octomap_server"]);
+    check("mannequin", "walk.fbx", Some(b"Kaydara"), &["(.bvh): Blender imports it and exports .bvh"]);
+    check("mesh", "hall.las", Some(b"LASF"), &["a sensor of kind = \"recorded\" reads them"]);
+}

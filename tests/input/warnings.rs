@@ -285,7 +285,7 @@ fn a_region_that_the_grid_cuts() {
     // A person's box has a margin, and the bounds are there already.
     let margin = ("study.toml", "margin_m = 0.2", "margin_m = 0.4");
     let cure = "; if not, widen bounds_m of [grid], or take a smaller margin_m";
-    let expected = ["region \"human\"", "grid (below, towards -y) and", cure];
+    let expected = ["region \"human\"", "grid (towards -y) and", cure];
     check(&Folder::new(), &[&floor[..], &[BOUNDS, margin]].concat(), &expected);
 }
 
@@ -646,4 +646,100 @@ fn a_fence_that_voxels_make_solid() {
     );
     folder.edit("cell.toml", "mesh = \"fence.stl\"", "optical = \"see_through\"\nmesh = \"fence.stl\"");
     assert!(!warnings(&folder).iter().any(|w| w.contains("sheet")));
+}
+
+#[test]
+fn a_body_in_centimetres_is_asked_for_its_unit() {
+    let bar = |size: &str| {
+        format!("[[object]]\nname = \"bar\"\nbox = {{ size_m = {size} }}\nposition_m = [0.5, -0.5, 0.3]\n")
+    };
+    let told = "object \"bar\" is 60.0 m long, and no other is longer than 2.4 m: are its lengths in centimetres (divided by \
+                100: 0.60 m) or in millimetres (by 1000: 0.06 m)?";
+    check(&Folder::new(), &[("cell.toml", "", &bar("[40, 60, 30]"))], &[told]);
+    let folder = Folder::new();
+    folder.edit("cell.toml", "", &bar("[40, 60, 0.1]"));
+    assert!(!warnings(&folder).iter().any(|w| w.contains("centimetres")), "a floor is long and thin");
+}
+
+#[test]
+fn a_range_in_centimetres_is_asked_for_its_unit() {
+    let folder = Folder::new();
+    folder.edit("study.toml", "range_m = [0.2, 3.0]", "range_m = [20, 300]");
+    let told: Vec<_> = warnings(&folder).into_iter().filter(|w| w.contains("\"camera\"")).collect();
+    assert_eq!(told.len(), 1, "no pose is called dead: {told:?}");
+    let line = "range_m = [20, 300] begins 20 m from it, and the cell is ";
+    assert!(told[0].contains(line) && told[0].ends_with("write [0.2, 3]"), "{told:?}");
+}
+
+#[test]
+fn robots_that_hold_each_other_up_float_together() {
+    let folder = Folder::new();
+    folder.edit("cell.toml", "position_m = [0.2, 0.3, 0.45]", "position_m = [-0.1, 0.1, 0.9]");
+    folder.edit(
+        "cell.toml",
+        "",
+        "[[object]]\nname = \"gripper\"\nrole = \"robot\"\nbox = { size_m = [0.1, 0.1, 0.1] }\nposition_m = [-0.1, 0.1, 0.5]\n",
+    );
+    let said: Vec<_> = warnings(&folder).into_iter().filter(|w| w.contains("floats")).collect();
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!(
+        said[0].contains("robot \"arm\" floats") && said[0].contains("only \"gripper\" is near it"),
+        "{said:?}"
+    );
+    // A gripper on an arm that stands is held.
+    folder.edit("cell.toml", "position_m = [-0.1, 0.1, 0.9]", "position_m = [-0.1, 0.1, 0.5]");
+    assert!(!warnings(&folder).iter().any(|w| w.contains("floats")));
+}
+
+#[test]
+fn a_person_on_a_platform_stands() {
+    // The platform's top is on a border of voxels, at 0.3 m, and its inside is free.
+    let platform = "[[object]]\nname = \"platform\"\nbox = { size_m = [0.8, 0.8, 0.3] }\nposition_m = [0.1, -0.3, 0.15]\n";
+    for height in ["0.3", "0.2200001"] {
+        assert_eq!(said_of_a_person_at(&format!("[0.1, -0.3, {height}]"), platform), [""; 0], "{height}");
+    }
+}
+
+#[test]
+fn a_cabinet_before_a_pose_is_no_wall_of_its_own() {
+    let folder = Folder::new();
+    let cabinet =
+        "[[object]]\nname = \"cabinet\"\nbox = { size_m = [2.2, 0.1, 0.8] }\nposition_m = [0, 0.2, 1.2]\n";
+    folder.edit("cell.toml", "", cabinet);
+    folder.edit("study.toml", "y_m = -0.75", "y_m = 0.05");
+    folder.edit("study.toml", "name = \"wall\"", "name = \"posts\"");
+    let told = warnings(&folder);
+    let dead: Vec<_> = told.iter().filter(|w| w.contains("end at \"cabinet\"")).collect();
+    assert!(
+        !dead.is_empty() && dead.iter().all(|w| w.contains("turn it round") && !w.contains("own wall")),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn only_open_sides_of_a_cut_region_are_named() {
+    let folder = Folder::new();
+    folder.edit("cell.toml", "room = { size_m = [2.4, 1.8, 1.6] }", "plane = { size_m = [2.4, 1.8] }");
+    folder.edit("cell.toml", "position_m = [0, 0, 0.8]", "position_m = [0, 0, 0]");
+    folder.edit(
+        "study.toml",
+        "min_m = [-0.5, -0.5, 0.1], max_m = [0.5,",
+        "min_m = [-0.5, -0.5, -0.4], max_m = [2.9,",
+    );
+    let told = warnings(&folder);
+    assert!(
+        told.iter().any(|w| w.contains("region \"box\"") && w.contains("grid (towards +x) and")),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn a_body_without_a_nose_is_measured_by_its_length() {
+    let without_nose = |scale: f64| {
+        let joints = changed(|place| place.map(|x| scale * x));
+        said_of_joints(&format!(",,\n{}", joints.split_once('\n').unwrap().1), "[0.1, -0.3, 0]", "")
+    };
+    assert_eq!(without_nose(1.0), [""; 0]);
+    let said = without_nose(2.0);
+    assert!(said.len() == 1 && said[0].contains(" m, and people are 1.2 to 2.2 m tall"), "{said:?}");
 }

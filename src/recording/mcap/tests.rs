@@ -111,8 +111,8 @@ fn what_is_no_bag_of_clouds_is_refused_in_words() {
         bag.write("/points", &odd("right", POINTS));
     });
     let cases = [
-        (b"no bag".to_vec(), "no whole MCAP file"),
-        (whole[..whole.len() / 2].to_vec(), "no whole MCAP file"),
+        (b"#ROSBAG V2.0\nand more".to_vec(), "not those of MCAP: convert a .bag or .db3"),
+        (whole[..whole.len() / 2].to_vec(), "no whole MCAP file: it ends within a record: copy it again"),
         (bag(|bag| bag.write("/tf_static", &TfMessage { transforms: vec![] })), "no messages of sensor_msgs"),
         (ring, "in a ring"),
         (apart, "which /tf_static does not join"),

@@ -135,6 +135,7 @@ mod tests {
             interior,
             optical,
             tag_only: false,
+            takes_unit: false,
             surface,
             keypoints,
             linkage,

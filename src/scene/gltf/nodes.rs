@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use ::gltf::json::{Index, Node, Root};
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 use super::container::Container;
 use super::{MemoryLimit, Moved};
@@ -24,6 +24,13 @@ pub(super) struct Placed<'a> {
     /// Whether it is not shown, like all below it.
     pub(super) is_hidden: bool,
     pub(super) world_from_node: DAffine3,
+}
+
+impl Placed<'_> {
+    /// Whether a scale of 0 leaves nothing of its mesh. A skin's joints place a mesh, not its node.
+    pub(super) fn is_nothing(&self) -> bool {
+        self.json.skin.is_none() && self.world_from_node.matrix3 == DMat3::ZERO
+    }
 }
 
 /// The nodes of the scene, parents first, some of them moved from where the file has them.

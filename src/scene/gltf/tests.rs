@@ -336,6 +336,25 @@ fn hides(declared: &str) {
 }
 
 #[test]
+fn a_node_of_scale_0_is_left_out_and_told() {
+    let mut document = document();
+    document["scenes"][0]["nodes"] = json!([0, 1]);
+    document["nodes"] = json!([
+        {"name": "shown", "mesh": 0},
+        {"name": "gone", "scale": [0, 0, 0], "children": [2]},
+        {"name": "below", "mesh": 0, "translation": [1, 2, 3]},
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("part.glb");
+    let sources = Sources::beside(&path);
+    std::fs::write(&path, glb(&document, &buffer())).unwrap();
+    let nodes = Gltf::load(&path, &sources).unwrap().parts(None).unwrap();
+    assert_eq!(nodes.iter().map(|node| &node.names[..]).collect::<Vec<_>>(), [["shown"]]);
+    let remarks = sources.take_remarks();
+    assert!(remarks.len() == 1 && remarks[0].contains("part.glb: without 1 node of scale 0"), "{remarks:?}");
+}
+
+#[test]
 fn positions_must_be_finite() {
     for bad in [f32::NAN, f32::INFINITY] {
         let mut binary = buffer();

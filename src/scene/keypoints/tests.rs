@@ -86,9 +86,18 @@ fn numbers_that_fill_gaps_are_told() {
         let counted: Vec<(usize, &str)> = counted.iter().map(|(row, text)| (*row, text.as_str())).collect();
         let error = told(&counted).unwrap_err().to_string();
         assert!(
-            error.contains("person.csv: x_m is the number of the row in each row: take the column"),
+            error.contains("person.csv: x_m is the number of the row in each row: remove the column"),
             "{error}"
         );
+        for unknown in [",,,", "4,,,"] {
+            let mut gap = counted.clone();
+            gap[4].1 = unknown;
+            let error = told(&gap).unwrap_err().to_string();
+            assert!(
+                error.contains("x_m is the number of the row") && error.contains(": remove the column"),
+                "{error}"
+            );
+        }
     }
 }
 

@@ -119,7 +119,7 @@ pub(crate) fn load(
     let model = parse(path, &text)?;
     if model.passed_over > 0 {
         let shapes = plural(model.passed_over, "shape");
-        sources.remark(path, format!("without {shapes} that have no extent"));
+        sources.remark(path, format!("without {shapes} of no extent"));
     }
     Ok(model)
 }

@@ -232,7 +232,7 @@ fn shape(geometry: &Geometry) -> Result<Option<LinkShape>, Issue> {
     };
     let is_nothing = match geometry {
         Geometry::Box { size } => size.iter().filter(|edge| **edge == 0.0).count() > 1,
-        Geometry::Mesh { .. } => false,
+        Geometry::Mesh { scale, .. } => *scale == [0.0; 3],
         Geometry::Cylinder { radius, .. }
         | Geometry::Capsule { radius, .. }
         | Geometry::Sphere { radius } => *radius == 0.0,

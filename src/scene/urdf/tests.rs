@@ -56,6 +56,18 @@ fn what_is_no_urdf_is_refused() {
 }
 
 #[test]
+fn a_mesh_of_scale_0_is_left_out() {
+    let with = |scale: &str| {
+        let mesh = format!("<mesh filename='a.stl' scale='{scale}'/>");
+        let model =
+            parse(Path::new("arm.urdf"), &TWO_LINKS.replacen("<box size='1 2 3'/>", &mesh, 1)).unwrap();
+        (model.links[1].collision.len(), model.passed_over)
+    };
+    assert_eq!(with("0 0 0"), (0, 1));
+    assert_eq!(with("1 1 1"), (1, 0));
+}
+
+#[test]
 fn links_must_form_one_tree() {
     refused(
         "child link='arm'",

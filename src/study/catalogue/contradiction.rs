@@ -7,13 +7,39 @@ use super::{DeviceModel, models};
 /// Sides of an image that are thinned alike differ by no more than this share.
 const ALIKE: f64 = 0.1;
 
+/// A device that spins more slowly, or is listened to for longer, has steps that are smaller by less than this factor.
+const FINEST: f64 = 2.5;
+
 /// The keys that are compared.
-const COMPARED: [&str; 5] = ["fov_deg", "resolution_px", "range_m", "beams", "rings"];
+const COMPARED: [&str; 6] = ["fov_deg", "resolution_px", "range_m", "beams", "rings", "resolution_deg"];
 
 /// Sentences about the keys that a study writes of a device and that the device contradicts: swapped, those of another mode,
 /// or more than it has.
 pub(super) fn contradictions(model: &DeviceModel, written: &Table) -> Vec<String> {
-    COMPARED.iter().filter_map(|key| contradiction(model, key, written.get(*key)?)).collect()
+    let compared = COMPARED.iter().filter_map(|key| contradiction(model, key, written.get(*key)?));
+    compared.chain(wider(model, written)).chain(along(model, written)).collect()
+}
+
+/// Rings above or below those of the device.
+fn wider(model: &DeviceModel, written: &Table) -> Option<String> {
+    let rings = |keys: &Table| {
+        ["elevation_deg", "rings_deg"].into_iter().find_map(|key| {
+            let value = keys.get(key)?;
+            let all = numbers(value)?;
+            let ends = [all.iter().copied().reduce(f64::min)?, all.into_iter().reduce(f64::max)?];
+            Some((format!("{key} = {value}"), ends))
+        })
+    };
+    let ((own, [own_low, own_high]), (here, [low, high])) = (rings(&model.keys)?, rings(written)?);
+    (low < own_low || high > own_high).then(|| format!("{here}: more than it has; {} has {own}", model.name))
+}
+
+/// Distances that are measured along something else.
+fn along(model: &DeviceModel, written: &Table) -> Option<String> {
+    let [own, here] = [&model.keys, written].map(|keys| keys.get("range_along"));
+    let (own, here) = (own?, here?);
+    (own != here)
+        .then(|| format!("range_along = {here}: not what its data sheet gives; {} has {own}", model.name))
 }
 
 fn contradiction(model: &DeviceModel, key: &str, written: &Value) -> Option<String> {
@@ -47,6 +73,10 @@ fn contradiction(model: &DeviceModel, key: &str, written: &Value) -> Option<Stri
             let [across, down] = [own.first()? / here.first()?, own.get(1)? / here.get(1)?];
             let is_alike = (across / down - 1.0).abs() <= ALIKE;
             if is_alike { None } else { said("pixels of another shape".into()) }
+        }
+        "resolution_deg" => {
+            let finer = here.iter().zip(&own).any(|(here, own)| here * FINEST < *own);
+            if finer { said("finer than it measures".into()) } else { None }
         }
         _ if more => said("more than it has".into()),
         _ => None,
@@ -128,6 +158,21 @@ mod tests {
             ("azure-kinect-nfov", "resolution_px = [320, 288]", "that of azure-kinect-nfov-binned"),
             ("hokuyo-utm-30lx", "beams = 2000", "beams = 2000: more than it has"),
             ("ouster-os0-32", "rings = 64", "that of ouster-os0-64"),
+            (
+                "velodyne-vlp-16",
+                "resolution_deg = 0.05",
+                "0.05: finer than it measures; velodyne-vlp-16 has 0.2",
+            ),
+            ("velodyne-vlp-16", "resolution_deg = 0.4", ""),
+            (
+                "velodyne-vlp-16",
+                "elevation_deg = [-40, 10]",
+                "= [-40, 10]: more than it has; velodyne-vlp-16 has rings_deg",
+            ),
+            ("ouster-os1-64", "rings_deg = [-10, 0, 30]", "has elevation_deg = [-21.2, 21.2]"),
+            ("ouster-os1-64", "rings_deg = [-10, 0, 10]", ""),
+            ("ifm-o3d303", "range_along = \"axis\"", "range_along = \"axis\": not what its data sheet gives"),
+            ("ifm-o3d303", "range_along = \"ray\"", ""),
         ] {
             let (found, _) = said(model, keys);
             assert!(

@@ -134,6 +134,15 @@ fn other_ways_to_say_a_key_go_before_it_too() {
 }
 
 #[test]
+fn a_number_of_rings_without_their_range_is_refused_with_the_rings_of_the_device() {
+    let vlp = "model = \"velodyne-vlp-16\"\nrings = 32\n";
+    let said = resolved(vlp).unwrap_err().to_string();
+    assert!(said.contains("rings = 32: replaces rings_deg = [-15, -13, "), "{said}");
+    assert!(said.contains("] of velodyne-vlp-16: remove rings, or write elevation_deg"), "{said}");
+    assert!(resolved(&format!("{vlp}elevation_deg = [-10, 10]")).is_ok());
+}
+
+#[test]
 fn unknown_devices_are_refused_with_names_that_are_near() {
     for (keys, expected) in [
         (

@@ -9,6 +9,7 @@ use crate::scene::Up;
 use crate::scene::bvh::{BONES, MotionFile};
 use crate::scene::keypoints::{KeypointFile, Layout};
 use crate::scene::spec::{PersonFile, SurfaceSpec};
+use crate::source::ending;
 use crate::study::Place;
 use crate::study::value::{Unit, UpFile};
 
@@ -55,6 +56,19 @@ impl PersonKeys<'_> {
 
     /// A table.
     pub(super) fn joints(&self, at: &Place, key: &str, path: &Path) -> Result<KeypointFile> {
+        let converter = match &*ending(path) {
+            "fbx" | "blend" | "glb" | "gltf" | "dae" | "usd" | "usda" | "usdc" | "usdz" => {
+                "Blender imports it and exports .bvh (File > Export > Motion Capture)"
+            }
+            "npz" | "npy" | "pkl" | "json" => {
+                "write its joints as text, as numpy.savetxt does with delimiter=\",\""
+            }
+            _ => "",
+        };
+        if !converter.is_empty() {
+            let rule = format!("must be a table of joints (.csv) or a motion (.bvh): {converter}");
+            return Err(at.wrong(key, format!("{path:?}"), &rule));
+        }
         match is_motion(path) {
             true => Err(at.wrong(
                 key,

@@ -14,6 +14,9 @@ use crate::study::value::{OneOrTwo, exactly, exactly_if_given};
 use crate::voxel::solid::is_simple;
 use crate::{Error, Result};
 
+/// How many rings devices have, and the widest step between them, in degrees.
+const DEVICE_RINGS: [f64; 4] = [16.0, 32.0, 64.0, 128.0];
+const WIDEST_STEP_DEG: f64 = 2.0;
 /// Most corners of a field; scanners allow some dozens.
 const MAX_CORNERS: usize = 1000;
 
@@ -216,13 +219,14 @@ fn number(at: &Place, key: &str, count: u32, least: u32) -> Result<()> {
 /// Warns of an interval whose end lies on a step, and is left out.
 pub(super) fn left_out(file: &LidarFile) -> Vec<String> {
     let mut warnings = Vec::new();
+    let degrees = |angle: f64| (angle * 1e6).round() / 1e6;
     let mut look = |key: &str, from: f64, span: f64, step: f64, instead: &str| {
         let steps = (span / step).round();
         if span < 360.0 && steps >= 1.0 && (steps * step - span).abs() < 1e-9 * span {
             warnings.push(format!(
                 "{key} by steps of {step} leaves its end out: {steps} angles from {from} to {}. If the device has both ends, \
                  write {instead} = {} instead of the step",
-                from + (steps - 1.0) * step,
+                degrees(from + (steps - 1.0) * step),
                 steps + 1.0
             ));
         }
@@ -231,8 +235,18 @@ pub(super) fn left_out(file: &LidarFile) -> Vec<String> {
     if let Some(fov) = file.fov_deg.filter(|_| file.beams.is_none()) {
         look("fov_deg", -fov.horizontal / 2.0, fov.horizontal, step.horizontal, "beams");
     }
+    let vertical_step = step.vertical.unwrap_or(step.horizontal);
     if let Some([from, to]) = file.elevation_deg.filter(|_| file.rings.is_none()) {
-        look("elevation_deg", from, to - from, step.vertical.unwrap_or(step.horizontal), "rings");
+        look("elevation_deg", from, to - from, vertical_step, "rings");
+    }
+    // A vertical angle is a device's own if both ends make a number of rings that devices have.
+    let is_device = |span: &f64| {
+        vertical_step <= WIDEST_STEP_DEG
+            && DEVICE_RINGS.iter().any(|rings| (span / vertical_step + 1.0 - rings).abs() < 1e-9)
+    };
+    let vertical = file.fov_deg.and_then(|fov| fov.vertical).filter(|_| file.rings.is_none());
+    if let Some(span) = vertical.filter(is_device) {
+        look("the vertical part of fov_deg", -span / 2.0, span, vertical_step, "rings");
     }
     warnings
 }

@@ -218,9 +218,19 @@ fn rings_and_beams_by_number_have_both_ends() {
         ]
     );
     assert!(told("fov_deg = 270\nrings_deg = [0]\nresolution_deg = 0.25")[0].contains("write beams = 1081"));
-    for silent in
-        [vlp, "elevation_deg = [45, 90]\nresolution_deg = 0.7", "rings_deg = [0]\nresolution_deg = 1"]
-    {
+    let vertical = &told("fov_deg = [360, 30]\nresolution_deg = [1, 2]")[0];
+    assert!(
+        vertical.contains("15 angles from -15 to 13") && vertical.contains("write rings = 16"),
+        "{vertical}"
+    );
+    let rounded = &told("elevation_deg = [-60, 60]\nresolution_deg = 0.2")[0];
+    assert!(rounded.contains("600 angles from -60 to 59.8. If"), "{rounded}");
+    for silent in [
+        vlp,
+        "fov_deg = [360, 90]\nresolution_deg = [4, 6]",
+        "elevation_deg = [45, 90]\nresolution_deg = 0.7",
+        "rings_deg = [0]\nresolution_deg = 1",
+    ] {
         assert_eq!(told(silent), [""; 0], "{silent}");
     }
 }

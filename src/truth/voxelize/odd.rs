@@ -13,8 +13,8 @@ use crate::scene::Scene;
 pub(super) fn odd_ones_out(snapshots: &[Scene]) -> Option<String> {
     // The places of an object in all snapshots count together.
     let mut spans: BTreeMap<&str, [DVec3; 2]> = BTreeMap::new();
-    let places =
-        distinct_objects(snapshots).into_iter().map(|object| (object.name.as_str(), bounds_m(object)));
+    let objects = distinct_objects(snapshots);
+    let places = objects.iter().map(|object| (object.name.as_str(), bounds_m(object)));
     // A map without voxels is nowhere.
     for (name, own) in places.filter(|(_, [low, high])| low.cmple(*high).all()) {
         spans.entry(name).and_modify(|all| *all = hull(*all, own)).or_insert(own);
@@ -24,7 +24,9 @@ pub(super) fn odd_ones_out(snapshots: &[Scene]) -> Option<String> {
     let axis = (0..3).max_by(|&a, &b| all[a].total_cmp(&all[b]))?;
     let mut along: Vec<_> = spans.iter().map(|(name, [l, h])| (*name, [l[axis], h[axis]])).collect();
     along.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
-    far_away(&along, ["x", "y", "z"][axis], all[axis]).or_else(|| in_another_unit(&spans))
+    far_away(&along, ["x", "y", "z"][axis], all[axis]).or_else(|| {
+        in_another_unit(&spans, |name| objects.iter().any(|object| object.name == name && object.takes_unit))
+    })
 }
 
 /// Objects, sorted along an axis: which of them lie beyond a gap that is more than half of all.
@@ -54,7 +56,7 @@ fn far_away(along: &[(&str, [f64; 2])], axis: &str, all_m: f64) -> Option<String
 }
 
 /// The largest object, if it is no cell, or beside all others much too large.
-fn in_another_unit(spans: &BTreeMap<&str, [DVec3; 2]>) -> Option<String> {
+fn in_another_unit(spans: &BTreeMap<&str, [DVec3; 2]>, takes_unit: impl Fn(&str) -> bool) -> Option<String> {
     let mut sizes: Vec<(&str, DVec3)> =
         spans.iter().map(|(name, [low, high])| (*name, *high - *low)).collect();
     sizes.sort_by(|(_, a), (_, b)| b.max_element().total_cmp(&a.max_element()));
@@ -67,7 +69,7 @@ fn in_another_unit(spans: &BTreeMap<&str, [DVec3; 2]>) -> Option<String> {
             size.x,
             size.y,
             size.z,
-            unit_question(own_m)
+            unit_question(own_m, takes_unit(name))
         )
     })
 }

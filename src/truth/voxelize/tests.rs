@@ -24,6 +24,7 @@ fn object(name: &str, role: Role, interior: Interior, mesh: Mesh) -> Object {
         interior,
         optical: Optical::Opaque,
         tag_only: false,
+        takes_unit: true,
         surface,
         keypoints: None,
         linkage: None,
