@@ -8,14 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::told::Told;
 use crate::backend::Fusion;
 use crate::metrics::Score;
+use crate::results::Subject;
 use crate::results::files::{JOURNAL, OutputFolder, json_issue, read_regular, write_whole};
 use crate::results::journal::Shard;
 use crate::results::manifest::Manifest;
-use crate::results::{Results, Subject};
 use crate::sensor::{Cost, Sensor};
 use crate::source::hex;
 use crate::study::{Across, Choose, Study};
-use crate::view::Choice;
 use crate::world::World;
 use crate::{Error, Result};
 
@@ -172,16 +171,6 @@ impl Chosen {
         }
         let chosen = serde_json::from_slice(&read_regular(&path)?);
         chosen.map(Some).map_err(|e| json_issue(&e).cure("choose again").at(&path).into())
-    }
-
-    /// The sets in a folder of results, if they are those that were chosen.
-    ///
-    /// # Errors
-    /// Those of [`Chosen::read`].
-    pub fn choices(folder: &Path, results: &Results) -> Result<Option<Vec<Choice>>> {
-        let of_set = |combination| Choice { combination, choice: 0, representation: 0, repeat: 0 };
-        let chosen = Chosen::read(folder)?.filter(|chosen| chosen.is_of(results));
-        Ok(chosen.map(|_| (0..results.combinations.len()).map(of_set).collect()))
     }
 
     /// Whether results are those of its sets: a sweep may have taken their place in the folder.

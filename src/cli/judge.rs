@@ -4,10 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot::backend::Backend;
-use perirobot::choose::Chosen;
 use perirobot::judge::{
-    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, cheapest, forget, junit_xml, leaders,
-    requires_something,
+    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, cheapest, chosen_sets, forget,
+    junit_xml, leaders, requires_something,
 };
 use perirobot::results::Results;
 use perirobot::results::columns::BETWEEN_MEMBERS;
@@ -81,7 +80,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(nothing);
     }
     let asks_for_all = args.best.is_none() && args.sets.is_any();
-    let front = if asks_for_all { Chosen::choices(folder, &results)? } else { None };
+    let front = if asks_for_all { chosen_sets(folder, &results)? } else { None };
     let is_front = front.is_some();
     let choices = match (args.sets.named(&study, &worlds)?, front) {
         (Some(choice), _) => vec![choice],

@@ -1,9 +1,11 @@
 //! The choices of a sweep that meet most requirements as planned.
 
 use std::cmp::Ordering;
+use std::path::Path;
 
 use super::cases::counts;
 use super::value::Value;
+use crate::choose::Chosen;
 use crate::error::{Argument, Issue, Words};
 use crate::results::Results;
 use crate::study::{Counted, Limit, Requirement};
@@ -22,6 +24,16 @@ pub struct Among<'a> {
 
 /// A choice with its values, a value for each requirement that is counted.
 type Valued = (Choice, Vec<Option<Value>>);
+
+/// The sets in a folder of results, if they are those that `choose` put there.
+///
+/// # Errors
+/// Those of [`Chosen::read`].
+pub fn chosen_sets(folder: &Path, results: &Results) -> Result<Option<Vec<Choice>>> {
+    let of_set = |combination| Choice { combination, choice: 0, representation: 0, repeat: 0 };
+    let chosen = Chosen::read(folder)?.filter(|chosen| chosen.is_of(results));
+    Ok(chosen.map(|_| (0..results.combinations.len()).map(of_set).collect()))
+}
 
 /// The choices that meet most requirements as planned, this many, the best first. Of those that meet equally many,
 /// the one comes first that is better by the first requirement, then by the next, then in study order. Of requirements

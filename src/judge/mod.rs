@@ -45,7 +45,7 @@ pub use excess::Excess;
 pub use judged::JudgedSet;
 pub use judging::{Judged, Judging, forget, requires_something};
 pub use junit::junit_xml;
-pub use leaders::{Among, leaders};
+pub use leaders::{Among, chosen_sets, leaders};
 pub use postures::check_postures;
 pub use separation::{Decision, Separation, Surroundings};
 

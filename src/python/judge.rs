@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use perirobot::choose::{Chosen, as_swept};
-use perirobot::judge::{Among, Judging, forget, leaders, requires_something};
+use perirobot::choose::as_swept;
+use perirobot::judge::{Among, Judging, chosen_sets, forget, leaders, requires_something};
 use perirobot::results::Results;
 use perirobot::world::World;
 use perirobot::{Result, Study};
@@ -23,7 +23,7 @@ pub(crate) fn judge(
     requires_something(study)?;
     let (results, warnings) = Results::read(folder)?;
     let (study, worlds) = as_swept(folder, study.clone(), worlds.to_vec())?;
-    let choices = match Chosen::choices(folder, &results)? {
+    let choices = match chosen_sets(folder, &results)? {
         Some(sets) => sets,
         None => leaders(&study.requirements, &results, 1, Among::default())?,
     };

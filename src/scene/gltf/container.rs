@@ -102,6 +102,9 @@ fn check_version(json: &[u8]) -> Result<(), Issue> {
     if json.trim_ascii().is_empty() {
         return Err(Issue::damaged("is empty").wanted("export it again"));
     }
+    if !json.trim_ascii_start().starts_with(b"{") {
+        return Err(Issue::damaged("does not begin with a JSON object").wanted("is it a glTF file?"));
+    }
     let Versions { version, min_version } =
         serde_json::from_slice::<File>(json).map_err(|e| json_issue(&e))?.asset;
     let needed = min_version.as_ref().unwrap_or(&version);
@@ -169,9 +172,6 @@ fn hidden_nodes(json: &[u8]) -> serde_json::Result<HashSet<usize>> {
 fn json_issue(e: &serde_json::Error) -> Issue {
     match e.classify() {
         Category::Eof => Issue::damaged("its JSON ends too early").wanted("the file is cut off"),
-        Category::Syntax if (e.line(), e.column()) <= (1, 1) => {
-            Issue::damaged("does not begin with JSON").wanted("is it a glTF file?")
-        }
         Category::Syntax => Issue::damaged(format!("its JSON is damaged: {e}")),
         Category::Data | Category::Io => Issue::damaged(format!("its JSON is not that of glTF 2.0: {e}")),
     }

@@ -262,7 +262,7 @@ fn a_file_of_version_1_is_told_by_its_version() {
         (b"glTF\x01\0\0\0\x14\0\0\0", "is glTF 1.0 by its header: export it again as glTF 2.0"),
         (b"", "is empty: export it again"),
         (b"{\"asset\": {", "its JSON ends too early: the file is cut off"),
-        (b"solid part\nfacet", "does not begin with JSON: is it a glTF file?"),
+        (b"solid part\nfacet", "does not begin with a JSON object: is it a glTF file?"),
     ] {
         let error = load_bytes(bytes).unwrap_err().to_string();
         assert!(error.contains(expected), "{error:?} lacks {expected:?}");
