@@ -177,6 +177,8 @@ class WhileItRuns(unittest.TestCase):
             study.sweep("cpu", progress=False)
 
     def test_ctrl_c_stops_a_sweep(self):
+        # A script that a shell runs in the background ignores Ctrl-C, and what it starts with it.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         study = pr.Study.load(ROOT / "scenes/paper/exp1.toml", voxel_size_m=0.1)
         timer = threading.Timer(2.0, signal.raise_signal, [signal.SIGINT])
         timer.start()
