@@ -151,7 +151,7 @@ fn paths_and_numbers_in_toml() {
         (r#"mesh = "parts\cube.obj""#, "write paths with /"),
         ("box = { size_m = [.5, 1, 1] }", "a number begins with a digit, as in 0.5"),
         ("box = { size_m = [1., 1, 1] }", "a digit follows the point, as in 5.0"),
-        ("interior = occupied", "write words between quotes"),
+        ("interior = occupied", "write text between plain quotes"),
     ] {
         refused(keys, &[], &["cell.toml: ", expected]);
     }
