@@ -256,8 +256,7 @@ impl Sources {
                 "its name has a control character: between \" in TOML a backslash begins an escape, so write paths with /",
             );
         }
-        let is_not_there = matches!(error, Error::Input(_));
-        match instead().filter(|said| is_not_there && !said.is_empty()) {
+        match instead().filter(|said| !said.is_empty()) {
             Some(said) => error.cure(said),
             None => error,
         }

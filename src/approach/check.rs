@@ -7,7 +7,7 @@ use super::ground::Ground;
 use super::moments::{Company, Moment};
 use super::needed;
 use crate::Result;
-use crate::study::{EntryPlace, EntrySpec, Study};
+use crate::study::{EntryPlace, Study};
 use crate::truth::Truth;
 use crate::world::World;
 
@@ -23,12 +23,11 @@ pub fn check_approach<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w
         EntryPlace::Gate(sensor) => study.sensors[*sensor].candidates.len() == 1,
         EntryPlace::Box { .. } | EntryPlace::Edges => true,
     };
-    let mut study = study.clone();
-    let is_fixed = |entry: &EntrySpec| stays(&entry.place);
-    study.approach.entries.retain(is_fixed);
-    if !asks || study.approach.entries.is_empty() {
+    if !asks || !study.approach.entries.iter().any(|entry| stays(&entry.place)) {
         return Ok(Vec::new());
     }
+    let mut study = study.clone();
+    study.approach.entries.retain(|entry| stays(&entry.place));
     let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
     scenes
         .map(|worlds| {

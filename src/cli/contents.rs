@@ -51,7 +51,7 @@ pub(super) fn first_of(
     text
 }
 
-/// How far people must be, and what of that nobody wrote.
+/// The distance that people must keep at the highest speed, and the values to be checked.
 fn stopping(study: &Study) -> String {
     let Some(stopping) = &study.stopping else { return String::new() };
     let at = stopping.fastest();

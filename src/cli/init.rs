@@ -58,11 +58,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(Error::input(path, what));
     }
     let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
-    let made: Vec<PathBuf> = args.folder.ancestors().take_while(missing).map(Path::to_path_buf).collect();
+    let schemas = args.folder.join("schemas");
+    let made: Vec<PathBuf> = schemas.ancestors().take_while(missing).map(Path::to_path_buf).collect();
     if let Err(error) = write(&files) {
         // The same command must find nothing in its way.
         files.iter().for_each(|(path, _)| drop(std::fs::remove_file(path)));
-        let _ = std::fs::remove_dir(args.folder.join("schemas"));
         made.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
         return Err(error);
     }

@@ -178,7 +178,7 @@ impl Args {
         words.push(if let Part::Moment(_) = part { "render" } else { "approach" }.into());
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
         words.extend(self.swept.folder_words());
-        // A set that is no combination of the study is found by its poses alone.
+        // Without a combination, its poses name the set.
         if results.combinations.iter().any(|known| known.name == set.combination) {
             words.extend(["--combination".into(), set.combination.clone()]);
         }

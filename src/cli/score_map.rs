@@ -117,8 +117,8 @@ fn anchor(text: &str) -> std::result::Result<Anchor, String> {
     numbers.and_then(|numbers| Anchor::of_numbers(&numbers)).ok_or_else(|| {
         format!(
             "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion of length 1 \
-             (qw,qx,qy,qz), each \
-             from -{FARTHEST_M} to {FARTHEST_M}"
+             (qw,qx,qy,qz), each from \
+             -{FARTHEST_M} to {FARTHEST_M}"
         )
     })
 }

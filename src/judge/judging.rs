@@ -20,7 +20,7 @@ use crate::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS}
 use crate::study::{Condition, Requirement, Study};
 use crate::sweep::Watch;
 use crate::view::Choice;
-use crate::world::{World, cut_warning};
+use crate::world::{World, cut_warnings};
 use crate::{Error, Result};
 
 /// Choices of a sweep that can be judged.
@@ -181,9 +181,8 @@ impl<'a> Judging<'a> {
 fn cut_off<'a>(study: &Study, worlds: &'a [World], at_speeds: &[AtEachSpeed]) -> Vec<(&'a str, Vec<String>)> {
     let required = study.requirements.iter().chain(at_speeds.iter().map(|at| &at.requirement));
     let regions: BTreeSet<usize> = required.filter_map(Requirement::region).collect();
-    let of_scenes = worlds.chunk_by(|one, next| one.scene == next.scene).map(|scene| {
-        let cut = regions.iter().filter_map(|&region| cut_warning(study, scene, region));
-        (scene[0].name.as_str(), cut.collect())
-    });
+    let regions = Vec::from_iter(regions);
+    let of_scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
+    let of_scenes = of_scenes.map(|scene| (scene[0].name.as_str(), cut_warnings(study, scene, &regions)));
     of_scenes.collect()
 }

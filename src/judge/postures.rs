@@ -10,7 +10,7 @@ use crate::scene::{Optical, Role};
 use crate::study::{Posture, RegionSpec, Study};
 use crate::truth::{RegionShape, voxelize, voxelize_all};
 use crate::voxel::Grid;
-use crate::world::{World, cut_warning};
+use crate::world::{World, cut_warnings};
 use crate::{Error, Result};
 
 /// A study in which somebody stands in the place of the people of its scenes, and its worlds.
@@ -40,12 +40,12 @@ impl Stood {
             let own = made[0].warnings.iter().filter(|said| is_of(posture, said));
             stood.warnings.extend(own.map(|said| format!("{name}: {said}")));
             // Regions around people are elsewhere than as planned: told where they are cut off on another side.
-            let cut = |region| {
-                let (own, planned) = (cut_at(&made, region), cut_at(scene, region));
-                let is_new = own.iter().zip(planned).any(|(own, planned)| *own && !planned);
-                cut_warning(study, &made, region).filter(|_| is_new)
+            let is_new = |region: &usize| {
+                let (own, planned) = (cut_at(&made, *region), cut_at(scene, *region));
+                own.iter().zip(planned).any(|(own, planned)| *own && !planned)
             };
-            let cut = (0..study.regions.len()).filter_map(cut);
+            let regions: Vec<usize> = (0..study.regions.len()).filter(is_new).collect();
+            let cut = cut_warnings(study, &made, &regions).into_iter();
             stood.warnings.extend(cut.map(|said| format!("{name}: posture {:?}: {said}", posture.name)));
             stood.worlds.extend(made);
         }

@@ -14,7 +14,7 @@ use crate::watch::Listener;
 /// Counters of a choice in a region, labels and detection.
 pub(crate) const COUNTERS: usize = perirobot::metrics::COUNTERS + perirobot::metrics::DETECTION_COUNTERS;
 
-/// Lengths of quaternions and axes are so near to one.
+/// How far the entries of RᵀR may be from those of the identity, of a rotation R.
 const ROUNDED: f64 = 1e-3;
 
 /// Poses of rows: x, y, z in metres and the quaternion w, x, y, z, or the 16 numbers of a matrix that leads from the

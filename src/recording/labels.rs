@@ -39,7 +39,10 @@ impl Labels<'_> {
         let Labels { shape, origin_m, voxel_size_m, .. } = self;
         let [x, y, z] = shape.map(|n| n.min(1 << 21));
         if shape.iter().any(|n| *n > 1 << 20) || x.next_multiple_of(32) * y * z > MOST_VOXELS {
-            let what = format!("has the shape {shape:?}: over {MOST_VOXELS} voxels, with x filled up to 32");
+            let what = format!(
+                "has the shape {shape:?}: at most {} voxels on an axis and {MOST_VOXELS} in all are read, with x filled up to 32",
+                1 << 20
+            );
             return Err(Issue::too_large(what).wanted("cut the map to the cell").at("labels"));
         }
         let window = Window { min: [0; 3], size: [x, y, z].map(|n| n as u32) };

@@ -23,19 +23,23 @@ pub(super) fn parse(
     // Each with its place in the order of time.
     let mut clouds: Vec<(usize, Cloud)> = Vec::new();
     let mut outermost: Option<String> = None;
-    let mut remarks = Vec::new();
+    let mut remarks: Vec<String> = Vec::new();
     let mut placed: HashMap<String, (String, Pose)> = HashMap::new();
     let mut limit = MemoryLimit::new(bytes.len() as u64);
     let (mut points, mut empty) = (0, 0);
     let topic = read_clouds(bytes, topic, message, |frames, in_time, cloud| {
         if !placed.contains_key(&cloud.header.frame_id) {
-            placed.insert(cloud.header.frame_id.clone(), frames.outermost(&cloud.header.frame_id)?);
+            let around = frames.outermost(&cloud.header.frame_id)?;
+            let said = frames.remarks(&cloud.header.frame_id, &around.0);
+            said.into_iter().for_each(|one| {
+                if !remarks.contains(&one) {
+                    remarks.push(one)
+                }
+            });
+            placed.insert(cloud.header.frame_id.clone(), around);
         }
         let (frame, pose) = &placed[&cloud.header.frame_id];
-        let first = outermost.get_or_insert_with(|| {
-            remarks = frames.remarks(frame);
-            frame.clone()
-        });
+        let first = outermost.get_or_insert_with(|| frame.clone());
         if first != frame {
             let what = format!(
                 "its clouds are in the frames {first:?} and {frame:?}, which /tf_static does not join"

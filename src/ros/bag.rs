@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use super::Frames;
 use super::chunk::unpacked;
 use super::messages::{Message, PointCloud2, TfMessage, Time};
-use super::ros1::FromRos1;
+use super::ros1::{FromRos1, byte_sequence};
 use crate::error::{Argument, Issue, Words};
 use crate::source::MemoryLimit;
 
@@ -144,6 +144,10 @@ fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue
     let mut channels = ChannelAccumulator::default();
     let mut limit = MemoryLimit::new(bytes.len() as u64);
     let (mut left, mut is_summary) = (bytes, false);
+    if !mcap::MAGIC.starts_with(&bytes[..bytes.len().min(mcap::MAGIC.len())]) {
+        let what = "its first bytes are not those of MCAP: convert a .bag or .db3 with `mcap convert FILE NAME.mcap`";
+        return Err(not_whole(what));
+    }
     while let Some(event) = reader.next_event() {
         let (opcode, data) = match event.map_err(damaged)? {
             LinearReadEvent::ReadRequest(wanted) => {
@@ -187,12 +191,12 @@ fn record(opcode: u8, body: &[u8]) -> Result<Option<Record<'_>>, Issue> {
     let fits = || {
         let mut rest = body.get(before..)?;
         for _ in 0..texts {
-            text(&mut rest)?;
+            byte_sequence(&mut rest)?;
         }
         if has_list {
-            let mut list = text(&mut rest)?;
+            let mut list = byte_sequence(&mut rest)?;
             while !list.is_empty() {
-                text(&mut list)?;
+                byte_sequence(&mut list)?;
             }
         }
         Some(())
@@ -201,18 +205,10 @@ fn record(opcode: u8, body: &[u8]) -> Result<Option<Record<'_>>, Issue> {
     parse_record(opcode, body).map(Some).map_err(damaged)
 }
 
-/// Takes a length, and so many bytes.
-fn text<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
-    let (length, after) = rest.split_first_chunk::<4>()?;
-    let (text, after) = after.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-    *rest = after;
-    Some(text)
-}
-
 fn damaged(e: mcap::McapError) -> Issue {
     let what = match e {
         mcap::McapError::BadMagic => {
-            "its first bytes are not those of MCAP: convert a .bag or .db3 with `mcap convert FILE NAME.mcap`"
+            "its last bytes are not those of MCAP: copy it again, or run `mcap recover FILE -o NAME.mcap`"
                 .into()
         }
         mcap::McapError::UnexpectedEof => {
@@ -220,6 +216,10 @@ fn damaged(e: mcap::McapError) -> Issue {
         }
         other => other.to_string(),
     };
+    not_whole(&what)
+}
+
+fn not_whole(what: &str) -> Issue {
     Issue::damaged(format!("is no whole MCAP file: {what}"))
 }
 

@@ -1,5 +1,6 @@
 //! The tree of frames that a bag tells: on `tf_static` those that do not move among each other, on `tf` others.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DQuat, DVec3};
@@ -78,11 +79,13 @@ impl Frames {
     /// As [`Frames::learn`].
     pub(super) fn learn_moving(&mut self, topic: &str, said: TransformStamped) -> Result<(), Issue> {
         let held = Held::new(topic, &said);
-        let first = self
-            .moving
-            .entry(plain(&said.child_frame_id).to_owned())
-            .or_insert_with(|| Held::new(topic, &said));
-        first.moves |= !first.is_as(&held);
+        match self.moving.entry(plain(&said.child_frame_id).to_owned()) {
+            Entry::Vacant(first) => drop(first.insert(held)),
+            Entry::Occupied(mut first) => {
+                let moves = !first.get().is_as(&held);
+                first.get_mut().moves |= moves;
+            }
+        }
         self.count()
     }
 
@@ -117,8 +120,10 @@ impl Frames {
         Err(Issue::damaged(what))
     }
 
-    /// What a user should know of a frame in which clouds are told.
-    pub(crate) fn remarks(&self, outermost: &str) -> Vec<String> {
+    /// What a user should know of the frame of a cloud, and of the outermost one around it.
+    pub(crate) fn remarks(&self, frame: &str, outermost: &str) -> Vec<String> {
+        let by = |frame: &&str| self.still.get(*frame).map(|held| held.by.as_str());
+        let chain: Vec<&str> = std::iter::successors(Some(plain(frame)), by).take(DEEPEST + 1).collect();
         let moving = self.moving.get(outermost).map(|held| {
             let Held { by, topic, pose, moves } = held;
             let doing = match (moves, pose) {
@@ -133,7 +138,8 @@ impl Frames {
                 super::STATIC_FRAMES
             )
         });
-        let twice = self.contradicted.iter().map(|frame| {
+        let contradicted = self.contradicted.iter().filter(|frame| chain.contains(&frame.as_str()));
+        let twice = contradicted.map(|frame| {
             format!("several topics place the frame {frame:?} differently: the last word counts; record one robot alone")
         });
         moving.into_iter().chain(twice).collect()

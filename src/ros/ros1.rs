@@ -17,17 +17,17 @@ fn bytes<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
     Some(*bytes)
 }
 
-fn byte_sequence<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
+/// Takes a length, and that many bytes.
+pub(super) fn byte_sequence<'d>(rest: &mut &'d [u8]) -> Option<&'d [u8]> {
     let length = u32::from_ros1(rest)? as usize;
     let (list, after) = rest.split_at_checked(length)?;
     *rest = after;
     Some(list)
 }
 
-/// Things behind their number. Room is made for as many as there are bytes at most.
+/// A list behind its length.
 fn sequence<T: FromRos1>(rest: &mut &[u8]) -> Option<Vec<T>> {
-    let count = u32::from_ros1(rest)? as usize;
-    (count <= rest.len()).then(|| (0..count).map(|_| T::from_ros1(rest)).collect())?
+    (0..u32::from_ros1(rest)?).map(|_| T::from_ros1(rest)).collect()
 }
 
 impl FromRos1 for u32 {

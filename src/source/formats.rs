@@ -4,12 +4,12 @@ use std::path::Path;
 
 use crate::error::Words;
 
-/// The formats by their endings: what converts them. `FILE` stands for the file, `STEM` for its name without the ending.
+/// The formats by their endings: what converts them. `{file}` stands for the file, `{stem}` for its name without the ending.
 const CONVERTERS: [(&[&str], &str); 25] = [
     (
         &["step", "stp", "p21"],
         "STEP holds curved surfaces and no triangles: `pip install cascadio numpy`, then `python -c \"import cascadio; \
-         cascadio.step_to_glb('FILE', 'STEM.glb')\"`, which leaves z up: add up = \"z\"; or FreeCAD (File > Export)",
+         cascadio.step_to_glb('{file}', '{stem}.glb')\"`, which leaves z up: add up = \"z\"; or FreeCAD (File > Export)",
     ),
     (
         &["iges", "igs", "brep", "brp", "x_t", "x_b", "sat", "fcstd"],
@@ -26,13 +26,13 @@ const CONVERTERS: [(&[&str], &str); 25] = [
     ),
     (&["dwg"], "export an .stl in AutoCAD (STLOUT), or a .dxf and convert that in FreeCAD"),
     (&["dxf"], "FreeCAD opens it and exports its faces as .stl (File > Export); lines have no surface"),
-    (&["ifc", "ifczip"], "`IfcConvert --y-up FILE STEM.glb` (IfcOpenShell)"),
+    (&["ifc", "ifczip"], "`IfcConvert --y-up {file} {stem}.glb` (IfcOpenShell)"),
     (&["3mf", "amf"], "open it in FreeCAD or in a slicer and export .stl; then add unit = \"mm\""),
     (
         &["usd", "usda", "usdc", "usdz"],
         "Blender imports it (File > Import > Universal Scene Description) and exports .glb",
     ),
-    (&["fbx"], "`FBX2glTF --binary FILE`, or Blender (File > Import > FBX), which exports .glb"),
+    (&["fbx"], "`FBX2glTF --binary {file}`, or Blender (File > Import > FBX), which exports .glb"),
     (&["blend"], "Blender exports it as .glb (File > Export > glTF 2.0)"),
     (
         &["wrl", "vrml", "x3d", "off", "3ds", "lwo", "ac", "vtk", "vtp"],
@@ -40,12 +40,12 @@ const CONVERTERS: [(&[&str], &str); 25] = [
     ),
     (
         &["las", "laz"],
-        "`pdal translate FILE STEM.ply` (PDAL), or CloudCompare; points have no surface, a sensor of kind = \"recorded\" reads \
+        "`pdal translate {file} {stem}.ply` (PDAL), or CloudCompare; points have no surface, a sensor of kind = \"recorded\" reads \
          them",
     ),
     (
         &["e57"],
-        "`pdal translate FILE STEM.ply` (PDAL with its E57 plugin), or CloudCompare, for each scan by itself: rays begin \
+        "`pdal translate {file} {stem}.ply` (PDAL with its E57 plugin), or CloudCompare, for each scan by itself: rays begin \
          where the scanner was; points have no surface, a sensor of kind = \"recorded\" reads them",
     ),
     (
@@ -54,12 +54,12 @@ const CONVERTERS: [(&[&str], &str); 25] = [
     ),
     (
         &["bag"],
-        "`mcap convert FILE STEM.mcap` (the mcap command line tool); points have no surface, a sensor of kind = \"recorded\" reads \
+        "`mcap convert {file} {stem}.mcap` (the mcap command line tool); points have no surface, a sensor of kind = \"recorded\" reads \
          them",
     ),
     (
         &["db3", "sqlite3"],
-        "`mcap convert FILE STEM.mcap` (the mcap command line tool), or `ros2 bag convert` with storage_id: mcap; \
+        "`mcap convert {file} {stem}.mcap` (the mcap command line tool), or `ros2 bag convert` with storage_id: mcap; \
          points have no surface, a sensor of kind = \"recorded\" reads them",
     ),
     (
@@ -100,7 +100,7 @@ pub(crate) fn accepted_formats(path: &Path, endings: &str) -> Words {
     match converter {
         Some((_, how)) => {
             let written = path.extension().unwrap_or_default().to_string_lossy();
-            let how = how.replace("FILE", &format!("{stem}.{written}")).replace("STEM", stem);
+            let how = how.replace("{file}", &format!("{stem}.{written}")).replace("{stem}", stem);
             format!("must be {endings}; a .{ending} file is not read: {how}").into()
         }
         None => format!("must be {endings}").into(),
@@ -119,6 +119,8 @@ mod tests {
             ("a.SLDPRT", "SOLIDWORKS"),
             ("a.dxf", "FreeCAD"),
             ("hall.ifc", "`IfcConvert --y-up hall.ifc hall.glb`"),
+            ("SYSTEM.ifc", "`IfcConvert --y-up SYSTEM.ifc SYSTEM.glb`"),
+            ("PROFILE.ifc", "`IfcConvert --y-up PROFILE.ifc PROFILE.glb`"),
             ("a.3mf", "slicer"),
             ("a.usdz", "Blender"),
             ("a.fbx", "FBX2glTF --binary a.fbx"),

@@ -37,7 +37,7 @@ impl Study {
         entries.sort_by_key(|(sensor, _)| *sensor);
         let mut study = self.clone();
         for other in &mut study.sensors {
-            (other.candidates, other.spreads) = (Vec::new(), Vec::new());
+            (other.candidates, other.spreads, other.draw_words) = (Vec::new(), Vec::new(), Vec::new());
         }
         let mut members: Vec<Member> = Vec::new();
         for of_one in entries.chunk_by(|(one, _), (next, _)| one == next) {

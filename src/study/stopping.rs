@@ -68,7 +68,7 @@ pub(super) struct StoppingFile {
     human_speed_m_s: Option<f64>,
     /// C: how far somebody reaches in before anything notices it, in metres; for "speed_and_separation" and the
     /// edition of 2010. Default the largest of all sensors, to be checked: 1.2 - 0.4 H, at least 0.85, for pads and for level
-    /// scanners H metres above z = 0, else 0.85.
+    /// scanners H metres above the floor, else 0.85.
     intrusion_m: Option<f64>,
     /// D_DS: the distance that belongs to the protective device, in metres; for the edition of 2024.
     device_distance_m: Option<f64>,
@@ -273,40 +273,37 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
         sensors.iter().filter_map(|sensor| Intrusion::of(sensor, floor_m)).collect();
     let farther = |a: &&Intrusion, b: &&Intrusion| a.metres().total_cmp(&b.metres());
     let farthest = intrusions.iter().max_by(farther);
-    let least_m = farthest.map_or(NORMAL_M, Intrusion::metres);
-    let least_in_2024_m = if farthest.is_some_and(Intrusion::is_parallel) { PARALLEL_M } else { NORMAL_M };
-    let case = farthest.map_or("a device that an arm passes unnoticed".to_string(), Intrusion::to_string);
-    let least = rounded_up(least_m, 2);
-    let mut warnings = Vec::new();
-    let mut added = Vec::new();
+    let parallel = intrusions.iter().find(|one| one.is_parallel());
+    let (mut added, mut warnings) = (Vec::new(), Vec::new());
     for &key in formula.keys() {
-        let metres = match (file.added(key), key) {
-            (Some(metres), "intrusion_m") if metres < least_m => {
-                let less = format!(
-                    "intrusion_m = {metres} is less than the {least} m that public pages tell of ISO 13855:2010 for {case}"
-                );
-                if farthest.is_some_and(Intrusion::is_parallel) {
-                    warnings.push(format!("stopping: {less}: distances may be too small"));
-                }
-                defaults.push(less);
-                metres
+        // What public pages tell of a key, of which edition, and for which sensor.
+        let told = match key {
+            "intrusion_m" => Some((farthest.map_or(NORMAL_M, Intrusion::metres), 2010, farthest)),
+            "device_distance_m" => {
+                Some((parallel.map_or(NORMAL_M, |_| PARALLEL_M), 2024, parallel.or(farthest)))
             }
-            (Some(metres), "device_distance_m") if metres < least_in_2024_m => {
-                let less = format!(
-                    "device_distance_m = {metres} is less than the {least_in_2024_m} m that public pages tell of ISO 13855:2024 for {case}"
-                );
-                if farthest.is_some_and(Intrusion::is_parallel) {
+            _ => None,
+        };
+        let source = |edition: u32, sensor: Option<&Intrusion>| {
+            let case =
+                sensor.map_or("a device that an arm passes unnoticed".to_string(), Intrusion::to_string);
+            format!("public pages tell of ISO 13855:{edition} for {case}")
+        };
+        let metres = match (file.added(key), told) {
+            (Some(metres), Some((least_m, edition, sensor))) if metres < least_m => {
+                let (least, source) = (rounded_up(least_m, 2), source(edition, sensor));
+                let less = format!("{key} = {metres} is less than the {least} m that {source}");
+                if sensor.is_some_and(Intrusion::is_parallel) {
                     warnings.push(format!("stopping: {less}: distances may be too small"));
                 }
                 defaults.push(less);
                 metres
             }
             (Some(metres), _) => metres,
-            (None, "intrusion_m") => {
-                defaults.push(format!(
-                    "intrusion_m = {least} is a default, what public pages tell of ISO 13855:2010 for {case}{}",
-                    by_sensor(&intrusions, least_m)
-                ));
+            (None, Some((least_m, edition, sensor))) if key == "intrusion_m" => {
+                let (least, source) = (rounded_up(least_m, 2), source(edition, sensor));
+                let others = by_sensor(&intrusions, least_m);
+                defaults.push(format!("{key} = {least} is a default, what {source}{others}"));
                 least_m
             }
             (None, _) => {

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use crate::scene::keypoints::{ANKLES, EARS, HIPS, KNEES, Keypoints, NOSE, SHOULDERS};
 use crate::truth::ObjectVoxels;
+use crate::voxel::{rounded_down, rounded_up};
 
 /// How tall people are, in metres.
 const STATURE_M: [f64; 2] = [1.2, 2.2];
@@ -58,8 +59,9 @@ fn tall_m(joints: &Keypoints) -> Option<f64> {
 fn stature(tall_m: f64) -> Option<String> {
     let [least, most] = STATURE_M;
     (!(least..=most).contains(&tall_m)).then(|| {
+        let tall = if tall_m < least { rounded_down(tall_m, 2) } else { rounded_up(tall_m, 2) };
         format!(
-            "is {tall_m:.2} m tall by its joints, and people are {least} to {most} m: is the unit of its file right? Joints in a \
+            "is {tall} m tall by its joints, and people are {least} to {most} m: is the unit of its file right? Joints in a \
              table are metres"
         )
     })

@@ -5,21 +5,30 @@ use super::place::WALL_M;
 use super::warnings::largest;
 use crate::scene::Role;
 use crate::study::{RegionSpec, Study};
-use crate::truth::{Region, RegionShape};
-use crate::voxel::BitGrid;
+use crate::truth::{Region, RegionShape, Truth};
+use crate::voxel::{BitGrid, Grid};
 
 /// A larger share of the places where a region leaves the grid is behind a surface if that side of the cell is closed.
 const CLOSED: f64 = 0.9;
 
-/// How much of a region the grid cuts off, where, and what to do if that matters; in the snapshot where it is
+/// How much of each of some regions the grid cuts off, where, and what to do if that matters; in the snapshot where it is
 /// most. What is below a floor, above a ceiling or behind a wall does not count.
-pub fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<String> {
-    let open_share = |world: &World| {
-        let region = &world.regions[region];
-        let is_open = region.cut_share > 0.0 && !open_sides(world, region).is_empty();
-        if is_open { region.cut_share } else { 0.0 }
+pub fn cut_warnings(study: &Study, worlds: &[World], regions: &[usize]) -> Vec<String> {
+    // By world, so that the voxels of each moment are put together once for all regions.
+    let sides: Vec<Vec<Vec<&str>>> = worlds.iter().map(|world| open_sides(world, regions)).collect();
+    let warnings = regions.iter().enumerate().map(|(number, &region)| {
+        let sides: Vec<&[&str]> = sides.iter().map(|of_world| &of_world[number][..]).collect();
+        cut_warning(study, worlds, region, &sides)
+    });
+    warnings.flatten().collect()
+}
+
+/// The warning of one region, of which these sides are open in each world.
+fn cut_warning(study: &Study, worlds: &[World], region: usize, sides: &[&[&str]]) -> Option<String> {
+    let open_share = |(world, sides): (&World, &&[&str])| {
+        if sides.is_empty() { 0.0 } else { world.regions[region].cut_share }
     };
-    let cut: Vec<f64> = worlds.iter().map(open_share).collect();
+    let cut: Vec<f64> = worlds.iter().zip(sides).map(open_share).collect();
     let (at, when) = largest(&cut);
     let (name, spec) = &study.regions[region];
     let smaller = match spec {
@@ -30,7 +39,7 @@ pub fn cut_warning(study: &Study, worlds: &[World], region: usize) -> Option<Str
     let bounds = if study.bounds_m.is_some() { "widen bounds_m of [grid]" } else { "set bounds_m of [grid]" };
     let percent = 100.0 * cut[at];
     (percent > 0.0).then(|| {
-        let sides = open_sides(&worlds[at], &worlds[at].regions[region]).join(", ");
+        let sides = sides[at].join(", ");
         format!(
             "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: no loss \
              if the cell ends there; if not, {bounds}, or {smaller}"
@@ -48,18 +57,30 @@ const SIDES: [(usize, usize, &str); 6] = [
     (1, 1, "towards +y"),
 ];
 
-/// The sides on which a region leaves the grid and no wall, floor or ceiling closes the cell.
-fn open_sides(world: &World, region: &Region) -> Vec<&'static str> {
-    let truth = world.truth();
-    // People and robots stand on floors, and share voxels with them.
+/// Of each of some regions the sides on which it leaves the grid and no wall, floor or ceiling closes the cell.
+fn open_sides(world: &World, regions: &[usize]) -> Vec<Vec<&'static str>> {
+    let regions = || regions.iter().map(|&region| &world.regions[region]);
+    if regions().all(|region| region.cut_share == 0.0) {
+        return regions().map(|_| Vec::new()).collect();
+    }
+    let fixed = fixtures(&world.truth());
+    regions().map(|region| open_sides_of(region, &world.grid, &fixed)).collect()
+}
+
+/// The voxels of what closes a cell. People and robots stand on floors, and share voxels with them.
+fn fixtures(truth: &Truth) -> BitGrid {
     let mut fixed = BitGrid::new(truth.grid.window());
     let fixtures = truth.objects.iter().filter(|object| object.role == Role::Environment);
     fixtures.for_each(|object| fixed.add(&object.voxels));
     fixed.keep(&truth.occupied);
-    let depth = (WALL_M / world.grid.voxel_size_m).ceil() as i32;
+    fixed
+}
+
+fn open_sides_of(region: &Region, grid: &Grid, fixed: &BitGrid) -> Vec<&'static str> {
+    let depth = (WALL_M / grid.voxel_size_m).ceil() as i32;
     let bounds = region.voxels.bounds();
     let is_open = |axis: usize, end: usize| {
-        let (last, inwards) = if end == 0 { (0, 1) } else { (world.grid.size[axis] as i32 - 1, -1) };
+        let (last, inwards) = if end == 0 { (0, 1) } else { (grid.size[axis] as i32 - 1, -1) };
         let mut layer = bounds;
         (layer.min[axis], layer.size[axis]) = (last, 1);
         let (mut leaves, mut closed) = (0u32, 0u32);

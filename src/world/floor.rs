@@ -78,7 +78,10 @@ impl Floor {
             let at = *heights.first()?;
             largest(&surfaces, at, |z| heights.iter().any(|at| (z - at).abs() <= NEAR_M))
         };
-        let below = || largest(&surfaces, lowest?, |z| z < lowest.unwrap_or(f64::NEG_INFINITY));
+        let below = || {
+            let feet_m = lowest?;
+            largest(&surfaces, feet_m, |z| z < feet_m)
+        };
         let lower = || {
             let ends = of_role(scene, Role::Environment).filter_map(heights_m);
             let [low, high] = ends.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;

@@ -34,7 +34,7 @@ use crate::voxel::{BitGrid, Grid, People, Window};
 use crate::{Error, Result};
 pub use baselines::Baselines;
 use baselines::{baselines, reachable};
-pub use cut::cut_warning;
+pub use cut::cut_warnings;
 pub use described::{Described, DescribedRegion};
 use extent::grid;
 pub use floor::{Floor, FloorSource};

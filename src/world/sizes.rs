@@ -70,18 +70,18 @@ impl Lengths {
         let surface = surfaces.get(name);
         let file = surface.and_then(SurfaceSpec::mesh_file);
         let longest_m = self.longest_other_m(index);
-        let is_trifle = longest_m.is_some_and(|longest_m| own_m <= TINY_M.min(TINY_SHARE * longest_m));
-        if let Some(file) = file.filter(|file| file.scale < 1.0 && is_trifle) {
+        let beside_m = longest_m.filter(|longest_m| own_m <= TINY_M.min(TINY_SHARE * longest_m));
+        if let (Some(file), Some(beside_m)) = (file.filter(|file| file.scale < 1.0), beside_m) {
             let unit = UNITS.iter().find(|(_, _, per_m)| (file.scale * per_m - 1.0).abs() < 1e-9);
             let unit = unit.map_or("its unit".into(), |(_, unit, _)| format!("unit = {unit:?}"));
             let ten = 10.0 * own_m;
+            let long = if own_m < 0.1 { format!("{:.1} mm", own_m * 1e3) } else { format!("{own_m:.2} m") };
             let other = match file.scale < 0.005 {
                 true => format!("is its file in centimetres (unit = \"cm\": {ten:.2} m)?"),
                 false => "is its file in metres (without unit)?".into(),
             };
             return Some(format!(
-                "object {name:?} is {own_m:.2} m long by {unit}, in a cell of {:.1} m: {other}",
-                longest_m.unwrap_or(own_m)
+                "object {name:?} is {long} long by {unit}, in a cell of {beside_m:.1} m: {other}"
             ));
         }
         if !is_map && own_m < voxel_size_m {

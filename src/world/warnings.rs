@@ -8,15 +8,15 @@ use glam::DVec3;
 
 use super::place::{Places, is_room, room_m};
 use super::sizes::{Lengths, Surfaces, in_another_unit};
-use super::{World, cut_warning, dead, floor, people, robots, stuck, thin};
+use super::{World, cut_warnings, dead, floor, people, robots, stuck, thin};
 use crate::scene::{Interior, Role, Scene};
 use crate::sensor::{Kind, Sensor, Setting, Stance};
 use crate::study::{FAR_M, Study};
 use crate::truth::{ObjectVoxels, Truth};
 use crate::voxel::Grid;
 
-/// What is said of a scene.
-pub(super) struct Told {
+/// The warnings of a scene.
+pub(super) struct SceneWarnings {
     pub(super) lines: Vec<String>,
     /// Whether a hull fills most of the grid by its interior, which explains whatever else is odd.
     pub(super) is_filled: bool,
@@ -24,7 +24,7 @@ pub(super) struct Told {
 
 /// The warnings of a scene from all its snapshots, which have the same objects in the same order. What explains others
 /// comes before them, or instead of them.
-pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Told {
+pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> SceneWarnings {
     let scene = &study.scenes[worlds[0].scene];
     let of_file = |path: &Path, said: &[String]| {
         said.iter().map(|what| format!("{}: {what}", path.display())).collect::<Vec<_>>()
@@ -35,7 +35,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Tol
     let glances: Vec<Glance> = worlds.iter().map(|world| Glance::of(study, world)).collect();
     if let Some(hull) = hull_warning(&scenes[0], &first, &glances) {
         warnings.insert(0, hull);
-        return Told { lines: warnings, is_filled: true };
+        return SceneWarnings { lines: warnings, is_filled: true };
     }
     let ignored: Vec<f64> = glances.iter().map(|glance| glance.ignored_share).collect();
     let (at, when) = largest(&ignored);
@@ -57,7 +57,8 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Tol
                 .into(),
         );
     }
-    warnings.extend((0..study.regions.len()).filter_map(|region| cut_warning(study, worlds, region)));
+    let regions: Vec<usize> = (0..study.regions.len()).collect();
+    warnings.extend(cut_warnings(study, worlds, &regions));
     warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::of(study, &worlds[0]);
     let outside = outside(study, &first, &worlds[0]);
@@ -81,7 +82,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Tol
             || outside[sensor].binary_search_by_key(&candidate, |(candidate, _)| *candidate).is_ok()
     };
     warnings.extend(dead::warnings(study, worlds, &explained));
-    Told { lines: warnings, is_filled: false }
+    SceneWarnings { lines: warnings, is_filled: false }
 }
 
 /// A larger share of the grid is most of it.

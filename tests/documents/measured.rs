@@ -64,7 +64,7 @@ fn the_speeds_of_the_readme_are_in_the_file() {
     };
     let expected = format!(
         "On two cores and no GPU the paper's Experiment 1 (2,580 cameras of 921,600 rays) takes {} at 5 cm, {} at 2 cm; on \
-         16 cores {} and {}, on an H100 beside them {} and {}.",
+         16 cores {} and {}, on an H100 beside them {} and {} (`--verify 0`).",
         of("exp1-5cm-2-cores"),
         of("exp1-2cm-2-cores"),
         of("exp1-5cm-16-cores"),

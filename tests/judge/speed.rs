@@ -196,7 +196,6 @@ fn values(folder: &Folder, pose: &str, region: &str) -> Vec<f64> {
     own.map(|row| row["unknown"].parse().unwrap()).collect()
 }
 
-/// Limits between what is there at one speed and at the next.
 /// What the grid cuts off in the open is named again by `judge`: of regions that requirements name, not of others.
 #[test]
 fn regions_that_the_grid_cuts_off_in_the_open_are_named_again() {
@@ -213,6 +212,7 @@ fn regions_that_the_grid_cuts_off_in_the_open_are_named_again() {
     assert!(!said.contains("region \"robot\": "), "{said}");
 }
 
+/// Limits between what is there at one speed and at the next.
 #[test]
 fn the_fastest_speed_is_the_last_before_one_that_is_missed() {
     let pose = POSES[0];

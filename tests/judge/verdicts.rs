@@ -310,7 +310,7 @@ fn a_chosen_set_is_judged() {
     // All sets, each with as many verdicts; the best one is among them.
     let all = table(&folder, "requirements.csv");
     let sets = table(&folder, "results.csv").into_iter().filter(|row| row["region"] == "robot").count();
-    assert!(sets >= 2 && all.len() == 2 * sets, "{sets} sets, {} verdicts", all.len());
+    assert_eq!((sets, all.len()), (2, 4));
     let verdicts: Vec<_> = all.iter().filter(|row| row["poses"] == best["poses"]).collect();
     assert_eq!([&verdicts[0]["poses"], &verdicts[0]["value"]], [&best["poses"], &best["f1"]]);
     assert_eq!([verdicts[1]["condition"].as_str(), &verdicts[1]["cases"]], ["one_sensor_dead", "2"]);

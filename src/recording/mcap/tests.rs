@@ -259,6 +259,9 @@ fn frames_that_are_told_elsewhere_are_followed_or_told() {
     let (place, said) = remarks(&[("/a/tf_static", at(1.0)), ("/b/tf_static", at(2.0))]);
     assert_eq!(place, [0.0, 0.0, 2.0]);
     assert!(said[0].contains("several topics place the frame \"lidar\" differently"), "{said:?}");
+    let elsewhere = |z: f64| TfMessage { transforms: vec![frame("base", "other", [0.0, 0.0, z])] };
+    let two = [("/a/tf_static", elsewhere(1.0)), ("/b/tf_static", elsewhere(2.0))];
+    assert_eq!(remarks(&two), ([0.0; 3], vec![]));
     // Of frames that no cloud is in nothing is told, and what is no pose there refuses nothing.
     let mut other = frame("map", "other", [0.0; 3]);
     other.transform.rotation.z = 9.0;

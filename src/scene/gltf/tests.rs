@@ -186,12 +186,14 @@ fn buffers_come_from_files_and_data_uris() {
     ] {
         assert_eq!(with_uri(uri).as_ref(), Ok(&expected), "{uri}");
     }
+    let outside = tempfile::NamedTempFile::new_in(folder.path().parent().unwrap()).unwrap();
+    let escape = format!("raw data\\..\\..\\{}", outside.path().file_name().unwrap().to_str().unwrap());
     #[cfg(unix)]
     std::os::unix::fs::symlink("/dev/null", folder.path().join("link.bin")).unwrap();
     for (uri, expected) in [
         ("raw%2", "percent-encoded"),
         ("../part.bin", "in the folder of the glTF or below"),
-        ("raw data\\..\\..\\part.bin", "raw data"),
+        (&escape, "out of the folder"),
         ("raw data/%2e%2e/../../x", "in the folder of the glTF or below"),
         ("%2fetc/hosts", "in the folder of the glTF or below"),
         ("https://example.org/part.bin", "in the folder of the glTF or below"),

@@ -86,30 +86,25 @@ fn contradiction(model: &DeviceModel, key: &str, written: &Value) -> Option<Stri
 /// That a sensor casts fewer rays than its device has, in words.
 pub(super) fn thinned(model: &DeviceModel, written: &Table) -> Option<String> {
     let value = |keys: &Table, key: &str| keys.get(key).and_then(numbers);
-    let product = |numbers: Vec<f64>| numbers.iter().product::<f64>();
+    let first = |keys: &Table, key: &str| value(keys, key)?.first().copied();
+    let [fov, own_fov] = [written, &model.keys].map(|keys| first(keys, "fov_deg"));
+    // Degrees from ray to ray about the axis, and from ring to ring.
+    let around = |keys: &Table, fov: Option<f64>| {
+        first(keys, "resolution_deg").or_else(|| Some(fov? / first(keys, "beams")?))
+    };
+    let across = |keys: &Table| match ["rings", "rings_deg"].iter().any(|key| keys.contains_key(*key)) {
+        true => None,
+        false => value(keys, "resolution_deg")?.last().copied(),
+    };
+    let ratio = |here: Option<f64>, own: Option<f64>| here.zip(own).map(|(here, own)| here / own);
+    let pixels = |keys: &Table| Some(value(keys, "resolution_px")?.iter().product::<f64>());
     // One ray in so many.
-    let pixels = value(&model.keys, "resolution_px").zip(value(written, "resolution_px"));
-    let rays = |key: &str| {
-        let own = value(&model.keys, key)?.first().copied()?;
-        Some(own / value(written, key)?.first()?)
-    };
-    let steps = |key: &str| {
-        let own = value(&model.keys, key)?;
-        let here = value(written, key)?;
-        Some(here.iter().zip(&own).map(|(here, own)| here / own).product::<f64>())
-    };
-    // Degrees a beam of a device whose beams are given by number.
-    let step_of_beams = || {
-        let own = value(&model.keys, "fov_deg")?.first()? / value(&model.keys, "beams")?.first()?;
-        Some(value(written, "resolution_deg")?.first()? / own)
-    };
-    let one_in = match pixels {
-        Some((own, here)) => product(own) / product(here),
-        None => {
-            let around = rays("beams").or_else(|| steps("resolution_deg")).or_else(step_of_beams);
-            around.unwrap_or(1.0) * rays("rings").unwrap_or(1.0)
-        }
-    };
+    let one_in = ratio(pixels(&model.keys), pixels(written)).unwrap_or_else(|| {
+        let around = ratio(around(written, fov.or(own_fov)), around(&model.keys, own_fov));
+        let rings = ratio(first(&model.keys, "rings"), first(written, "rings"));
+        let across = ratio(across(written), across(&model.keys)).or(rings);
+        around.unwrap_or(1.0) * across.unwrap_or(1.0)
+    });
     (one_in > 1.0 + ALIKE).then(|| format!("casts about one in {one_in:.1} of the rays of {}", model.name))
 }
 
@@ -190,6 +185,8 @@ mod tests {
             ("velodyne-vlp-16", "resolution_deg = 0.4", "one in 2.0 "),
             ("ouster-os0-128", "rings = 32\nbeams = 512", "one in 8.0 "),
             ("hokuyo-utm-30lx", "resolution_deg = 1", "one in 4.0 "),
+            ("hokuyo-utm-30lx", "fov_deg = 180\nbeams = 721", ""),
+            ("velodyne-vlp-16", "beams = 180", "one in 10.0 "),
         ] {
             let (_, found) = said(model, keys);
             assert!(

@@ -30,8 +30,8 @@ pub(super) struct LidarFile {
     /// Step between rays: one number, or [about its axis, vertical]. Angles go from the first on in these steps; the last angle
     /// of an interval is left out. `beams` and `rings` give both ends instead.
     resolution_deg: Option<OneOrTwo>,
-    /// How many rays about its axis, spread evenly over fov_deg, both ends included; of a full turn, whose end is its
-    /// begin, one of them. Instead of the step about the axis.
+    /// How many rays about its axis, spread evenly over fov_deg, both ends included; a full turn counts its end, which is its
+    /// start, once. Instead of the step about the axis.
     beams: Option<u32>,
     /// [from, to] above the plane of its rings, in steps of resolution_deg without `to`, or as many rings as `rings` says with
     /// both ends.

@@ -70,7 +70,7 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
         .flexible(true)
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
-    let damaged = |e: csv::Error| unfit(Issue::damaged(e.to_string()));
+    let damaged = |e: csv::Error| unfit(table_issue(&e));
     let header = reader.headers().map_err(damaged)?.clone();
     let mut dirs_q15 = Vec::new();
     for (row, record) in reader.records().enumerate() {

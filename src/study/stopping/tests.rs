@@ -202,14 +202,14 @@ fn intrusions_are_those_of_the_direction_of_approach() {
     for (sensors, intrusion_m) in [
         (std::slice::from_ref(&pad), 1.2),
         (std::slice::from_ref(&low), 1.08),
-        (&[high], 0.85),
+        (std::slice::from_ref(&high), 0.85),
         (&[upwards], 0.85),
         (&[rings], 0.85),
         (&[tilted("[0.02, 0, 1]")], 0.85),
         (&[tilted("[0.1, 0, 1]")], 1.2),
         (&[tilted("[0.5, 0, 1]")], 1.2),
         (&[tilted("[0.7, 0, 1]")], 0.85),
-        (&[camera], 0.85),
+        (std::slice::from_ref(&camera), 0.85),
         (&all, 1.2),
     ] {
         let stopping = checked_for(&iso, sensors).unwrap();
@@ -243,6 +243,9 @@ fn intrusions_are_those_of_the_direction_of_approach() {
     let newer = iso.replace("2010", "2024") + "supplement_m = 0\ndevice_distance_m = ";
     assert_eq!(checked_for(&format!("{newer}1.2"), std::slice::from_ref(&low)).unwrap().warnings, [""; 0]);
     assert_eq!(checked_for(&format!("{newer}1.1"), std::slice::from_ref(&low)).unwrap().warnings.len(), 1);
+    // A scanner at the height where C of 2010 is that of a camera is approached along its plane all the same.
+    let both = [camera.clone(), high.clone()];
+    assert_eq!(checked_for(&format!("{newer}1.1"), &both).unwrap().warnings.len(), 1);
     let said = checked(&format!("{newer}0")).unwrap().assumptions().join("\n");
     assert!(said.contains("device_distance_m = 0 is less than the 0.85 m"), "{said}");
 }

@@ -95,10 +95,13 @@ pub(super) fn answer(
         cost: study.sensors[member.sensor].terms.cost.map_or(String::new(), |cost| cost.to_string()),
     });
     let members = asked.members.iter().map(|member| &study.sensors[member.sensor]);
-    let thinned =
-        members.filter_map(|sensor| Some(format!("“{}” {}.", sensor.name, sensor.thinned.as_ref()?)));
+    let mut thinned: Vec<String> = members
+        .filter_map(|sensor| Some(format!("“{}” {}.", sensor.name, sensor.thinned.as_ref()?)))
+        .collect();
+    // A sensor may be in a set more than once.
+    thinned.dedup();
     Ok(Answer {
-        thinned: thinned.collect(),
+        thinned,
         asked: question(sweep),
         set: format!("{} ({})", combination.name, combination.name_of(choice)),
         why: recommended.why.clone(),
