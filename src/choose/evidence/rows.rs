@@ -107,7 +107,7 @@ impl FiledRows {
                     let to = &mut planes[plane][words(plane)];
                     to.iter_mut().zip(read).for_each(|(to, word)| *to = word);
                     if hash_of(to) != place.hashes[plane] {
-                        return Err(io::Error::other("the bytes read are not those that were written"));
+                        return Err(io::Error::other("other bytes were read than were written"));
                     }
                 }
                 at += length as u64;
