@@ -116,10 +116,10 @@ impl DeadPoses<'_> {
             (1, _) => format!("sensor {sensor:?}: pose {pose} ({place}) is dead: {what}: {cure}"),
             (_, Cause::OwnWall) => format!(
                 "sensor {sensor:?}: group {group:?} faces its own wall: {count} of its {all} poses are dead (first {pose}: \
-                 {place}, {what}): turn it"
+                 {place}): {what}: turn it"
             ),
             _ => format!(
-                "sensor {sensor:?}: {count} of the {all} poses of group {group:?} are dead (first {pose}: {place}, {what}): {cure}"
+                "sensor {sensor:?}: {count} of the {all} poses of group {group:?} are dead (first {pose}: {place}): {what}: {cure}"
             ),
         }
     }
