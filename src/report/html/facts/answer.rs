@@ -25,7 +25,7 @@ const MOST_NAMED: usize = 4;
 pub(in crate::report::html) struct Answer {
     /// What was asked, as a sentence.
     pub(in crate::report::html) asked: String,
-    /// The names of the recommended choice, of which all numbers are.
+    /// The name of the recommended combination, of which all numbers are.
     pub(in crate::report::html) set: String,
     /// Of what the recommended choice is the best.
     pub(in crate::report::html) why: String,
@@ -103,7 +103,7 @@ pub(super) fn answer(
     Ok(Answer {
         thinned,
         asked: question(sweep),
-        set: format!("{} ({})", combination.name, combination.name_of(choice)),
+        set: combination.name.clone(),
         why: recommended.why.clone(),
         sensors: sensors.collect(),
         counted: format!(
@@ -262,7 +262,7 @@ fn meaning(score: Score, moments: usize) -> String {
         many => format!("at the {many} moments studied"),
     };
     match score {
-        Score::F1 => "agreement of labels and truth in the region’s space; 1 is perfect".into(),
+        Score::F1 => "agreement with the truth in the region; 1 is perfect".into(),
         Score::Kappa => "agreement beyond chance; 1 is perfect".into(),
         Score::HumanSeen => format!("of people’s voxels are hit {studied}"),
         Score::HumanClaimed => format!("of people’s voxels are called occupied {studied}"),
