@@ -10,13 +10,13 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 
-use perirobot::backend::cpu::Cpu;
-use perirobot::choose::{
+use perirobot_decide::choose::{
     Bound, CandidateEvidence, CastingWatch, FrontStep, MEMORY_BYTES, Problem, SearchWatch, answer,
 };
-use perirobot::metrics::Score;
-use perirobot::study::{Across, Choose, Overrides, Study};
-use perirobot::world::World;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::metrics::Score;
+use perirobot_study::study::{Across, Choose, Overrides, Study};
+use perirobot_study::world::World;
 
 /// Seconds after which a size is given up.
 const LONGEST: f64 = 150.0;
@@ -86,7 +86,7 @@ fn measure(
     name: &str,
     region: usize,
     questions: &[(Score, Across, usize)],
-) -> perirobot::Result<()> {
+) -> perirobot_march::Result<()> {
     let representations = vec![0; study.sensors.len()];
     let (begin, mut cpu) = (Instant::now(), Cpu::new(Some(2))?);
     let evidence = CandidateEvidence::cast(
@@ -120,7 +120,7 @@ fn measure(
     Ok(())
 }
 
-fn main() -> perirobot::Result<()> {
+fn main() -> perirobot_march::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     if !std::env::args().any(|argument| argument == "--bench") {
         let study = Study::load(&root.join("scenes/tiny.toml"), &Overrides::default())?;

@@ -8,12 +8,12 @@
 use std::path::Path;
 use std::time::Instant;
 
-use perirobot::metrics::{BODY_PARTS, COUNTERS, Confusion, Detection};
-use perirobot::results::journal::JournalHeader;
-use perirobot::results::journal::Locked;
-use perirobot::results::journal::Shard;
-use perirobot::results::rows::RowsFile;
-use perirobot::results::table::TableFormat;
+use perirobot_march::metrics::{BODY_PARTS, COUNTERS, Confusion, Detection};
+use perirobot_sweep::results::journal::JournalHeader;
+use perirobot_sweep::results::journal::Locked;
+use perirobot_sweep::results::journal::Shard;
+use perirobot_sweep::results::rows::RowsFile;
+use perirobot_sweep::results::table::TableFormat;
 
 /// 20,000 poses a second, five representations, two regions.
 const AIM_PER_S: f64 = 20_000.0 * 5.0 * 2.0;
@@ -46,7 +46,7 @@ fn counts(row: u64) -> Confusion {
 }
 
 /// Writes rows of results, and says how many seconds it took and how many bytes it made.
-fn write(path: &Path, format: TableFormat, rows: u64) -> perirobot::Result<(f64, u64)> {
+fn write(path: &Path, format: TableFormat, rows: u64) -> perirobot_march::Result<(f64, u64)> {
     let begin = Instant::now();
     let mut table = RowsFile::create(path, format)?;
     let mut poses = String::new();
@@ -68,7 +68,7 @@ fn write(path: &Path, format: TableFormat, rows: u64) -> perirobot::Result<(f64,
 const BATCH_ROWS: u64 = 4096;
 
 /// Writes rows of one block into a journal, checksums and syncs included.
-fn keep(folder: &Path, rows: u64) -> perirobot::Result<(f64, u64)> {
+fn keep(folder: &Path, rows: u64) -> perirobot_march::Result<(f64, u64)> {
     let header = JournalHeader {
         fingerprint: [7; 32],
         shard: Shard::WHOLE,
@@ -96,7 +96,7 @@ fn peak_mib() -> String {
     kib.map_or("?".into(), |kib| (kib >> 10).to_string())
 }
 
-fn main() -> perirobot::Result<()> {
+fn main() -> perirobot_march::Result<()> {
     let measured = std::env::args().any(|argument| argument == "--bench");
     let sizes = if measured { [1_000_000, 4_000_000] } else { [1_000, 4_000] };
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("the target folder takes folders");

@@ -8,14 +8,14 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::Criterion;
-use perirobot::backend::adapter::{AdapterChoice, adapters};
-use perirobot::backend::cpu::{Cpu, SimdLevel};
-use perirobot::backend::gpu::Gpu;
-use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};
-use perirobot::study::{Overrides, Study};
-use perirobot::truth::region::window_of;
-use perirobot::world::{World, ray_tables};
+use perirobot_march::backend::adapter::{AdapterChoice, adapters};
+use perirobot_march::backend::cpu::{Cpu, SimdLevel};
+use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};
+use perirobot_scene::truth::region::window_of;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::{World, ray_tables};
 
 /// One sensor of a study at two of its poses, in the first scene.
 struct Job {
@@ -25,7 +25,7 @@ struct Job {
     shots: Vec<Shot>,
 }
 
-fn job(study: &str, sensor: usize, voxel_size_m: f64) -> perirobot::Result<Job> {
+fn job(study: &str, sensor: usize, voxel_size_m: f64) -> perirobot_march::Result<Job> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(study);
     let study = Study::load(&path, &Overrides { voxel_size_m: Some(voxel_size_m), noiseless: false })?;
     let world = World::prepare(&study, 0)?.remove(0);
@@ -42,7 +42,7 @@ fn job(study: &str, sensor: usize, voxel_size_m: f64) -> perirobot::Result<Job> 
 }
 
 /// The oracle, the CPU on one thread as the oracle is, and the GPU if there is any.
-fn backends() -> perirobot::Result<Vec<(&'static str, Box<dyn Backend>)>> {
+fn backends() -> perirobot_march::Result<Vec<(&'static str, Box<dyn Backend>)>> {
     let mut all: Vec<(&str, Box<dyn Backend>)> = vec![
         ("oracle", Box::new(Oracle::default())),
         ("cpu without SIMD", Box::new(Cpu::new(Some(1))?.simd(SimdLevel::none()))),
@@ -64,7 +64,7 @@ fn stages(
     name: &str,
     backend: &mut dyn Backend,
     job: &Job,
-) -> perirobot::Result<()> {
+) -> perirobot_march::Result<()> {
     let alone =
         |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
     let readings: Vec<_> = job.shots.iter().map(alone).collect();
@@ -89,14 +89,17 @@ fn stages(
     Ok(())
 }
 
-fn main() -> perirobot::Result<()> {
+fn main() -> perirobot_march::Result<()> {
     let measured = std::env::args().any(|argument| argument == "--bench");
     let jobs = if measured {
         let paper = ["paper/exp1.toml", "paper/lidar.toml"];
         let sizes_m = [0.05, 0.02];
         paper.iter().flat_map(|study| sizes_m.map(|size_m| job(study, 0, size_m))).collect()
     } else {
-        [0, 1].map(|sensor| job("tiny.toml", sensor, 0.1)).into_iter().collect::<perirobot::Result<Vec<_>>>()
+        [0, 1]
+            .map(|sensor| job("tiny.toml", sensor, 0.1))
+            .into_iter()
+            .collect::<perirobot_march::Result<Vec<_>>>()
     }?;
     let mut criterion = Criterion::default()
         .sample_size(10)

@@ -1,23 +1,25 @@
 //! The library's front: what a study scores, and what a camera scores in a cell that is made without any
 //! file. Everything else in the crate serves this and the command line.
 
-use crate::backend::adapter::AdapterChoice;
-use crate::backend::factory::{BackendChoice, BackendKind};
-use crate::backend::{Backend, Fusion, Reading, Shot, Slot, VoxelScene};
-use crate::metrics::{BodyPart, Confusion};
-use crate::pose::Pose;
-use crate::results::columns;
-use crate::scene::Role;
-use crate::sensor::range::{Along, Range};
-use crate::sensor::rgbd::{KeypointShape, Rgbd};
-use crate::sensor::{Camera, Kind, MEASURES, Scale, noise::Deviation, placement};
-use crate::study::Study;
-use crate::study::sensor::MAX_RAYS;
-use crate::sweep;
-use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
-use crate::voxel::{BitGrid, BodyVoxel, Grid, People};
-use crate::world::World;
-use crate::{Error, Result};
+use std::path::Path;
+
+use perirobot_march::backend::adapter::AdapterChoice;
+use perirobot_march::backend::factory::{BackendChoice, BackendKind};
+use perirobot_march::backend::{Backend, Fusion, Reading, Shot, Slot, VoxelScene};
+use perirobot_march::metrics::{BodyPart, Confusion};
+use perirobot_march::voxel::grid::MAX_VOXELS_PER_AXIS;
+use perirobot_march::voxel::{BitGrid, BodyVoxel, Grid, People};
+use perirobot_march::{Error, Result};
+use perirobot_scene::pose::Pose;
+use perirobot_scene::scene::Role;
+use perirobot_study::sensor::range::{Along, Range};
+use perirobot_study::sensor::rgbd::{KeypointShape, Rgbd};
+use perirobot_study::sensor::{Camera, Kind, MEASURES, Scale, noise::Deviation, placement};
+use perirobot_study::study::sensor::MAX_RAYS;
+use perirobot_study::study::{self, Overrides};
+use perirobot_study::world::World;
+use perirobot_sweep::results::columns;
+use perirobot_sweep::sweep;
 
 /// What computes. All give the same integers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,24 +66,38 @@ pub struct Scored {
     pub counts: Confusion,
 }
 
+/// A checked study: what to sweep over what.
+#[derive(Clone, Debug)]
+pub struct Study(study::Study);
+
 impl Study {
+    /// Reads and checks a study and its scene files (not their meshes), which must lie in its folder or
+    /// below. Overrides change the edge of a voxel, in metres, or switch noise off.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the files, by file and key.
+    pub fn load(path: &Path, overrides: &Overrides) -> Result<Study> {
+        study::Study::load(path, overrides).map(Study)
+    }
+
     /// Voxelizes the study's scenes and scores every choice of poses of every combination: the rows of
     /// `results.csv`, in order and all in memory. `perirobot sweep` does the same resumably, with a journal.
     ///
     /// # Errors
     /// What is wrong with scenes and meshes, by file and key, or with the device.
     pub fn score(&self, device: Device) -> Result<Vec<Scored>> {
-        let worlds = World::prepare_all(self)?;
-        let rows = sweep::run(self, &worlds, device.open()?.as_mut())?;
+        let Study(study) = self;
+        let worlds = World::prepare_all(study)?;
+        let rows = sweep::run(study, &worlds, device.open()?.as_mut())?;
         let representations: Vec<Vec<String>> =
-            self.combinations.iter().map(|c| columns::representation_names(self, c)).collect();
+            study.combinations.iter().map(|c| columns::representation_names(study, c)).collect();
         let scored = rows.iter().map(|row| Scored {
-            scene: self.scenes[row.scene].name.clone(),
+            scene: study.scenes[row.scene].name.clone(),
             snapshot: row.snapshot,
             repeat: row.repeat,
-            poses: columns::pose_names(self, &self.combinations[row.combination], row.choice),
+            poses: columns::pose_names(study, &study.combinations[row.combination], row.choice),
             representation: representations[row.combination][row.representation].clone(),
-            region: self.regions[row.region].0.clone(),
+            region: study.regions[row.region].0.clone(),
             counts: row.counts,
         });
         Ok(scored.collect())

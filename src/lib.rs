@@ -70,43 +70,21 @@
 //!                                                      backend ┘  oracle, cpu or gpu: cast, carve, fuse, count
 //! ```
 //!
-//! A room is a folder of `src/` or `src/march/` or, where it is small, one file. Rooms further down
-//! in this table may use those further up, never the other way round; `tests/documents/rooms.rs` holds the code to that.
-//! The first five are a crate of their own, `perirobot-march` in `src/march/`: the marcher, which opens no file
-//! and gets scenes as voxels. It takes most of the time, and is compiled as one unit.
+//! Each floor is a crate in a folder of `src/`, which may use the crates above it in this table. Its README says what
+//! goes in, what comes out and where to begin.
 //!
-//! | room | what it has | where to begin |
-//! |---|---|---|
-//! | `error` | typed errors | `march/error.rs` |
-//! | `march` | the integer arithmetic of a ray that marches through voxels | `src/march/SEMANTICS.md`: the rules of every count |
-//! | `metrics` | counts, and the scores made of them: F1, κ, who is detected | `march/metrics.rs`, `march/metrics/score.rs` |
-//! | `voxel` | grid, bit planes, solids, distances, floods, the voxels of people | `march/voxel/bits.rs` |
-//! | `backend` | cast, carve, fuse and count, in three implementations: `oracle.rs` (plain, slow, defines the counts), `cpu/` (a file for each algorithm) and `gpu/` with the WGSL kernels in the top folder `shaders/` (`cast.wgsl`, and for cameras `carve_boxes.wgsl` and `carve_voxels.wgsl`) | `march/backend/mod.rs` |
-//! | `spelling`, `shell` | "did you mean", and numbers as other programs print them; quoting for a shell | one file each |
-//! | `source` | opens and reads every file that a user names; keeps paths inside the study's folder; bounds memory, names encodings and converters | `source.rs` |
-//! | `pose` | position and rotation | `pose.rs` |
-//! | `ros` | messages of ROS in MCAP files, read and written | `messages.rs`, `bag.rs` |
-//! | `scene` | objects with roles: a file a mesh format (`stl.rs`, `gltf.rs`), robots (`urdf/`), people, motion | `mesh_file.rs`, `build.rs` |
-//! | `truth` | what is where in a scene, in voxels: the voxelizer, people, regions | `voxelize.rs`, `region.rs` |
-//! | `recording` | maps and point clouds that real sensors recorded, laid into the grid: a file a format (`pcd.rs`) | `mod.rs`, `voxels.rs` |
-//! | `sensor` | what each kind casts and claims: a file a kind | `mod.rs` |
-//! | `study` | the keys of study and scene files, checked, with defaults | `file.rs`, `scene_file.rs` |
-//! | `world` | scenes in voxels with regions and placed sensors; warnings about them | `mod.rs` |
-//! | `results` | the files of a sweep, written and read: journal, manifest, `results.csv`, `scores.csv`, `poses.csv` | `rows.rs`, `columns.rs` |
-//! | `sweep` | what is cast and scored in which order; failing devices; backends compared with the oracle | `order.rs`, `session.rs` |
-//! | `choose` | the best set of sensors for each size and cost, and a proof that no other set is better | `mod.rs` |
-//! | `front` | `Cell`, `DepthCamera`, `Device`, `Scored`: what a Rust program uses | `front.rs` |
-//! | `view` | one choice of poses, voxel by voxel, and why a voxel stays unknown; how a sensor is drawn (`outline.rs`) | `mod.rs`, `why.rs` |
-//! | `approach` | how near a body can come to the robot without being noticed | `mod.rs`, `answer.rs` |
-//! | `judge` | whether requirements are met: as planned, with a dead sensor, with mounts that are off, with other people | `mod.rs` |
-//! | `render` | pictures | `mod.rs` |
-//! | `export` | files for other programs: a file a format (`glb.rs`, `npz.rs`, `octomap.rs`) | `mod.rs` |
-//! | `report` | tables of `summary`, the HTML page (`html/`), and figures for print (`figures/`) | `mod.rs` |
-//! | `cluster` | scripts for clusters: a file an engine (`slurm.rs`) | `mod.rs` |
+//! | crate | modules |
+//! |---|---|
+//! | `perirobot-march` in `src/march` | `march`: the integer arithmetic of a ray (the rules are in [`guide::rules`]); `voxel`: grids, bit planes, solids; `backend`: cast, carve, fuse and count as oracle, CPU and GPU, with the kernels in the top folder `shaders/`; `metrics`: counts and scores; [`error`] |
+//! | `perirobot-scene` in `src/scene` | `source`: the one door to files; `pose`; `ros`: messages and bags; `scene`: objects with roles, a file a format; `truth`: what is where, in voxels; `recording`: recorded maps and clouds; `spelling`, `shell` |
+//! | `perirobot-study` in `src/study` | `study`: the keys of study and scene files, checked, with defaults; `sensor`: what each kind casts and claims, a file a kind; `world`: scenes in voxels with regions and placed sensors |
+//! | `perirobot-sweep` in `src/sweep` | `sweep`: what is cast and scored in which order, failing devices; `results`: journal, manifest, tables |
+//! | `perirobot-decide` in `src/decide` | `choose`: the best sets, with a proof; `judge`: requirements; `approach`: how near a body comes unnoticed; `view`: one choice of poses, voxel by voxel |
+//! | `perirobot-page` in `src/page` | `render`: pictures; `export`: files for other programs, a file a format; `report`: tables, the page, figures |
+//! | `perirobot` in `src` | `front`: [`Cell`], [`DepthCamera`], [`Device`], [`Scored`], [`Study`]; [`cli`]: the command line, a file a command; `cluster`: scripts, a file an engine; [`guide`] |
 //!
-//! The command line (`src/cli`, a file a command) may use all rooms; it parses arguments, prints, and turns
-//! errors into exit codes. The Python package (`src/python`) is a crate of its own, which may use them, too; its
-//! program `perirobot` is the same command line. What a change touches, file by file, is in [`guide::change_it`]; which file of
+//! The Python package (`src/python`) uses these crates. Files that ship inside the program are the crate
+//! `perirobot-shipped` in `scenes/`. What a change touches, file by file, is in [`guide::change_it`]; which file of
 //! `tests/` proves what is in [`guide::tests`]; every key of a study is in [`guide::every_key`].
 //!
 //! # Words
@@ -139,76 +117,20 @@
 //! | counts | labels against truth: true and false positives and negatives, unknown though occupied (UO), unknown though free (UF) | confusion matrix (paper) |
 //! | journal | the finished rows of a sweep on disk, or what `choose` has cast, from which it goes on | checkpoint |
 
-// The rooms' pages are read by developers, who build them with private items.
-#![allow(rustdoc::private_intra_doc_links)]
-
-#[doc(hidden)]
-pub mod approach;
-#[doc(hidden)]
-pub mod choose;
-#[doc(hidden)]
 pub mod cli;
-#[doc(hidden)]
-pub mod cluster;
-#[doc(hidden)]
-pub mod export;
+mod cluster;
 mod front;
 pub mod guide;
-#[doc(hidden)]
-pub mod judge;
-#[doc(hidden)]
-pub mod pose;
-#[doc(hidden)]
-pub mod recording;
-#[doc(hidden)]
-pub mod render;
-#[doc(hidden)]
-pub mod report;
-#[doc(hidden)]
-pub mod results;
-#[doc(hidden)]
-pub mod scene;
-#[doc(hidden)]
-pub mod sensor;
-#[doc(hidden)]
-pub mod shell;
-#[doc(hidden)]
-pub mod source;
-#[doc(hidden)]
-pub mod study;
-#[doc(hidden)]
-pub mod sweep;
-#[doc(hidden)]
-pub mod truth;
-#[doc(hidden)]
-pub mod view;
-#[doc(hidden)]
-pub mod world;
 
-mod ros;
-mod spelling;
-#[cfg(test)]
-mod thorough;
-
-// The command line names the library as other programs do.
-extern crate self as perirobot;
-
+pub use front::{Cell, DepthCamera, Device, Scored, Study};
 #[doc(inline)]
 pub use perirobot_march::error;
-#[doc(hidden)]
-pub use perirobot_march::{backend, march, metrics, voxel};
-
-pub use error::{Error, Result};
-pub use front::{Cell, DepthCamera, Device, Scored};
 #[doc(inline)]
-pub use metrics::Confusion;
+pub use perirobot_march::metrics::Confusion;
+pub use perirobot_march::{Error, Result};
 #[doc(inline)]
-pub use pose::Pose;
+pub use perirobot_scene::pose::Pose;
 #[doc(inline)]
-pub use scene::Role;
+pub use perirobot_scene::scene::Role;
 #[doc(inline)]
-pub use study::Study;
-
-/// The version of the rules that decide the counts (`src/march/SEMANTICS.md`), recorded in every manifest.
-/// It changes whenever the same study could give other integers.
-pub const SEMANTICS_VERSION: u32 = 4;
+pub use perirobot_study::study::Overrides;

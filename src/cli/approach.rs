@@ -4,17 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use perirobot::Result;
-use perirobot::approach::{
+use perirobot_decide::approach::{
     APPROACH, Asked, Ground, PATHS, answers, csv, floor_plan, fusion_warning, in_words, is_named_as_plan,
     moments_of, paths_ply, plan_names,
 };
-use perirobot::judge::altered;
-use perirobot::results::files::OutputFolder;
-use perirobot::study::Study;
-use perirobot::view::watched::Watchers;
-use perirobot::view::{Choice, Names, find, with_set};
-use perirobot::world::World;
+use perirobot_decide::judge::altered;
+use perirobot_decide::view::watched::Watchers;
+use perirobot_decide::view::{Choice, Names, find, with_set};
+use perirobot_march::Result;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::results::files::OutputFolder;
 
 use super::MOST_WARNINGS;
 use super::backend::ThreadArgs;

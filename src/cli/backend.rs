@@ -2,13 +2,13 @@
 //! `--memory`.
 
 use clap::ValueEnum;
-use perirobot::backend::Backend;
-use perirobot::backend::adapter::AdapterChoice;
-use perirobot::backend::cpu::Cpu;
-use perirobot::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
-use perirobot::error::Issue;
-use perirobot::sweep::bench::{self, Contender};
-use perirobot::{Error, Result};
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::adapter::AdapterChoice;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_sweep::sweep::bench::{self, Contender};
 
 /// Most threads; no machine of today has as many processors.
 const MOST_THREADS: i64 = 1024;

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use perirobot::Result;
-use perirobot::error::Issue;
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::bench::{Race, casts, race};
-use perirobot::truth::region::window_of;
-use perirobot::world::World;
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_scene::truth::region::window_of;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::bench::{Race, casts, race};
 
 use super::backend::BackendArgs;
 use super::packages::PackageArgs;

@@ -3,13 +3,13 @@
 
 use std::process::ExitCode;
 
-use perirobot::approach::check_approach;
-use perirobot::judge::check_postures;
-use perirobot::sensor::Sensor;
-use perirobot::sensor::range::Along;
-use perirobot::study::Study;
-use perirobot::sweep::sample::{self, Checker, EndCounts};
-use perirobot::{Error, Result};
+use perirobot_decide::approach::check_approach;
+use perirobot_decide::judge::check_postures;
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::Sensor;
+use perirobot_study::sensor::range::Along;
+use perirobot_study::study::Study;
+use perirobot_sweep::sweep::sample::{self, Checker, EndCounts};
 
 use super::backend::BackendArgs;
 use super::contents;

@@ -1,12 +1,12 @@
 //! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
 
-use perirobot::Result;
-use perirobot::approach::{Ground, Way, nearest_ways};
-use perirobot::judge::{Alteration, Among, altered};
-use perirobot::study::Study;
-use perirobot::view::watched::Watchers;
-use perirobot::view::{Choice, Names, find, find_scene, with_set};
-use perirobot::world::World;
+use perirobot_decide::approach::{Ground, Way, nearest_ways};
+use perirobot_decide::judge::{Alteration, Among, altered};
+use perirobot_decide::view::watched::Watchers;
+use perirobot_decide::view::{Choice, Names, find, find_scene, with_set};
+use perirobot_march::Result;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
 
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]

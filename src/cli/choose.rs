@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use perirobot::backend::Backend;
-use perirobot::backend::factory::BackendFactory;
-use perirobot::choose::{
+use perirobot_decide::choose::{
     self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Outcome, Problem, RefineWatch,
     SearchWatch, SetLimits, Told, Verified, VerifyWatch,
 };
-use perirobot::results::manifest::Fault;
-use perirobot::study::{Across, Choose, Study};
-use perirobot::{Error, Result, report};
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::{Error, Result};
+use perirobot_page::report;
+use perirobot_study::study::{Across, Choose, Study};
+use perirobot_sweep::results::manifest::Fault;
 
 use super::backend::BackendArgs;
 use super::outcome::print_verdicts;

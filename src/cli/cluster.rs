@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use crate::cluster::{Job, Word, hyperqueue, kubernetes, label, slurm};
 use clap::{Parser, Subcommand};
-use perirobot::cluster::{Job, Word, hyperqueue, kubernetes, label, slurm};
-use perirobot::error::{Issue, Site};
-use perirobot::results::files::write_whole;
-use perirobot::study::{Overrides, Study};
-use perirobot::{Error, Result};
+use perirobot_march::error::{Issue, Site};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_sweep::results::files::write_whole;
 
 use super::outcome::OutcomeArgs;
 

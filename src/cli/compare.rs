@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::Result;
-use perirobot::error::Issue;
-use perirobot::metrics::Score;
-use perirobot::report::placements::{Among, PLACEMENTS, RankedPlacement, Sweeps};
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_march::metrics::Score;
+use perirobot_page::report::placements::{Among, PLACEMENTS, RankedPlacement, Sweeps};
 
 use super::flags;
 use super::score::ScoreArg;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::CommandFactory;
 use clap_complete::Shell;
-use perirobot::{Error, Result};
+use perirobot_march::{Error, Result};
 
 use super::Cli;
 

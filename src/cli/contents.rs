@@ -1,13 +1,13 @@
 //! What a study contains, as tables for `perirobot check`.
 
-use perirobot::backend::MEMORY_BYTES;
-use perirobot::results::layout_of;
-use perirobot::scene::spec::SceneSpec;
-use perirobot::sensor::Sensor;
-use perirobot::study::{Combination, RegionSpec, Study};
-use perirobot::truth::{ObjectVoxels, Truth};
-use perirobot::voxel::rounded_up;
-use perirobot::world::{World, ray_table};
+use perirobot_march::backend::MEMORY_BYTES;
+use perirobot_march::voxel::rounded_up;
+use perirobot_scene::scene::spec::SceneSpec;
+use perirobot_scene::truth::{ObjectVoxels, Truth};
+use perirobot_study::sensor::Sensor;
+use perirobot_study::study::{Combination, RegionSpec, Study};
+use perirobot_study::world::{World, ray_table};
+use perirobot_sweep::results::layout_of;
 
 /// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
 const ROW_BYTES: f64 = 500.0;

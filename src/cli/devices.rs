@@ -3,11 +3,11 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
-use perirobot::Result;
-use perirobot::backend::adapter::{AdapterChoice, AdapterReport, adapters, select};
-use perirobot::backend::factory::{BackendChoice, BackendKind};
-use perirobot::backend::{SELF_TEST_POSES, self_test};
-use perirobot::error::Issue;
+use perirobot_march::Result;
+use perirobot_march::backend::adapter::{AdapterChoice, AdapterReport, adapters, select};
+use perirobot_march::backend::factory::{BackendChoice, BackendKind};
+use perirobot_march::backend::{SELF_TEST_POSES, self_test};
+use perirobot_march::error::Issue;
 
 /// List Vulkan adapters, which would be used, how to get one
 ///

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::Result;
-use perirobot::export::{each_file, folder_name};
-use perirobot::results::files::OutputFolder;
-use perirobot::scene::build::build;
-use perirobot::view::View;
+use perirobot_decide::view::View;
+use perirobot_march::Result;
+use perirobot_page::export::{each_file, folder_name};
+use perirobot_scene::scene::build::build;
+use perirobot_sweep::results::files::OutputFolder;
 
 use super::backend::BackendArgs;
 use super::choice::ChoiceArgs;

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use perirobot::choose::as_swept;
-use perirobot::metrics::Score;
-use perirobot::report::figures::{FiguredSweep, Kind, PAGE, Page, Plan, Wanted};
-use perirobot::results::Results;
-use perirobot::results::files::OutputFolder;
-use perirobot::results::manifest::Manifest;
-use perirobot::{Error, Result};
+use perirobot_decide::choose::as_swept;
+use perirobot_march::metrics::Score;
+use perirobot_march::{Error, Result};
+use perirobot_page::report::figures::{FiguredSweep, Kind, PAGE, Page, Plan, Wanted};
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::files::OutputFolder;
+use perirobot_sweep::results::manifest::Manifest;
 
 use super::backend::BackendArgs;
 use super::packages::PackageArgs;

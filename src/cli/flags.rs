@@ -1,7 +1,7 @@
 //! How the program writes arguments in messages: as flags.
 
-use perirobot::Error;
-use perirobot::error::Argument;
+use perirobot_march::Error;
+use perirobot_march::error::Argument;
 
 /// An error in the program's words.
 pub(super) fn told(error: &Error) -> String {

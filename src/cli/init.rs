@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use perirobot::results::files::write_whole;
-use perirobot::study::schema;
-use perirobot::{Error, Result};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::schema;
+use perirobot_sweep::results::files::write_whole;
 
 /// Write a small study with comments to begin with
 ///
@@ -29,8 +29,8 @@ fn files() -> [(&'static str, &'static str); 6] {
     [
         ("study.toml", include_str!("init/study.toml")),
         ("cell.toml", include_str!("init/cell.toml")),
-        ("operator.csv", include_str!("../../scenes/paper/scene1_operator.csv")),
-        ("robot.urdf", include_str!("../../scenes/paper/ur10.urdf")),
+        ("operator.csv", perirobot_shipped::OPERATOR),
+        ("robot.urdf", perirobot_shipped::UR10),
         ("schemas/study.schema.json", schema::study()),
         ("schemas/scene.schema.json", schema::scene()),
     ]

@@ -3,18 +3,20 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::backend::Backend;
-use perirobot::judge::{
+use perirobot_decide::judge::{
     Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, cheapest, chosen_sets, forget,
     junit_xml, leaders, requires_something,
 };
-use perirobot::results::Results;
-use perirobot::results::columns::BETWEEN_MEMBERS;
-use perirobot::results::files::write_whole;
-use perirobot::results::manifest::Fault;
-use perirobot::study::Study;
-use perirobot::sweep::Watch;
-use perirobot::{Result, report, shell};
+use perirobot_march::Result;
+use perirobot_march::backend::Backend;
+use perirobot_page::report;
+use perirobot_scene::shell;
+use perirobot_study::study::Study;
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
+use perirobot_sweep::results::files::write_whole;
+use perirobot_sweep::results::manifest::Fault;
+use perirobot_sweep::sweep::Watch;
 
 use super::backend::BackendArgs;
 use super::choice::SetArgs;

@@ -3,8 +3,8 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use perirobot::Result;
-use perirobot::error::Issue;
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
 
 /// (not in this program, which was built without the feature `report`)
 #[derive(clap::Args)]

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use perirobot::results::Results;
-use perirobot::results::files::shards_below;
-use perirobot::results::merge::merge;
-use perirobot::study::Study;
-use perirobot::sweep::reopen;
-use perirobot::{Error, Result};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::Study;
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::files::shards_below;
+use perirobot_sweep::results::merge::merge;
+use perirobot_sweep::sweep::reopen;
 
 use super::outcome::{OutcomeArgs, print_best, print_verdicts};
 use super::packages::PackageArgs;

@@ -61,8 +61,8 @@ use std::process::ExitCode;
 use std::sync::OnceLock;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use perirobot::error::{catch_panic, latest_backtrace, record_panics};
-use perirobot::{Error, Result};
+use perirobot_march::error::{catch_panic, latest_backtrace, record_panics};
+use perirobot_march::{Error, Result};
 use terminal::print;
 
 /// Score where to put the sensors of a robot cell.

@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use perirobot::judge::{Among, Conditions, JudgedSet, leaders};
-use perirobot::metrics::Score;
-use perirobot::report::{ReportSelection, best, places};
-use perirobot::results::table::TableFormat;
-use perirobot::results::{Results, rows, scores};
-use perirobot::study::{Condition, Requirement, Study};
-use perirobot::view::Choice;
-use perirobot::{Result, report, shell};
+use perirobot_decide::judge::{Among, Conditions, JudgedSet, leaders};
+use perirobot_decide::view::Choice;
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use perirobot_page::report;
+use perirobot_page::report::{ReportSelection, best, places};
+use perirobot_scene::shell;
+use perirobot_study::study::{Condition, Requirement, Study};
+use perirobot_sweep::results::table::TableFormat;
+use perirobot_sweep::results::{Results, rows, scores};
 
 /// Tables with more rows than this are Parquet, unless the user says otherwise.
 #[cfg(feature = "parquet")]

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use perirobot::scene::spec::SceneSpec;
-use perirobot::source::Sources;
+use perirobot_scene::scene::spec::SceneSpec;
+use perirobot_scene::source::Sources;
 
 /// Where ROS packages are on this machine, and whether other folders may be read and a program be run.
 #[derive(Default, clap::Args)]

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use perirobot::choose::SetLimits;
-use perirobot::sensor::Cost;
+use perirobot_decide::choose::SetLimits;
+use perirobot_study::sensor::Cost;
 use serde::Serialize;
 
 #[derive(clap::Args)]

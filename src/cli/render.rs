@@ -5,13 +5,13 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use perirobot::error::{Argument, Issue, Site};
-use perirobot::render::plan::floor_plan;
-use perirobot::render::{ANGLES_DEG, Colour, Eye, SIDES_PX, Wish, draw, point};
-use perirobot::results::files::write_whole;
-use perirobot::view::View;
-use perirobot::world::World;
-use perirobot::{Error, Result};
+use perirobot_decide::view::View;
+use perirobot_march::error::{Argument, Issue, Site};
+use perirobot_march::{Error, Result};
+use perirobot_page::render::plan::floor_plan;
+use perirobot_page::render::{ANGLES_DEG, Colour, Eye, SIDES_PX, Wish, draw, point};
+use perirobot_study::world::World;
+use perirobot_sweep::results::files::write_whole;
 
 use super::backend::BackendArgs;
 use super::choice::RestArgs;

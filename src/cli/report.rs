@@ -4,12 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::choose::Chosen;
-use perirobot::report::html;
-use perirobot::results::Results;
-use perirobot::results::files::{WholeFile, cannot_write};
-use perirobot::results::manifest::Manifest;
-use perirobot::{Error, Result};
+use perirobot_decide::choose::Chosen;
+use perirobot_march::{Error, Result};
+use perirobot_page::report::html;
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::files::{WholeFile, cannot_write};
+use perirobot_sweep::results::manifest::Manifest;
 
 use super::backend::BackendArgs;
 use super::progress::{Progress, ProgressArgs};

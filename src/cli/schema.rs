@@ -4,8 +4,8 @@
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use perirobot::Result;
-use perirobot::study::schema;
+use perirobot_march::Result;
+use perirobot_study::study::schema;
 
 /// Print the JSON schema of study or scene files
 ///

@@ -1,7 +1,7 @@
 //! `--score`: the scores by name, for commands that print or rank by one of them.
 
 use clap::ValueEnum;
-use perirobot::metrics::Score;
+use perirobot_march::metrics::Score;
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 #[value(rename_all = "snake_case")]

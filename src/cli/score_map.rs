@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use glam::DVec3;
-use perirobot::Result;
-use perirobot::recording::{Anchor, Asked, FARTHEST_M, Recording};
-use perirobot::report::recorded;
-use perirobot::results::rows::RowsFile;
-use perirobot::results::table::TableFormat;
-use perirobot::source::Sources;
-use perirobot::view::{Names, RecordedMap, find_scene};
-use perirobot::world::World;
+use perirobot_decide::view::{Names, RecordedMap, find_scene};
+use perirobot_march::Result;
+use perirobot_page::report::recorded;
+use perirobot_scene::recording::{Anchor, Asked, FARTHEST_M, Recording};
+use perirobot_scene::source::Sources;
+use perirobot_study::world::World;
+use perirobot_sweep::results::rows::RowsFile;
+use perirobot_sweep::results::table::TableFormat;
 
 use super::study::StudyArgs;
 
@@ -100,7 +100,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::print(&recorded::render(&map, &view))?;
     if let (Some(out), Some(format)) = (&args.out, format) {
         let mut rows = RowsFile::create(out, format)?;
-        let poses = perirobot::results::columns::pose_names(study, &study.combinations[0], 0);
+        let poses = perirobot_sweep::results::columns::pose_names(study, &study.combinations[0], 0);
         for ((region, _), counts) in study.regions.iter().zip(recorded::counts(&view)) {
             let names = [study.combinations[0].name.as_str(), &poses, "map", region];
             rows.row(&world.name, [args.snapshot, 0], names, &counts)?;

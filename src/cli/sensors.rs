@@ -3,10 +3,10 @@
 
 use std::process::ExitCode;
 
-use perirobot::Result;
-use perirobot::error::Issue;
-use perirobot::sensor::noise::Deviation;
-use perirobot::study::catalogue::{DeviceModel, Stereo, models};
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_study::sensor::noise::Deviation;
+use perirobot_study::study::catalogue::{DeviceModel, Stereo, models};
 use toml::Value;
 
 /// List the devices that a study may name, with sources

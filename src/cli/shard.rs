@@ -1,7 +1,7 @@
 //! `--shard K/N`: which part of a sweep this run works on. `auto` takes K from the engine that runs the task.
 
-use perirobot::results::journal::Shard;
-use perirobot::{Error, Result};
+use perirobot_march::{Error, Result};
+use perirobot_sweep::results::journal::Shard;
 
 /// Where engines tell a task its number: Slurm's array jobs, HyperQueue, Kubernetes' indexed jobs.
 const NUMBERS: [&str; 3] = ["SLURM_ARRAY_TASK_ID", "HQ_TASK_ID", "JOB_COMPLETION_INDEX"];

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use perirobot::error::catch_panic;
-use perirobot::{Error, Result};
+use perirobot_march::error::catch_panic;
+use perirobot_march::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -66,7 +66,7 @@ pub(super) fn end_tidily() -> Result<()> {
     on_signal(|signal| {
         // The signal ends the program even if this panics.
         let _ = catch_panic(|| {
-            perirobot::results::files::abandon();
+            perirobot_sweep::results::files::abandon();
             Ok(())
         });
         let _ = signal_hook::low_level::emulate_default_handler(signal);

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use perirobot::choose::as_swept;
-use perirobot::results::files::MANIFEST;
-use perirobot::study::{Overrides, Study};
-use perirobot::world::World;
-use perirobot::{Error, Result};
+use perirobot_decide::choose::as_swept;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::files::MANIFEST;
 
 use super::packages::PackageArgs;
 use super::swept::{self, StudyPlace};

@@ -3,17 +3,17 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::Result;
-use perirobot::choose::Chosen;
-use perirobot::metrics::Score;
-use perirobot::report;
-use perirobot::report::ReportSelection;
-use perirobot::report::distribution;
-use perirobot::report::groups;
-use perirobot::report::maxima;
-use perirobot::report::places;
-use perirobot::report::snapshots;
-use perirobot::results::Results;
+use perirobot_decide::choose::Chosen;
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use perirobot_page::report;
+use perirobot_page::report::ReportSelection;
+use perirobot_page::report::distribution;
+use perirobot_page::report::groups;
+use perirobot_page::report::maxima;
+use perirobot_page::report::places;
+use perirobot_page::report::snapshots;
+use perirobot_sweep::results::Results;
 
 use super::score::ScoreArg;
 

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use perirobot::backend::Backend;
-use perirobot::results::journal::Shard;
-use perirobot::results::manifest::Fault;
-use perirobot::results::{Results, Subject};
-use perirobot::sweep::Watch;
-use perirobot::sweep::session::{Ending, RunReport, Session, folder_of};
-use perirobot::{Result, shell};
+use perirobot_march::Result;
+use perirobot_march::backend::Backend;
+use perirobot_scene::shell;
+use perirobot_sweep::results::journal::Shard;
+use perirobot_sweep::results::manifest::Fault;
+use perirobot_sweep::results::{Results, Subject};
+use perirobot_sweep::sweep::Watch;
+use perirobot_sweep::sweep::session::{Ending, RunReport, Session, folder_of};
 
 use super::backend::BackendArgs;
 use super::outcome::{OutcomeArgs, print_best, print_verdicts};

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use perirobot::choose::as_swept;
-use perirobot::study::Study;
-use perirobot::sweep::reopen;
-use perirobot::world::World;
-use perirobot::{Error, Result};
+use perirobot_decide::choose::as_swept;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::reopen;
 
 use super::packages::PackageArgs;
 

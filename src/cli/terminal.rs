@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::io::{ErrorKind, Write, stderr, stdout};
 
-use perirobot::{Error, Result};
+use perirobot_march::{Error, Result};
 
 /// Writes to standard output; it is no error if the reader has gone (`| head`).
 pub(super) fn print(text: &str) -> Result<()> {

@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
-use perirobot::Result;
-use perirobot::error::Issue;
-use perirobot::sweep::compare::{
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_sweep::sweep::compare::{
     ComparedLine, Comparison, PoseSelection, compare, compare_combination, select, select_choices,
 };
 

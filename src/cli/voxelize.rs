@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot::error::Issue;
-use perirobot::results::files::write_whole;
-use perirobot::scene::spec::SceneSpec;
-use perirobot::scene::{build::build, octomap};
-use perirobot::truth::{Truth, voxelize as voxels};
-use perirobot::{Error, Result};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_scene::scene::{build::build, octomap};
+use perirobot_scene::truth::{Truth, voxelize as voxels};
+use perirobot_study::study::load_scene;
+use perirobot_sweep::results::files::write_whole;
 
 use super::packages::PackageArgs;
 
@@ -47,7 +47,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     super::backend::start_threads(None)?;
     let sources = args.packages.sources(&args.scene);
-    let mut spec = SceneSpec::load(&args.scene, &sources)?;
+    let mut spec = load_scene(&args.scene, &sources)?;
     args.packages.apply(std::slice::from_mut(&mut spec));
     let in_scene = |e: Error| e.at(&spec.path);
     if args.snapshot >= spec.snapshots {
@@ -70,7 +70,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(in_scene(Issue::says(what).into()));
     }
     let wanted = &snapshots[args.snapshot..=args.snapshot];
-    let truth = perirobot::truth::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
+    let truth = perirobot_scene::truth::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
         for warning in &object.warnings {
             say!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);

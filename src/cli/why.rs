@@ -3,15 +3,15 @@
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use perirobot::Result;
-use perirobot::metrics::Score;
-use perirobot::report::reasons;
-use perirobot::report::reasons::ReasonsFile;
-use perirobot::results::Results;
-use perirobot::results::table::TableFormat;
-use perirobot::study::Study;
-use perirobot::view::{Choice, View, Viewer};
-use perirobot::world::World;
+use perirobot_decide::view::{Choice, View, Viewer};
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use perirobot_page::report::reasons;
+use perirobot_page::report::reasons::ReasonsFile;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::table::TableFormat;
 use rayon::prelude::*;
 
 use super::backend::BackendArgs;
@@ -140,7 +140,7 @@ fn in_words(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
 
 /// All choices: combination, choice and representation.
 fn every(study: &Study) -> Vec<[usize; 3]> {
-    let of = |(number, combination): (usize, &perirobot::study::Combination)| {
+    let of = |(number, combination): (usize, &perirobot_study::study::Combination)| {
         let representations = combination.representation_count(&study.sensors);
         (0..combination.choices())
             .flat_map(move |choice| (0..representations).map(move |way| [number, choice, way]))

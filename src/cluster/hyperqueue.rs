@@ -4,7 +4,7 @@
 use super::{Job, shell_head};
 
 /// The script.
-pub fn script(job: &Job) -> String {
+pub(crate) fn script(job: &Job) -> String {
     let Job { name, study, out, shards, cpus, .. } = job;
     // To HyperQueue, 0 is no limit at all.
     let crashes = job.tries.max(1);

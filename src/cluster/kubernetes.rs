@@ -5,19 +5,19 @@ use super::{Job, NOTICE_S, Word};
 
 /// Where the pods run and what they see.
 #[derive(Clone, Debug)]
-pub struct Pods {
+pub(crate) struct Pods {
     /// The container image.
-    pub image: Word,
+    pub(crate) image: Word,
     /// The volume claim that holds the study and takes the results; all pods write to it.
-    pub claim: Word,
+    pub(crate) claim: Word,
     /// Where the volume is mounted; relative paths start there.
-    pub mount: Word,
+    pub(crate) mount: Word,
     /// How many pods run at a time; all shards without.
-    pub parallelism: Option<u32>,
+    pub(crate) parallelism: Option<u32>,
 }
 
 /// The manifest, two documents of YAML.
-pub fn manifest(job: &Job, pods: &Pods) -> String {
+pub(crate) fn manifest(job: &Job, pods: &Pods) -> String {
     let Job { name, study, out, shards, tries, .. } = job;
     let parallelism = pods.parallelism.unwrap_or(*shards);
     let mount = &pods.mount;

@@ -1,51 +1,51 @@
 //! Writes scripts that submit the shards of a sweep to a cluster's own engine, and merge them afterwards. The
 //! scripts are text; nothing is submitted here.
 
-pub mod hyperqueue;
-pub mod kubernetes;
-pub mod slurm;
+pub(crate) mod hyperqueue;
+pub(crate) mod kubernetes;
+pub(crate) mod slurm;
 #[cfg(test)]
 mod tests;
 mod word;
 
-use crate::Result;
-use crate::error::Issue;
-pub use word::Word;
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+pub(crate) use word::Word;
 
 /// How long a stopped sweep has to finish its batch and write it down, in seconds.
 const NOTICE_S: u32 = 120;
 
 /// A sweep in shards, as every engine needs to know it. Paths are those the tasks see.
 #[derive(Clone, Debug)]
-pub struct Job {
+pub(crate) struct Job {
     /// The name of the job: a DNS label of at most [`LONGEST_NAME`] letters, which every engine takes.
-    pub name: Word,
+    pub(crate) name: Word,
     /// The program `perirobot`.
-    pub program: Word,
+    pub(crate) program: Word,
     /// The study file.
-    pub study: Word,
+    pub(crate) study: Word,
     /// The folder for results, seen by all tasks.
-    pub out: Word,
+    pub(crate) out: Word,
     /// How many shards, 2 at least.
-    pub shards: u32,
+    pub(crate) shards: u32,
     /// Further arguments of the sweep; the command line has checked them.
-    pub sweep_arguments: Vec<Word>,
+    pub(crate) sweep_arguments: Vec<Word>,
     /// Further arguments of the merge, checked likewise.
-    pub merge_arguments: Vec<Word>,
+    pub(crate) merge_arguments: Vec<Word>,
     /// Processors of each task; the sweep takes as many threads unless it is told otherwise.
-    pub cpus: u16,
+    pub(crate) cpus: u16,
     /// Memory of each task in MiB; the engine's own default without.
-    pub memory_mib: Option<u64>,
+    pub(crate) memory_mib: Option<u64>,
     /// How often a shard that fails is tried again; being stopped after finishing rows is no failure.
-    pub tries: u32,
+    pub(crate) tries: u32,
 }
 
 /// Engines append to the name, and the whole must stay below 64 letters.
-pub const LONGEST_NAME: usize = 40;
+pub(crate) const LONGEST_NAME: usize = 40;
 
 impl Job {
     /// Refuses a job that no engine could run, naming the argument.
-    pub fn checked(self) -> Result<Job> {
+    pub(crate) fn checked(self) -> Result<Job> {
         let refuse = |what: String| Err(Issue::says(what).into());
         if self.shards < 2 {
             let shards = self.shards;
@@ -103,7 +103,7 @@ impl Job {
 }
 
 /// A name that every engine takes, from any text: `Exp 3.v2` becomes `exp-3-v2`.
-pub fn label(text: &str) -> String {
+pub(crate) fn label(text: &str) -> String {
     let kept = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
     let words: String = text.chars().map(kept).collect();
     let joined = words.split_whitespace().collect::<Vec<_>>().join("-");

@@ -2,29 +2,29 @@
 //! it. What it does when a task is stopped or fails is in `slurm.sh`.
 
 use super::{Job, NOTICE_S, Word, shell_head};
-use crate::Result;
-use crate::error::Issue;
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
 
 /// Slurm's default of `MaxArraySize`.
-pub const MAX_ARRAY_SIZE: u32 = 1001;
+pub(crate) const MAX_ARRAY_SIZE: u32 = 1001;
 
 /// The least time limit in minutes: the sweep must have begun before it is told to stop, which Slurm may do a
 /// minute early.
-pub const LEAST_TIME_LIMIT_MIN: u32 = NOTICE_S / 60 + 3;
+pub(crate) const LEAST_TIME_LIMIT_MIN: u32 = NOTICE_S / 60 + 3;
 
 /// Settings for Slurm only.
 #[derive(Clone, Debug)]
-pub struct Limits {
+pub(crate) struct Limits {
     /// How long a task may run before it goes back into the queue, in minutes; the partition's own limit
     /// without.
-    pub time_limit_min: Option<u32>,
+    pub(crate) time_limit_min: Option<u32>,
     /// How many tasks an array job may have.
-    pub max_array_size: u32,
+    pub(crate) max_array_size: u32,
 }
 
 /// The script; refuses more shards than an array job may have, and what Slurm cannot write in the name of a
 /// log.
-pub fn script(job: &Job, limits: &Limits) -> Result<String> {
+pub(crate) fn script(job: &Job, limits: &Limits) -> Result<String> {
     let Job { shards, study, out, .. } = job;
     let most = limits.max_array_size;
     if *shards > most {

@@ -3,12 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::error::Issue;
-use crate::shell::is_hidden;
+use perirobot_march::error::Issue;
+use perirobot_scene::shell::is_hidden;
 
 /// A text on one line, not empty, every character of it visible.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Word(String);
+pub(crate) struct Word(String);
 
 impl FromStr for Word {
     type Err = Issue;
@@ -34,7 +34,7 @@ impl fmt::Display for Word {
 
 impl Word {
     /// The text as it was given.
-    pub fn text(&self) -> &str {
+    pub(crate) fn text(&self) -> &str {
         &self.0
     }
 
@@ -46,7 +46,7 @@ impl Word {
 
     /// As a POSIX shell reads it: plain where that is safe, else between single quotes.
     pub(crate) fn shell(&self) -> String {
-        crate::shell::quoted(&self.0)
+        perirobot_scene::shell::quoted(&self.0)
     }
 
     /// As YAML reads it: a string in double quotes, which are those of JSON.

@@ -51,13 +51,11 @@ macro_rules! page {
 }
 
 page!(first_hour, "first_hour.md");
-page!(own_cell, "../../scenes/tutorial/README.md");
 page!(choose, "choose.md");
 page!(review, "review.md");
 page!(sensors, "sensors.md");
 page!(approach, "approach.md");
 page!(recorded, "recorded.md");
-page!(every_key, "../../scenes/README.md");
 page!(long_sweeps, "long_sweeps.md");
 page!(python, "python.md");
 page!(same_integers, "same_integers.md");
@@ -70,3 +68,5 @@ page!(tests, "../../tests/README.md");
 
 #[doc(inline)]
 pub use perirobot_march::rules;
+#[doc(inline)]
+pub use perirobot_shipped::{every_key, own_cell};

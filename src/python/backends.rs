@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use perirobot::backend::factory::{BackendChoice, BackendKind, ChosenBackends, KeptBackends};
-use perirobot::error::Issue;
-use perirobot::{Error, Result};
+use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends, KeptBackends};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
 use pyo3::Python;
 
 use crate::process::OfProcess;

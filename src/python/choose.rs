@@ -3,15 +3,16 @@
 use std::path::Path;
 use std::time::Instant;
 
-use perirobot::backend::factory::BackendFactory;
-use perirobot::choose::{
+use perirobot_decide::choose::{
     CandidateEvidence, Casting, Chosen, Claims, MEMORY_BYTES, Outcome, Problem, Told, Verified, VerifyWatch,
     answer, examine, refine, verify,
 };
-use perirobot::error::Issue;
-use perirobot::study::Choose;
-use perirobot::world::World;
-use perirobot::{Error, Result, Study};
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::Choose;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
 
 use crate::backends::{BackendWords, opened};
 use crate::watch::Listener;

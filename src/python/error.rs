@@ -1,7 +1,7 @@
 //! Errors as Python's users expect them: bad input is a `ValueError`, arguments are named as Python writes them.
 
-use perirobot::Error;
-use perirobot::error::Argument;
+use perirobot_march::Error;
+use perirobot_march::error::Argument;
 use pyo3::PyErr;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 

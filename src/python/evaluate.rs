@@ -2,17 +2,20 @@
 
 use glam::{DMat3, DVec3};
 use numpy::ndarray::{Array6, ArrayView1, ArrayView2};
-use perirobot::backend::factory::BackendFactory;
-use perirobot::error::Issue;
-use perirobot::pose::Frame;
-use perirobot::sweep::run_on;
-use perirobot::world::World;
-use perirobot::{Pose, Result, Study};
+use perirobot_march::Result;
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::error::Issue;
+use perirobot_scene::pose::Frame;
+use perirobot_scene::pose::Pose;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::run_on;
 
 use crate::watch::Listener;
 
 /// Counters of a choice in a region, labels and detection.
-pub(crate) const COUNTERS: usize = perirobot::metrics::COUNTERS + perirobot::metrics::DETECTION_COUNTERS;
+pub(crate) const COUNTERS: usize =
+    perirobot_march::metrics::COUNTERS + perirobot_march::metrics::DETECTION_COUNTERS;
 
 /// How far the entries of RᵀR may be from those of the identity, of a rotation R.
 const ROUNDED: f64 = 1e-3;

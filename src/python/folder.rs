@@ -2,12 +2,12 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use perirobot::error::Issue;
-use perirobot::results::files::write_whole;
-use perirobot::results::{Results, RowKey};
-use perirobot::study::IN_MEMORY;
-use perirobot::sweep::Row;
-use perirobot::{Error, Result};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::IN_MEMORY;
+use perirobot_sweep::results::files::write_whole;
+use perirobot_sweep::results::{Results, RowKey};
+use perirobot_sweep::sweep::Row;
 
 use crate::table::{Columns, columns};
 use crate::watch::Listener;
@@ -58,7 +58,11 @@ fn keys(results: &Results) -> impl Iterator<Item = RowKey> + use<'_> {
 }
 
 /// Writes a study that is in memory, and what it reads from its own folder, into another one.
-pub(crate) fn save(study: &perirobot::Study, files: &[(PathBuf, Vec<u8>)], out: &Path) -> Result<()> {
+pub(crate) fn save(
+    study: &perirobot_study::study::Study,
+    files: &[(PathBuf, Vec<u8>)],
+    out: &Path,
+) -> Result<()> {
     let home = study.path.parent().unwrap_or(Path::new(""));
     let mut all: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     for (path, bytes) in files {

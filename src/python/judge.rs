@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use perirobot::choose::as_swept;
-use perirobot::judge::{Among, Judging, chosen_sets, forget, leaders, requires_something};
-use perirobot::results::Results;
-use perirobot::world::World;
-use perirobot::{Result, Study};
+use perirobot_decide::choose::as_swept;
+use perirobot_decide::judge::{Among, Judging, chosen_sets, forget, leaders, requires_something};
+use perirobot_march::Result;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::results::Results;
 
 use crate::backends::{BackendWords, opened};
 use crate::watch::Listener;

@@ -2,10 +2,11 @@
 
 use numpy::npyffi::NPY_ORDER;
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
-use perirobot::backend::Backend;
-use perirobot::view::{Choice, Viewer};
-use perirobot::world::World;
-use perirobot::{Result, Study};
+use perirobot_decide::view::{Choice, Viewer};
+use perirobot_march::Result;
+use perirobot_march::backend::Backend;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
 use pyo3::prelude::*;
 
 use crate::watch::Listener;

@@ -22,9 +22,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use numpy::PyReadonlyArray3;
-use perirobot::backend::adapter::adapters;
-use perirobot::study::Overrides;
-use perirobot::sweep::reopen;
+use perirobot_march::backend::adapter::adapters;
+use perirobot_study::study::Overrides;
+use perirobot_sweep::sweep::reopen;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule};
 

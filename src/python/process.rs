@@ -4,7 +4,7 @@
 use std::mem;
 use std::sync::{Mutex, PoisonError};
 
-use perirobot::{Error, Result};
+use perirobot_march::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The stack of a main thread.

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use glam::DVec3;
 use numpy::ndarray::ArrayView3;
-use perirobot::error::Issue;
-use perirobot::recording::{Anchor, Asked, Recording};
-use perirobot::source::Sources;
-use perirobot::sweep::Row;
-use perirobot::view::{Names as Wanted, RecordedMap, View, find_scene};
-use perirobot::world::World;
-use perirobot::{Error, Result, Study};
+use perirobot_decide::view::{Names as Wanted, RecordedMap, View, find_scene};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_scene::recording::{Anchor, Asked, Recording};
+use perirobot_scene::source::Sources;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::Row;
 
 use crate::table::{Column, Columns, Names, columns};
 

@@ -5,17 +5,18 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::ndarray::ArrayView2;
 use numpy::{IntoPyArray, PyArray3, PyArray6, PyReadonlyArray2, PyReadonlyArray3};
-use perirobot::backend::factory::{BackendFactory, Fallback};
-use perirobot::error::Issue;
-use perirobot::pose::Frame;
-use perirobot::results::columns::{pose_names, representation_names};
-use perirobot::results::jobs;
-use perirobot::source;
-use perirobot::study::Overrides;
-use perirobot::sweep;
-use perirobot::view::{Choice, Names, find};
-use perirobot::world::World;
-use perirobot::{Error, Pose};
+use perirobot_decide::view::{Choice, Names, find};
+use perirobot_march::Error;
+use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::error::Issue;
+use perirobot_scene::pose::Frame;
+use perirobot_scene::pose::Pose;
+use perirobot_scene::source;
+use perirobot_study::study::Overrides;
+use perirobot_study::world::World;
+use perirobot_sweep::results::columns::{pose_names, representation_names};
+use perirobot_sweep::results::jobs;
+use perirobot_sweep::sweep;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -30,7 +31,7 @@ use crate::{choose, evaluate, folder, judge, labels, recorded};
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
 pub(crate) struct Study {
-    study: perirobot::Study,
+    study: perirobot_study::study::Study,
     /// Its files that are in memory only.
     files: Arc<Vec<(PathBuf, Vec<u8>)>>,
     /// Files and their hashes as they were when the study was pickled.
@@ -258,7 +259,7 @@ impl Study {
                 let poses = evaluate::poses(rows, frame);
                 Ok((sensor, poses.map_err(|issue| issue.at(format!("sensor {name:?}")))?))
             });
-            let poses: Vec<(usize, Vec<Pose>)> = poses.collect::<perirobot::Result<_>>()?;
+            let poses: Vec<(usize, Vec<Pose>)> = poses.collect::<perirobot_march::Result<_>>()?;
             let study = self.study.elsewhere(&poses)?;
             let ways = |(sensor, _): &(usize, _)| study.sensors[*sensor].kind.representations().len();
             let ways = poses.iter().map(ways).product();
@@ -317,7 +318,10 @@ impl Study {
 
 impl Study {
     /// Reads and checks what comes from somewhere.
-    fn made(py: Python<'_>, origin: impl FnOnce() -> perirobot::Result<Origin> + Send) -> PyResult<Study> {
+    fn made(
+        py: Python<'_>,
+        origin: impl FnOnce() -> perirobot_march::Result<Origin> + Send,
+    ) -> PyResult<Study> {
         let (study, files) = run(py, None, |_| {
             let origin = origin()?;
             Ok((origin.read()?, Arc::new(origin.files)))

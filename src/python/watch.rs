@@ -8,12 +8,12 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use perirobot::backend::Backend;
-use perirobot::choose::{CastingWatch, FrontStep, RefineWatch, SearchWatch, SetLimits};
-use perirobot::error::Issue;
-use perirobot::results::manifest::Fault;
-use perirobot::sweep::Watch;
-use perirobot::{Error, Result};
+use perirobot_decide::choose::{CastingWatch, FrontStep, RefineWatch, SearchWatch, SetLimits};
+use perirobot_march::backend::Backend;
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_sweep::results::manifest::Fault;
+use perirobot_sweep::sweep::Watch;
 use pyo3::prelude::*;
 
 use crate::error::raised;

@@ -3,16 +3,16 @@
 
 use crate::common::cases::{self, Case, case};
 use crate::common::{self, Random};
-use perirobot::backend::cpu::Cpu;
-use perirobot::backend::gpu::Gpu;
-use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{
     Backend, Carving, Evidence, Fusion, GridPose, Noise, OverTime, Rays, Reading, Shot, VoxelScene,
 };
-use perirobot::march::Gates;
-use perirobot::metrics::{COUNTERS, Confusion};
-use perirobot::sensor::Camera;
-use perirobot::voxel::{BitGrid, Window};
+use perirobot_march::march::Gates;
+use perirobot_march::metrics::{COUNTERS, Confusion};
+use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_study::sensor::Camera;
 
 /// A camera of few or many pixels, wide or narrow, with or without noise.
 fn camera(random: &mut Random) -> Rays {
@@ -62,7 +62,7 @@ fn gpu() -> Option<Gpu> {
 }
 
 #[track_caller]
-fn unwrap<T>(result: perirobot::Result<T>) -> T {
+fn unwrap<T>(result: perirobot_march::Result<T>) -> T {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 

@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use crate::common::cases::{self, Case, case};
 use crate::common::{self, Random, say};
-use perirobot::backend::gpu::{
+use perirobot_march::backend::gpu::{
     Gpu, GpuDevice, SHADER_COMPLETION, Stage, WORKGROUP, evaluate, open, shader_prelude, shader_source,
     types::DONE_WORDS,
 };
-use perirobot::backend::{Backend, Carving, Fusion, Noise, Shot, oracle::Oracle};
-use perirobot::march::{Gates, pcg};
-use perirobot::metrics::Confusion;
-use perirobot::sensor::Camera;
-use perirobot::voxel::{BitGrid, Window};
-use perirobot::{Error, Result};
+use perirobot_march::backend::{Backend, Carving, Fusion, Noise, Shot, oracle::Oracle};
+use perirobot_march::march::{Gates, pcg};
+use perirobot_march::metrics::Confusion;
+use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::Camera;
 
 /// Runs a kernel's statements in one workgroup: they turn `input[0]` times, and leave a number in `hash`,
 /// whatever its loops. Says how many invocations proved that their loops ended, and the sum of the numbers.

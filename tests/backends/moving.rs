@@ -6,10 +6,10 @@ use std::sync::Arc;
 use crate::common::Random;
 use crate::common::cases::case;
 use crate::common::thorough::cases;
-use perirobot::backend::cpu::{Cpu, SimdLevel};
-use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Carving, Fusion, GridPose, OverTime, Shot, VoxelScene};
-use perirobot::voxel::{BitGrid, Window};
+use perirobot_march::backend::cpu::{Cpu, SimdLevel};
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{Backend, Carving, Fusion, GridPose, OverTime, Shot, VoxelScene};
+use perirobot_march::voxel::{BitGrid, Window};
 
 /// A scene with other blockers, looked at through another window.
 fn snapshot(scene: &VoxelScene, blockers: BitGrid, window: Window, over_time: &Arc<OverTime>) -> VoxelScene {

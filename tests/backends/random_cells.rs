@@ -4,17 +4,17 @@
 use crate::common::cases::{Case, case, job, open_gates};
 use crate::common::thorough::cases;
 use crate::common::{self, Random, cases};
-use perirobot::backend::adapter::AdapterChoice;
-use perirobot::backend::cpu::{Cpu, SimdLevel};
-use perirobot::backend::gpu::Gpu;
-use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{
+use perirobot_march::backend::adapter::AdapterChoice;
+use perirobot_march::backend::cpu::{Cpu, SimdLevel};
+use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{
     Backend, Carving, Evidence, Fusion, GridFrame, GridPose, LOG_ODDS, Noise, Planes, Rays, Reading, Shot,
     VoxelScene,
 };
-use perirobot::march::{NOTHING, RETURN};
-use perirobot::metrics::{BodyPart, Confusion};
-use perirobot::voxel::{BitGrid, BodyVoxel, People, Window};
+use perirobot_march::march::{NOTHING, RETURN};
+use perirobot_march::metrics::{BodyPart, Confusion};
+use perirobot_march::voxel::{BitGrid, BodyVoxel, People, Window};
 
 /// Runs a case on both and compares all that comes back.
 #[track_caller]
@@ -55,7 +55,7 @@ fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, t
 }
 
 /// Casts and uploads a case's evidence into its slots, over other evidence.
-fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot::Result<()> {
+fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot_march::Result<()> {
     let slots = case.shots.iter().map(|shot| shot.slot).chain(case.uploads.iter().map(|(slot, _)| *slot));
     let placements = case.shots.iter().rev().map(|shot| shot.placement).cycle();
     let wrong: Vec<_> = slots.zip(placements).map(|(slot, placement)| Shot::once(slot, placement)).collect();
@@ -82,7 +82,7 @@ fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot::Result<()> {
 }
 
 #[track_caller]
-fn unwrap<T>(result: perirobot::Result<T>, rerun: &str) -> T {
+fn unwrap<T>(result: perirobot_march::Result<T>, rerun: &str) -> T {
     result.unwrap_or_else(|error| panic!("{error}\n{rerun}"))
 }
 
@@ -441,8 +441,8 @@ fn what_is_not_there_is_an_error() {
     let Some(mut gpu) = gpu() else { return };
     let case = with_a_region();
     let placement = case.shots[0].placement;
-    let fails = |result: perirobot::Result<()>, expected: &str| match result {
-        Err(perirobot::Error::Device(message)) => {
+    let fails = |result: perirobot_march::Result<()>, expected: &str| match result {
+        Err(perirobot_march::Error::Device(message)) => {
             assert!(message.to_string().contains(expected), "{message}")
         }
         other => panic!("{expected}: {other:?}"),

@@ -7,10 +7,10 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::common::program::{Folder, Outcome, perirobot, refused, text};
-use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::run;
-use perirobot::world::World;
+use perirobot_march::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::run;
 
 const POSE: &str = "lidar:posts/upright";
 

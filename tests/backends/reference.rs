@@ -10,12 +10,12 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use crate::common;
-use perirobot::backend::cpu::Cpu;
-use perirobot::metrics::Confusion;
-use perirobot::source::Sources;
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::{Row, run};
-use perirobot::world::World;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::metrics::Confusion;
+use perirobot_scene::source::Sources;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::{Row, run};
 
 /// Their counts of one pose (or choice of poses) in one region, and whatever else stood in the row.
 struct Theirs {
@@ -221,7 +221,7 @@ fn rank(what: &str, ours: &[Confusion], theirs: &[Confusion]) -> [Likeness; 2] {
 fn read(path: &Path, first: usize) -> Vec<Theirs> {
     let mut reader = csv::Reader::from_path(path).unwrap();
     let row = |row: csv::StringRecord| {
-        let mut counts = [0; perirobot::metrics::COUNTERS];
+        let mut counts = [0; perirobot_march::metrics::COUNTERS];
         (0..6).for_each(|i| counts[i] = row[first + i].parse().unwrap());
         let columns = row.iter().take(first).map(String::from).collect();
         Theirs { columns, counts: Confusion::from_counts(counts) }

@@ -6,18 +6,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use perirobot::backend::cpu::Cpu;
-use perirobot::backend::{Backend, Fusion, Noise, Rays, Reading, Shot};
-use perirobot::pose::Frame;
-use perirobot::results::jobs;
-use perirobot::scene::spec::SceneSpec;
-use perirobot::scene::{Role, build::build, octomap};
-use perirobot::sensor::{Camera, Station, placement};
-use perirobot::source::Sources;
-use perirobot::study::{Overrides, Study};
-use perirobot::truth::{Truth, voxelize};
-use perirobot::voxel::BitGrid;
-use perirobot::world::{World, ray_tables};
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::{Backend, Fusion, Noise, Rays, Reading, Shot};
+use perirobot_march::voxel::BitGrid;
+use perirobot_scene::pose::Frame;
+use perirobot_scene::scene::{Role, build::build, octomap};
+use perirobot_scene::source::Sources;
+use perirobot_scene::truth::{Truth, voxelize};
+use perirobot_study::sensor::{Camera, Station, placement};
+use perirobot_study::study::load_scene;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::{World, ray_tables};
+use perirobot_sweep::results::jobs;
 
 /// All `.toml` files below `scenes`, as (studies, scenes): a study has sensors.
 fn shipped() -> (Vec<PathBuf>, Vec<PathBuf>) {
@@ -53,7 +53,7 @@ fn paper() -> &'static [World] {
 
 /// The voxel of a point in metres; points are chosen inside voxels.
 fn voxel(truth: &Truth, x: f64, y: f64, z: f64) -> [i32; 3] {
-    perirobot::voxel::Grid::voxel_of(truth.grid.position_q16([x, y, z].into()))
+    perirobot_march::voxel::Grid::voxel_of(truth.grid.position_q16([x, y, z].into()))
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn every_study_loads_and_prepares_without_a_surprise() {
     for path in scenes {
         // A scene beside others may use their meshes; its studies lie above them.
         let sources = Sources::beside(&path).allow_outside();
-        build(&SceneSpec::load(&path, &sources).unwrap(), &sources, 0.05).unwrap();
+        build(&load_scene(&path, &sources).unwrap(), &sources, 0.05).unwrap();
     }
 }
 
@@ -311,7 +311,9 @@ fn people_and_robot_are_there_and_apart() {
 }
 
 /// A scene in a folder of its own, with the shipped table beside it.
-fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot::scene::Scene>>) {
+fn scene_with(
+    toml: &str,
+) -> (tempfile::TempDir, perirobot_march::Result<Vec<perirobot_scene::scene::Scene>>) {
     let folder = tempfile::tempdir().unwrap();
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/table.glb");
     fs::copy(table, folder.path().join("table.glb")).unwrap();
@@ -322,14 +324,14 @@ fn scene_with(toml: &str) -> (tempfile::TempDir, perirobot::Result<Vec<perirobot
     let path = folder.path().join("scene.toml");
     fs::write(&path, toml).unwrap();
     let sources = Sources::beside(&path);
-    let scene = SceneSpec::load(&path, &sources).and_then(|spec| build(&spec, &sources, 0.05));
+    let scene = load_scene(&path, &sources).and_then(|spec| build(&spec, &sources, 0.05));
     (folder, scene)
 }
 
 fn truth_of(toml: &str) -> Truth {
     let scene = scene_with(toml).1.unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
-    perirobot::truth::voxelize_all(&scene, grid).unwrap().remove(0)
+    perirobot_scene::truth::voxelize_all(&scene, grid).unwrap().remove(0)
 }
 
 #[test]

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use crate::common::Random;
 use crate::common::cases::{case, job};
-use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{Backend, Fusion, Shot, cpu::Cpu};
-use perirobot::metrics::Confusion;
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::run;
-use perirobot::world::World;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{Backend, Fusion, Shot, cpu::Cpu};
+use perirobot_march::metrics::Confusion;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::run;
 
 /// 64 poses of one depth camera around a mannequin, a robot and a table.
 const STUDY: &str = r#"

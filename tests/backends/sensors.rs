@@ -7,22 +7,22 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
-use perirobot::backend::gpu::Gpu;
-use perirobot::backend::{
+use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::{
     Backend, Evidence, Fusion, GridPose, OverTime, Planes, Rays, Reading, Shot, Slot, VoxelScene, cpu::Cpu,
     oracle::Oracle,
 };
-use perirobot::metrics::Confusion;
-use perirobot::pose::Pose;
-use perirobot::results::columns;
-use perirobot::results::journal::Journal;
-use perirobot::scene::Optical;
-use perirobot::sensor::{MountLink, Setting};
-use perirobot::study::{Combination, Overrides, Study};
-use perirobot::sweep::Row;
-use perirobot::sweep::run;
-use perirobot::world::World;
-use perirobot::{Error, Result};
+use perirobot_march::metrics::Confusion;
+use perirobot_march::{Error, Result};
+use perirobot_scene::pose::Pose;
+use perirobot_scene::scene::Optical;
+use perirobot_study::sensor::{MountLink, Setting};
+use perirobot_study::study::{Combination, Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::columns;
+use perirobot_sweep::results::journal::Journal;
+use perirobot_sweep::sweep::Row;
+use perirobot_sweep::sweep::run;
 
 const STUDY: &str = "scenes/sensors.toml";
 

@@ -4,9 +4,9 @@
 use std::mem::offset_of;
 
 use naga::{Module, TypeInner};
-use perirobot::backend::gpu::types::{JobWords, Part, PlacementWords, ReadingWords, Setup, TableWords};
-use perirobot::backend::gpu::{Stage, shader_source};
-use perirobot::backend::{GridFrame, body_words::BodyWord};
+use perirobot_march::backend::gpu::types::{JobWords, Part, PlacementWords, ReadingWords, Setup, TableWords};
+use perirobot_march::backend::gpu::{Stage, shader_source};
+use perirobot_march::backend::{GridFrame, body_words::BodyWord};
 
 fn parsed(stage: Stage) -> Module {
     let source = shader_source(stage);

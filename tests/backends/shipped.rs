@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use crate::common;
-use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu};
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::compare::{Comparison, PoseSelection, compare, compare_combination};
-use perirobot::world::{World, ray_tables};
+use perirobot_march::backend::{Backend, cpu::Cpu, gpu::Gpu};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::{World, ray_tables};
+use perirobot_sweep::sweep::compare::{Comparison, PoseSelection, compare, compare_combination};
 
 #[track_caller]
 fn check(file: &str, voxel_size_m: Option<f64>, selection: PoseSelection) {

@@ -5,10 +5,10 @@ use std::fs;
 
 use crate::common;
 use crate::common::program::{Folder, STOPPING, perirobot, refused, text};
-use perirobot::scene::Role;
-use perirobot::study::{Overrides, RegionSpec, Study};
-use perirobot::voxel::BitGrid;
-use perirobot::world::World;
+use perirobot_march::voxel::BitGrid;
+use perirobot_scene::scene::Role;
+use perirobot_study::study::{Overrides, RegionSpec, Study};
+use perirobot_study::world::World;
 
 /// Whole squared distances from which a voxel is far enough: those of 3.2125, 4.45 and 7.3 voxels, rounded up.
 const SQUARED: [i32; 3] = [11, 20, 54];

@@ -2,9 +2,9 @@
 //! thousands of random ones.
 
 use crate::common::{self, Random};
-use perirobot::backend::gpu::types::dir_words;
-use perirobot::backend::gpu::{GpuDevice, WORKGROUP, evaluate, open, shader_prelude};
-use perirobot::march::{self, BLIND, End, LEFT, March, NEVER, NOTHING, RETURN, leap};
+use perirobot_march::backend::gpu::types::dir_words;
+use perirobot_march::backend::gpu::{GpuDevice, WORKGROUP, evaluate, open, shader_prelude};
+use perirobot_march::march::{self, BLIND, End, LEFT, March, NEVER, NOTHING, RETURN, leap};
 
 /// A pure function of words: what WGSL and Rust make of `input`.
 struct Twin {
@@ -720,7 +720,7 @@ fn a_broken_kernel_is_an_error_not_a_panic() {
     let device = open(&choice).unwrap_or_else(|e| panic!("{e}"));
     for broken in ["fn main() { nonsense }", "@compute @workgroup_size(1) fn other() {}"] {
         let failed = evaluate(&device, shader_prelude() + broken, &[0], 1, 1);
-        assert!(matches!(failed, Err(perirobot::Error::Device(_))), "{broken}: {failed:?}");
+        assert!(matches!(failed, Err(perirobot_march::Error::Device(_))), "{broken}: {failed:?}");
     }
     // And the device still works.
     check(&device, &TWINS[2], &[0, 1, 2, 3]);

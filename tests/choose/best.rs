@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use crate::common::{self, Random};
-use perirobot::Result;
-use perirobot::backend::gpu::Gpu;
-use perirobot::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
-use perirobot::choose::{Answer, Bound, CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer};
-use perirobot::metrics::{Confusion, Score};
-use perirobot::study::{Across, Choose, Combination, Member, Overrides, Study};
-use perirobot::sweep::run;
-use perirobot::world::World;
+use perirobot_decide::choose::{
+    Answer, Bound, CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer,
+};
+use perirobot_march::Result;
+use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
+use perirobot_march::metrics::{Confusion, Score};
+use perirobot_study::study::{Across, Choose, Combination, Member, Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::run;
 
 /// Nobody looks, and nobody stops it.
 struct Alone;
@@ -106,7 +108,7 @@ fn unions_of_evidence_are_what_a_sweep_counts_on_every_backend() {
     for name in ["scenes/tiny.toml", "scenes/sensors.toml"] {
         let (study, worlds) = shipped(name);
         for region in 0..study.regions.len() {
-            let way = |sensor: &perirobot::sensor::Sensor| {
+            let way = |sensor: &perirobot_study::sensor::Sensor| {
                 random.below(sensor.kind.representations().len() as u32) as usize
             };
             let representations: Vec<usize> = study.sensors.iter().map(way).collect();
@@ -249,7 +251,7 @@ fn the_best_single_sensor_is_the_best_of_the_sweep() {
         let most = study.sensors.iter().map(|sensor| sensor.kind.representations().len()).max().unwrap();
         for region in 0..study.regions.len() {
             for way in 0..most {
-                let last = |sensor: &perirobot::sensor::Sensor| sensor.kind.representations().len() - 1;
+                let last = |sensor: &perirobot_study::sensor::Sensor| sensor.kind.representations().len() - 1;
                 let representations: Vec<usize> =
                     study.sensors.iter().map(|sensor| way.min(last(sensor))).collect();
                 let evidence = cast(&study, &worlds, (region, &representations), &mut cpu);

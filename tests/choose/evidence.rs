@@ -7,11 +7,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::common::program::{self, Folder, choose, perirobot, text};
-use perirobot::Error;
-use perirobot::backend::cpu::Cpu;
-use perirobot::choose::{Casting, CastingWatch, EVIDENCE};
-use perirobot::study::{Overrides, Study};
-use perirobot::world::World;
+use perirobot_decide::choose::{Casting, CastingWatch, EVIDENCE};
+use perirobot_march::Error;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";
 
@@ -302,7 +302,7 @@ fn begin<'a>(
     worlds: &'a [World],
     memory_bytes: u64,
     kept: Option<(&Path, bool)>,
-) -> perirobot::Result<Casting<'a>> {
+) -> perirobot_march::Result<Casting<'a>> {
     let choose = study.choose.as_ref().unwrap();
     loop {
         match Casting::begin(study, choose, worlds, memory_bytes, kept) {

@@ -7,12 +7,12 @@ use std::path::Path;
 
 use crate::common;
 use crate::common::program::{perirobot, rows, text};
-use perirobot::backend::cpu::Cpu;
-use perirobot::choose::{CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer};
-use perirobot::metrics::Score;
-use perirobot::study::{Across, Choose, Overrides, Study};
-use perirobot::sweep::run;
-use perirobot::world::World;
+use perirobot_decide::choose::{CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer};
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::metrics::Score;
+use perirobot_study::study::{Across, Choose, Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::run;
 use tempfile::TempDir;
 
 struct Alone;
@@ -66,8 +66,9 @@ fn compare(study: &Study) -> usize {
                     );
                     let evidence = evidence.unwrap();
                     for objective in [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected] {
-                        let of =
-                            |row: &&perirobot::sweep::Row| row.representation == way && row.region == region;
+                        let of = |row: &&perirobot_sweep::sweep::Row| {
+                            row.representation == way && row.region == region
+                        };
                         let values = swept.iter().filter(of).filter_map(|row| objective.of(&row.counts));
                         let Some(expected) = values.reduce(f64::max) else { continue };
                         let choose = Choose {

@@ -4,17 +4,17 @@
 use std::time::Duration;
 
 use crate::common::program::Folder;
-use perirobot::backend::cpu::Cpu;
-use perirobot::backend::factory::{BackendFactory, Fallback};
-use perirobot::backend::{
+use perirobot_decide::choose::{Casting, CastingWatch, MEMORY_BYTES};
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::backend::{
     Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
 };
-use perirobot::choose::{Casting, CastingWatch, MEMORY_BYTES};
-use perirobot::metrics::{Confusion, Score};
-use perirobot::results::manifest::Fault;
-use perirobot::study::{Across, Choose, Overrides, Study};
-use perirobot::world::World;
-use perirobot::{Error, Result};
+use perirobot_march::metrics::{Confusion, Score};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Across, Choose, Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::manifest::Fault;
 
 /// A CPU that passes for a device: it fails when it is asked to cast for this time, or says too much.
 struct Device {

@@ -10,13 +10,13 @@ use std::path::Path;
 use crate::common::Random;
 use crate::common::program::Folder;
 use crate::common::python;
-use perirobot::backend::cpu::Cpu;
-use perirobot::backend::oracle::Oracle;
-use perirobot::choose::{Casting, CastingWatch, MEMORY_BYTES, Problem, Told, answer};
-use perirobot::sensor::Setting;
-use perirobot::study::{Overrides, Study};
-use perirobot::view::{Choice, Viewer};
-use perirobot::world::World;
+use perirobot_decide::choose::{Casting, CastingWatch, MEMORY_BYTES, Problem, Told, answer};
+use perirobot_decide::view::{Choice, Viewer};
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_study::sensor::Setting;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 use serde_json::{Value, json};
 
 /// How large cells are.

@@ -9,15 +9,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, choose, perirobot, priced, rows, text};
-use perirobot::backend::Backend;
-use perirobot::backend::cpu::Cpu;
-use perirobot::backend::factory::{BackendFactory, Fallback};
-use perirobot::choose::{
+use perirobot_decide::choose::{
     self, Casting, CastingWatch, Chosen, MEMORY_BYTES, Problem, RefineWatch, Refinement, SearchWatch,
     SetLimits, Told,
 };
-use perirobot::study::{Overrides, Study};
-use perirobot::world::World;
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";
 
@@ -320,7 +320,7 @@ fn poses_that_are_listed_alone_stay() {
 struct Cpus(Cell<usize>);
 
 impl BackendFactory for Cpus {
-    fn open(&mut self, _: Fallback) -> perirobot::Result<Box<dyn Backend + Send>> {
+    fn open(&mut self, _: Fallback) -> perirobot_march::Result<Box<dyn Backend + Send>> {
         self.0.set(self.0.get() + 1);
         Ok(Box::new(Cpu::new(Some(1))?))
     }

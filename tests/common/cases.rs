@@ -4,14 +4,14 @@
 
 use std::sync::Arc;
 
-use perirobot::backend::oracle::Oracle;
-use perirobot::backend::{
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{
     Backend, GridFrame, GridPose, Noise, OverTime, Planes, Rays, Reading, Slot, VoxelScene,
 };
-use perirobot::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
-use perirobot::metrics::BodyPart;
-use perirobot::sensor::Camera;
-use perirobot::voxel::{BitGrid, BodyVoxel, People, Window};
+use perirobot_march::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
+use perirobot_march::metrics::BodyPart;
+use perirobot_march::voxel::{BitGrid, BodyVoxel, People, Window};
+use perirobot_study::sensor::Camera;
 
 use super::Random;
 

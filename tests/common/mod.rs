@@ -17,7 +17,7 @@ pub(crate) mod watch;
 
 use std::io::Write;
 
-use perirobot::backend::adapter::{AdapterChoice, adapters};
+use perirobot_march::backend::adapter::{AdapterChoice, adapters};
 
 /// Says something on stderr, also from a test that passes (`eprintln!` would be captured).
 pub(crate) fn say(message: &str) {
@@ -50,7 +50,7 @@ fn adapter_number() -> Option<usize> {
         Err(_) if found.iter().any(|a| !a.software) => AdapterChoice::Hardware,
         Err(_) => AdapterChoice::Software,
     };
-    let index = perirobot::backend::adapter::select(&found, &choice).unwrap_or_else(|e| panic!("{e}"));
+    let index = perirobot_march::backend::adapter::select(&found, &choice).unwrap_or_else(|e| panic!("{e}"));
     say(&format!("adapter: {}", found[index].label()));
     Some(index)
 }

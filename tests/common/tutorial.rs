@@ -1,8 +1,8 @@
 //! The meshes of `scenes/tutorial/`, as CAD programs would export them.
 
 use glam::DVec3;
-use perirobot::scene::Mesh;
-use perirobot::scene::primitive::cylinder;
+use perirobot_scene::scene::Mesh;
+use perirobot_scene::scene::primitive::cylinder;
 
 use super::glb::{GlbNode, group, part, slab};
 

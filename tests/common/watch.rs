@@ -1,8 +1,8 @@
 //! A watcher that records what a sweep reports while a test runs it.
 
-use perirobot::backend::Backend;
-use perirobot::results::manifest::Fault;
-use perirobot::sweep::Watch;
+use perirobot_march::backend::Backend;
+use perirobot_sweep::results::manifest::Fault;
+use perirobot_sweep::sweep::Watch;
 
 /// Keeps what it hears of faults, and never stops.
 #[derive(Default)]

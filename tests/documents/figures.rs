@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use crate::common::program::{Folder, names, perirobot, rows, text};
-use perirobot::results::manifest::Manifest;
-use perirobot::shell;
+use perirobot_scene::shell;
+use perirobot_sweep::results::manifest::Manifest;
 use roxmltree::{Document, Node};
 
 /// Draws figures of the folder's sweep into `figures`.

@@ -2,8 +2,10 @@
 //! device, and says what is wrong with it.
 
 use crate::common;
-use perirobot::world::World;
-use perirobot::{Cell, Confusion, DepthCamera, Device, Pose, Role, Study};
+use perirobot::{Cell, DepthCamera, Device, Study};
+use perirobot_march::metrics::Confusion;
+use perirobot_scene::{pose::Pose, scene::Role};
+use perirobot_study::world::World;
 
 const STUDY: &str = r#"
 seed = 1
@@ -64,9 +66,10 @@ fn a_cell_without_files_scores_as_its_study_on_every_device() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
     std::fs::write(folder.path().join("study.toml"), STUDY).unwrap();
-    let study = Study::load(&folder.path().join("study.toml"), &Default::default()).unwrap();
-    let from_files = study.score(Device::Oracle).unwrap();
+    let path = folder.path().join("study.toml");
+    let from_files = Study::load(&path, &Default::default()).unwrap().score(Device::Oracle).unwrap();
 
+    let study = perirobot_study::study::Study::load(&path, &Default::default()).unwrap();
     let world = World::prepare_all(&study).unwrap().remove(0);
     let (grid, truth) = (world.grid, world.truth());
     assert_eq!(truth.blockers.over(grid.window()), truth.occupied.over(grid.window()));
@@ -109,7 +112,7 @@ fn a_cell_without_files_scores_as_its_study_on_every_device() {
     assert_eq!(from_files[0].poses, "camera:wall/0/0");
 }
 
-fn has(plane: &perirobot::voxel::BitGrid, voxel: [u32; 3]) -> bool {
+fn has(plane: &perirobot_march::voxel::BitGrid, voxel: [u32; 3]) -> bool {
     plane.get(voxel.map(|n| n as i32))
 }
 
@@ -127,7 +130,7 @@ fn a_cell_without_regions_is_counted_whole() {
 #[test]
 fn what_cannot_be_is_named_with_what_would_be_right() {
     let empty = |size, edge| Cell::from_fn(size, edge, |_| None);
-    let refused = |result: perirobot::Result<Cell>, expected: &str| {
+    let refused = |result: perirobot_march::Result<Cell>, expected: &str| {
         assert_eq!(result.unwrap_err().to_string(), expected);
     };
     refused(empty([4, 0, 4], 0.1), "size: is [4, 0, 4], must be 1 to 1023 voxels along y");

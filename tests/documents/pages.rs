@@ -10,7 +10,7 @@ use crate::common::place::{Place, read, root};
 use crate::common::program::{self, perirobot};
 use crate::common::python;
 use jsonschema::error::ValidationErrorKind;
-use perirobot::study::schema;
+use perirobot_study::study::schema;
 
 const README: &str = "README.md";
 const REFERENCE: &str = "scenes/README.md";
@@ -403,8 +403,11 @@ fn links_lead_somewhere() {
             assert!(pages.iter().any(|(page, _)| *page == used), "{document}: no page [{used}]");
         }
         for (page, _) in &pages {
-            let known = format!("[{page}]: crate::");
-            assert!(read("src/guide/mod.rs").contains(&known), "{document}: rustdoc has no page [{page}]");
+            let (file, known) = match document.starts_with("scenes/") {
+                true => ("scenes/lib.rs", format!("[{page}]: ../")),
+                false => ("src/guide/mod.rs", format!("[{page}]: crate::")),
+            };
+            assert!(read(file).contains(&known), "{document}: {file} has no page [{page}]");
         }
         for link in inline.chain(pages.iter().map(|(_, file)| *file)) {
             if link.starts_with("https://") {

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use crate::common;
 use crate::common::program::{Folder, perirobot, text};
-use perirobot::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
-use perirobot::render::{Colour, Wish, draw};
-use perirobot::study::{Overrides, Study};
-use perirobot::view::{Names, View, find};
-use perirobot::world::World;
+use perirobot_decide::view::{Names, View, find};
+use perirobot_march::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
+use perirobot_page::render::{Colour, Wish, draw};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 /// Where commands of pictures stand, beside the pictures.
 const PICTURES: [&str; 2] = ["scenes/paper/PICTURES.md", "scenes/tutorial/README.md"];

@@ -6,16 +6,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use perirobot::Result;
-use perirobot::recording::{Asked, Recording};
-use perirobot::scene::build::build;
-use perirobot::scene::gltf::{Gltf, WhichClip};
-use perirobot::scene::keypoints::{KeypointFile, Layout};
-use perirobot::scene::spec::SceneSpec;
-use perirobot::scene::{Scene, collada, obj, octomap, stl};
-use perirobot::source::Sources;
-use perirobot::study::{Overrides, Study};
-use perirobot::world::World;
+use perirobot_march::Result;
+use perirobot_scene::recording::{Asked, Recording};
+use perirobot_scene::scene::build::build;
+use perirobot_scene::scene::gltf::{Gltf, WhichClip};
+use perirobot_scene::scene::keypoints::{KeypointFile, Layout};
+use perirobot_scene::scene::{Scene, collada, obj, octomap, stl};
+use perirobot_scene::source::Sources;
+use perirobot_study::study::load_scene;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 use tempfile::TempDir;
 
 pub use super::folders::{journal, manifest};
@@ -210,7 +210,7 @@ fn sensor(keys: &str, poses: &str) {
 fn scene(text: &str) -> Result<Vec<Scene>> {
     let path = file("cell.toml", text.as_bytes());
     let sources = Sources::beside(&path);
-    build(&SceneSpec::load(&path, &sources)?, &sources, 0.1)
+    build(&load_scene(&path, &sources)?, &sources, 0.1)
 }
 
 /// Writes a file into the folder that all inputs of a thread share.

@@ -4,8 +4,8 @@
 use std::fs;
 
 use crate::common::program::{self, Folder, perirobot, text};
-use perirobot::results::journal::{Journal, JournalHeader, Locked, Shard};
-use perirobot::results::manifest::Manifest;
+use perirobot_sweep::results::journal::{Journal, JournalHeader, Locked, Shard};
+use perirobot_sweep::results::manifest::Manifest;
 use serde_json::{Value, json};
 
 /// A folder with the small study, swept: 8 and 3 choices of poses, one block of 33 rows.

@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use crate::common::program::{self, Edit, Folder, perirobot, refused, text};
-use perirobot::source::Sources;
-use perirobot::study::{Overrides, Study};
-use perirobot::world::World;
+use perirobot_scene::source::Sources;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";
 const SCENE: &str = "cell.toml";

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use crate::common::glb::{self, GlbNode, group, part};
 use crate::common::tutorial;
 use glam::DVec3;
-use perirobot::scene::keypoints::{KeypointFile, Keypoints, Layout};
-use perirobot::scene::mannequin::body;
-use perirobot::scene::spec::SceneSpec;
-use perirobot::scene::{Mesh, Surface, build, gltf};
-use perirobot::source::Sources;
+use perirobot_scene::scene::keypoints::{KeypointFile, Keypoints, Layout};
+use perirobot_scene::scene::mannequin::body;
+use perirobot_scene::scene::{Mesh, Surface, build, gltf};
+use perirobot_scene::source::Sources;
+use perirobot_study::study::load_scene;
 
 /// Largest distance between a round limb and its triangles, in metres.
 const SAG: f64 = 0.002;
@@ -95,7 +95,7 @@ fn the_table_stands_where_the_study_expects_it() {
 fn the_tutorials_parts_stand_where_its_text_says() {
     let file = shipped("../tutorial/cell.toml");
     let sources = Sources::beside(&file);
-    let scene = &build::build(&SceneSpec::load(&file, &sources).unwrap(), &sources, 0.05).unwrap()[0];
+    let scene = &build::build(&load_scene(&file, &sources).unwrap(), &sources, 0.05).unwrap()[0];
     let bounds = |name: &str| {
         let meshes = scene.objects.iter().filter(|object| object.name.starts_with(name));
         let bounds = meshes.filter_map(|object| {
@@ -193,7 +193,7 @@ fn people_stand_in_nothing() {
 fn arm() -> Mesh {
     let file = shipped("scene1.toml");
     let sources = Sources::beside(&file);
-    let spec = SceneSpec::load(&file, &sources).unwrap();
+    let spec = load_scene(&file, &sources).unwrap();
     let scene = build::build(&spec, &sources, 0.05).unwrap().remove(0);
     let arm = scene.objects.iter().find(|object| object.name == "robot").unwrap();
     let Surface::Mesh(mesh) = &arm.surface else { panic!("a mesh") };

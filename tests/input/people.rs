@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::Path;
 
-use perirobot::study::{Overrides, Study};
-use perirobot::world::World;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 const PEOPLE: [(&str, [f64; 2]); 8] = [
     ("standing", [1.65, 1.85]),

@@ -3,9 +3,9 @@
 
 use crate::common::glb;
 use crate::common::program::{Folder, refused};
-use perirobot::study::{Overrides, Study};
-use perirobot::voxel::BitGrid;
-use perirobot::world::World;
+use perirobot_march::voxel::BitGrid;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";
 

@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use perirobot::scene::spec::SceneSpec;
-use perirobot::scene::{Object, Role, Surface, build::build};
-use perirobot::source::Sources;
+use perirobot_scene::scene::{Object, Role, Surface, build::build};
+use perirobot_scene::source::Sources;
+use perirobot_study::study::load_scene;
 
 fn shipped(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper").join(name)
@@ -20,7 +20,7 @@ fn arm(keys: &str) -> Object {
     std::fs::write(&scene, format!("[[object]]\nname = \"arm\"\nurdf = {urdf:?}\n{keys}\n")).unwrap();
     // The arm lies elsewhere.
     let sources = Sources::beside(&scene).allow_outside();
-    let spec = SceneSpec::load(&scene, &sources).unwrap();
+    let spec = load_scene(&scene, &sources).unwrap();
     let scene = build(&spec, &sources, 0.05).unwrap().remove(0);
     assert_eq!(scene.objects.len(), 1);
     (*scene.objects[0]).clone()
@@ -59,7 +59,7 @@ fn a_urdf_is_a_robot_and_keeps_its_links() {
 /// The robot in each snapshot of a shipped scene.
 fn robots(scene: &str) -> Vec<Object> {
     let sources = Sources::beside(&shipped(scene));
-    let spec = SceneSpec::load(&shipped(scene), &sources).unwrap();
+    let spec = load_scene(&shipped(scene), &sources).unwrap();
     let scenes = build(&spec, &sources, 0.05).unwrap();
     (scenes.iter())
         .map(|scene| (**scene.objects.iter().find(|object| object.name == "robot").unwrap()).clone())

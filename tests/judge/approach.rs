@@ -5,11 +5,11 @@ use std::fs;
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, names, perirobot, shelf, text};
-use perirobot::approach::{APPROACH, Ground, PATHS, Way, nearest_ways};
-use perirobot::study::{Overrides, Study};
-use perirobot::view::watched::Watchers;
-use perirobot::view::{Names, find};
-use perirobot::world::World;
+use perirobot_decide::approach::{APPROACH, Ground, PATHS, Way, nearest_ways};
+use perirobot_decide::view::watched::Watchers;
+use perirobot_decide::view::{Names, find};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 fn approach(folder: &Folder, pose: &str) -> Outcome {
     let (study, out) = (folder.path("study.toml"), folder.path("out"));

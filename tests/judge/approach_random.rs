@@ -6,14 +6,14 @@ use std::path::Path;
 use crate::common::Random;
 use crate::common::program::{shelf, text};
 use crate::common::python;
-use perirobot::approach::{APPROACH, Answer, Asked, Ground, answers, csv};
-use perirobot::backend::cpu::Cpu;
-use perirobot::export::each_file;
-use perirobot::scene::build::build;
-use perirobot::study::{Overrides, Study};
-use perirobot::view::watched::Watchers;
-use perirobot::view::{Choice, View};
-use perirobot::world::World;
+use perirobot_decide::approach::{APPROACH, Answer, Asked, Ground, answers, csv};
+use perirobot_decide::view::watched::Watchers;
+use perirobot_decide::view::{Choice, View};
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_page::export::each_file;
+use perirobot_scene::scene::build::build;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 /// A random cell: boxes, a robot that moves in some, a person in some, a camera or two that certify, and in some a pad,
 /// a light curtain, a cover of the robot.
@@ -152,7 +152,7 @@ fn cell(random: &mut Random) -> Cell {
 
 const FIRST: Choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
 
-fn asked<'a>(study: &'a Study, worlds: &'a [World]) -> perirobot::Result<(Ground<'a>, Vec<Answer>)> {
+fn asked<'a>(study: &'a Study, worlds: &'a [World]) -> perirobot_march::Result<(Ground<'a>, Vec<Answer>)> {
     let watchers = Watchers::new(study, FIRST);
     let ground = Ground::new(study, worlds, watchers.each())?;
     let (answers, _) = answers(&ground, worlds, &watchers, &mut || ())?;
@@ -169,8 +169,8 @@ fn export(folder: &Path, company: &str, study: &Study, worlds: &[World]) {
     for (world, scene) in worlds.iter().zip(&scenes) {
         let view = View::new(study, world, RAYS, &mut cpu).unwrap();
         let name = folder.join(format!("{company}-{}.npz", world.snapshot));
-        let keep = |file: perirobot::export::File| match file.name == "view.npz" {
-            true => perirobot::results::files::write_whole(&name, &file.bytes),
+        let keep = |file: perirobot_page::export::File| match file.name == "view.npz" {
+            true => perirobot_sweep::results::files::write_whole(&name, &file.bytes),
             false => Ok(()),
         };
         each_file(&view, scene, keep).unwrap();

@@ -2,10 +2,10 @@
 //! cannot be asked.
 
 use crate::common::program::{Folder, Outcome, perirobot, refused, rows, shelf, text};
-use perirobot::judge::{Alteration, altered};
-use perirobot::study::{Overrides, Study};
-use perirobot::view::{Names, find};
-use perirobot::world::World;
+use perirobot_decide::judge::{Alteration, altered};
+use perirobot_decide::view::{Names, find};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 /// The small study, with somebody at two spots; one of them is in the crate.
 fn cell() -> Folder {

@@ -6,11 +6,11 @@ use std::fs;
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, STOPPING, perirobot, refused, rows, text};
-use perirobot::backend::cpu::Cpu;
-use perirobot::study::{Overrides, Study};
-use perirobot::view::{Names, View, find};
-use perirobot::voxel::BitGrid;
-use perirobot::world::World;
+use perirobot_decide::view::{Names, View, find};
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::voxel::BitGrid;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
 
 /// As `STOPPING` says, in micrometres.
 const NEEDED_UM: [u64; 3] = [321_250, 445_000, 730_000];

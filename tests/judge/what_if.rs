@@ -5,17 +5,19 @@ use std::fs;
 use std::path::Path;
 
 use crate::common;
-use perirobot::Error;
-use perirobot::backend::factory::{BackendChoice, BackendFactory, BackendKind, ChosenBackends, Fallback};
-use perirobot::backend::{Backend, oracle::Oracle};
-use perirobot::judge::{Alteration, Case, Conditions, Draws, Surroundings, WhatIf, altered};
-use perirobot::metrics::Confusion;
-use perirobot::results::files::DRAWS;
-use perirobot::results::manifest::Fault;
-use perirobot::study::{Condition, Overrides, Study};
-use perirobot::sweep::{Watch, run};
-use perirobot::view::{Choice, Names, View, find};
-use perirobot::world::World;
+use perirobot_decide::judge::{Alteration, Case, Conditions, Draws, Surroundings, WhatIf, altered};
+use perirobot_decide::view::{Choice, Names, View, find};
+use perirobot_march::Error;
+use perirobot_march::backend::factory::{
+    BackendChoice, BackendFactory, BackendKind, ChosenBackends, Fallback,
+};
+use perirobot_march::backend::{Backend, oracle::Oracle};
+use perirobot_march::metrics::Confusion;
+use perirobot_study::study::{Condition, Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::files::DRAWS;
+use perirobot_sweep::results::manifest::Fault;
+use perirobot_sweep::sweep::{Watch, run};
 use toml::{Table, Value};
 
 const DEAD: [Condition; 2] = [Condition::OneSensorDead, Condition::TwoSensorsDead];
@@ -126,7 +128,7 @@ fn what_if(
     backends: &mut dyn BackendFactory,
 ) -> (Conditions, Option<Draws>, String) {
     let (study, worlds) = study;
-    let names = perirobot::results::columns::representation_names(study, &study.combinations[0]);
+    let names = perirobot_sweep::results::columns::representation_names(study, &study.combinations[0]);
     // One that has the representation anywhere.
     let wanted = names.iter().rfind(|name| name.split(';').any(|one| one == representation)).unwrap();
     let names = Names { poses: poses.into(), representation: Some(wanted.clone()), ..Names::default() };
@@ -153,7 +155,7 @@ fn alone((study, worlds): &(Study, Vec<World>), poses: &str, ways: &str, found: 
         }
         let (study, worlds, choice) = altered(study, worlds, &choice, &case.alteration).unwrap();
         let counts =
-            swept(&study, &worlds, &choice, &mut perirobot::backend::cpu::Cpu::new(Some(2)).unwrap());
+            swept(&study, &worlds, &choice, &mut perirobot_march::backend::cpu::Cpu::new(Some(2)).unwrap());
         assert_eq!(case.counts, counts, "{:?} of {poses}", case.alteration);
     }
 }

@@ -31,7 +31,9 @@ def contents(program, notices):
     """Bytes by path; the program is the one file that can be executed."""
     files = {program.name: program.read_bytes(), "LICENSE-THIRD-PARTY": notices.read_bytes()}
     scenes = output("git", "ls-files", "-z", "scenes").decode().split("\0")
-    for path in [*PAGES, *filter(None, scenes)]:
+    # The folder is also a crate.
+    code = ["scenes/Cargo.toml", "scenes/lib.rs"]
+    for path in [*PAGES, *(path for path in scenes if path and path not in code)]:
         files[path] = pathlib.Path(path).read_bytes()
     for shell, name in SHELLS.items():
         files[f"completions/{name}"] = output(program, "completions", shell)

@@ -1,7 +1,7 @@
 //! `perirobot bench`: the shape of its tables, and counts that are equal. No time is asserted.
 
 use crate::common::program::{Folder, perirobot, text};
-use perirobot::backend::cpu::SimdLevel;
+use perirobot_march::backend::cpu::SimdLevel;
 
 const TINY: &str = "scenes/tiny.toml";
 

@@ -6,12 +6,12 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::program::{Folder, Outcome, names, perirobot, text};
-use perirobot::scene::spec::SceneSpec;
-use perirobot::scene::{build::build, octomap};
-use perirobot::source::Sources;
-use perirobot::study::{Overrides, Study};
-use perirobot::truth::{voxelize, voxelize_all};
-use perirobot::voxel::Grid;
+use perirobot_march::voxel::Grid;
+use perirobot_scene::scene::{build::build, octomap};
+use perirobot_scene::source::Sources;
+use perirobot_scene::truth::{voxelize, voxelize_all};
+use perirobot_study::study::load_scene;
+use perirobot_study::study::{Overrides, Study};
 use serde_json::Value;
 
 const TINY: &str = "scenes/tiny.toml";
@@ -333,7 +333,7 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
     }
     let path = Path::new("scenes/paper/scene1.toml");
     let sources = Sources::beside(path);
-    let spec = SceneSpec::load(path, &sources).unwrap();
+    let spec = load_scene(path, &sources).unwrap();
     let scene = build(&spec, &sources, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
     let truth = voxelize_all(&scene, grid).unwrap().remove(0);
@@ -365,7 +365,7 @@ fn bounds_cut_a_part_out_of_a_large_map() {
     // At x = 0 stands one pillar of 12 voxels, and the next are outside.
     let path = folder.path("cell.toml");
     let sources = Sources::beside(&path);
-    let scene = build(&SceneSpec::load(&path, &sources).unwrap(), &sources, 0.1).unwrap();
+    let scene = build(&load_scene(&path, &sources).unwrap(), &sources, 0.1).unwrap();
     let grid = Grid { voxel_size_m: 0.1, origin: [-15, -15, -1], size: [31, 31, 21] };
     let truth = voxelize_all(&scene, grid).unwrap().remove(0);
     let hall = truth.objects.iter().find(|object| object.name == "hall").unwrap();

@@ -10,15 +10,15 @@ use crate::common::running::same_bytes;
 use crate::common::{self, Random};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use perirobot::backend::Backend;
-use perirobot::backend::cpu::Cpu;
-use perirobot::backend::gpu::Gpu;
-use perirobot::backend::oracle::Oracle;
-use perirobot::metrics::Confusion;
-use perirobot::results::columns::pose_names;
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::run;
-use perirobot::world::World;
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::metrics::Confusion;
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::columns::pose_names;
+use perirobot_sweep::sweep::run;
 
 /// The small study with a combination.
 fn folder(combination: &str) -> Folder {

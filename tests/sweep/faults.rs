@@ -11,25 +11,25 @@ use std::time::Duration;
 use crate::common;
 use crate::common::program::Folder;
 use crate::common::watch::Onlooker;
-use perirobot::backend::adapter::AdapterChoice;
-use perirobot::backend::factory::{BackendFactory, Fallback, KeptBackends};
-use perirobot::backend::gpu::{Gpu, Stage, shader_source};
-use perirobot::backend::{
+use perirobot_march::backend::adapter::AdapterChoice;
+use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
+use perirobot_march::backend::gpu::{Gpu, Stage, shader_source};
+use perirobot_march::backend::{
     Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
 };
-use perirobot::backend::{cpu::Cpu, oracle::Oracle, self_test};
-use perirobot::error::Issue;
-use perirobot::metrics::Confusion;
-use perirobot::results::files::{DISAGREED, DISAGREEMENT, JOURNAL};
-use perirobot::results::journal::Shard;
-use perirobot::results::manifest::Manifest;
-use perirobot::sensor::{self, Setting};
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::session::{Ending, RunReport, Session};
-use perirobot::sweep::{run, run_on};
-use perirobot::truth::region::window_of;
-use perirobot::world::{World, ray_tables};
-use perirobot::{Error, Result};
+use perirobot_march::backend::{cpu::Cpu, oracle::Oracle, self_test};
+use perirobot_march::error::Issue;
+use perirobot_march::metrics::Confusion;
+use perirobot_march::{Error, Result};
+use perirobot_scene::truth::region::window_of;
+use perirobot_study::sensor::{self, Setting};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::{World, ray_tables};
+use perirobot_sweep::results::files::{DISAGREED, DISAGREEMENT, JOURNAL};
+use perirobot_sweep::results::journal::Shard;
+use perirobot_sweep::results::manifest::Manifest;
+use perirobot_sweep::sweep::session::{Ending, RunReport, Session};
+use perirobot_sweep::sweep::{run, run_on};
 
 /// What a device is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Tables are what pandas takes them for: CSV and Parquet, read back by a script, are the same frame.
 
 use crate::common::python;
-use perirobot::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
+use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 
 /// As many as tests/pandas/read_back.py expects.
 const ROWS: u64 = 200_000;

@@ -5,16 +5,16 @@ use std::fs;
 
 use crate::common::program::{Folder, names, perirobot, text};
 use crate::common::watch::Onlooker;
-use perirobot::backend::factory::{BackendFactory, Fallback};
-use perirobot::backend::{Backend, cpu::Cpu};
-use perirobot::results::journal::{Journal, JournalHeader, Locked, Shard};
-use perirobot::results::manifest::Manifest;
-use perirobot::results::table::TableFormat;
-use perirobot::results::{Results, Subject, scores};
-use perirobot::study::{Overrides, Study};
-use perirobot::sweep::run;
-use perirobot::sweep::session::Session;
-use perirobot::world::World;
+use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::backend::{Backend, cpu::Cpu};
+use perirobot_study::study::{Overrides, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::journal::{Journal, JournalHeader, Locked, Shard};
+use perirobot_sweep::results::manifest::Manifest;
+use perirobot_sweep::results::table::TableFormat;
+use perirobot_sweep::results::{Results, Subject, scores};
+use perirobot_sweep::sweep::run;
+use perirobot_sweep::sweep::session::Session;
 
 /// The files of a finished sweep.
 const FILES: [&str; 5] = ["counts.journal", "manifest.json", "poses.csv", "results.csv", "scores.csv"];
@@ -49,7 +49,7 @@ fn rich() -> Folder {
 struct OnCpu;
 
 impl BackendFactory for OnCpu {
-    fn open(&mut self, _: Fallback) -> perirobot::Result<Box<dyn Backend + Send>> {
+    fn open(&mut self, _: Fallback) -> perirobot_march::Result<Box<dyn Backend + Send>> {
         Ok(Box::new(Cpu::new(None)?))
     }
 
@@ -77,7 +77,7 @@ fn results_read_back_are_those_of_the_sweep() {
     let read = |results: Results| {
         for row in &rows {
             let moment = results.scenes[row.scene].moments.start + row.snapshot;
-            let key = perirobot::results::RowKey {
+            let key = perirobot_sweep::results::RowKey {
                 combination: row.combination,
                 choice: row.choice,
                 representation: row.representation,
@@ -241,7 +241,7 @@ fn folders_without_results_are_refused() {
 fn results_of_other_rules_come_with_a_warning() {
     let folder = rich();
     folder.sweep(&[]);
-    let version = format!("\"semantics_version\": {}", perirobot::SEMANTICS_VERSION);
+    let version = format!("\"semantics_version\": {}", perirobot_march::SEMANTICS_VERSION);
     folder.edit("out/manifest.json", &version, "\"semantics_version\": 999");
     // A sweep by those rules would have had their fingerprint from the beginning.
     let out = folder.path("out");

@@ -1,383 +1,417 @@
-//! Sensors of a study, checked. The keys that all kinds share are read here, those of a kind in its own file.
+//! What a sensor is: where it may stand, the rays it casts and the voxels it claims. Everything leaves this
+//! room quantised, so that backends get integers only.
+//!
+//! | sensor | type | naive | volume | feature |
+//! |---|---|---|---|---|
+//! | RGB-D camera (`rgbd`) | range | `points` | | `spheres`, `cylinders`, `box` |
+//! | RGB camera (`rgb`) | zone | | | `zone` |
+//! | LIDAR, safety scanner (`lidar`) | range | `points` | `field` | |
+//! | rays from a table (`rays`) | range | `points` | | |
+//! | pressure pad (`pad`) | area | | `volume` | |
+//! | light curtain (`gate`) | zone | | `volume` | |
+//! | proximity cover (`cover`) | range | `naive` | | |
+//! | known robot pose (`known_robot`) | | | `volume` | |
+//! | a real sensor's map or cloud (`recorded`) | range | `map` | | |
+//!
+//! (Paper, table I.) `src/guide/change_it.md` lists the files of a new sensor.
 
-mod camera_info;
-mod cover;
-mod gate;
-mod lidar;
-mod pad;
-mod range;
-mod rays;
-mod recorded;
-mod rgb;
-mod rgbd;
-#[cfg(test)]
-mod schema;
+pub mod calibration;
+pub mod camera;
+mod cost;
+pub mod cover;
+pub mod field_of_view;
+pub mod gate;
+pub mod keypoints;
+pub mod known_robot;
+pub mod lidar;
+pub mod look;
+pub mod noise;
+pub mod pad;
+pub mod prism;
+pub mod range;
+pub mod ray_set;
+pub mod recorded;
+pub mod rgb;
+pub mod rgbd;
+pub mod spread;
+pub mod turned;
+pub mod watch;
 
+use std::fmt::Debug;
 use std::sync::Arc;
 
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
-use toml::{Table, Value};
+use glam::{DMat3, DVec3};
 
-use super::catalogue::{self, FromModel};
-use super::poses::PosesFile;
-use super::reader::read;
-use super::region_file::BoxFile;
-use super::unreadable::{Unread, Unreadable};
-use super::written::{LineOf, Step, in_words};
-use super::{Place, Problems, poses};
-use crate::scene::spec::SceneSpec;
-use crate::sensor::known_robot::KnownRobot;
-use crate::sensor::prism::Prism;
-use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Spread, Terms};
-use crate::source::Sources;
-use crate::{Error, Result};
-#[cfg(test)]
-pub(super) use schema::AnySensor;
+use self::prism::Prism;
+use self::range::Range;
+pub use calibration::Calibration;
+pub use camera::Camera;
+pub use cost::{Cost, Terms};
+pub use field_of_view::FieldOfView;
+pub use lidar::{Lidar, LidarMount};
+use perirobot_march::backend::{GridFrame, GridPose, Planes, Rays};
+use perirobot_march::error::Issue;
+use perirobot_march::march;
+use perirobot_march::voxel::{BitGrid, Grid, Window};
+use perirobot_scene::pose::Pose;
+use perirobot_scene::truth::Truth;
+pub use spread::Spread;
 
-/// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
-pub(crate) const MAX_RAYS: usize = (128 << 20) / 12;
-
-/// The keys of every sensor.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-struct CommonFile {
-    /// Its name in results.
-    name: String,
+/// A sensor of a study.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// Unique in the study.
+    pub name: String,
     /// What it is.
-    kind: KindName,
-    /// The link of a robot that carries it; poses are then in the link's frame.
-    on: Option<LinkFile>,
-    /// An earlier sensor whose poses it has, too.
-    same_poses_as: Option<String>,
-    /// What one of them costs, in any currency, for `perirobot choose`.
-    cost: Option<f64>,
-    /// How many of them a set of `perirobot choose` may have. Default as many as the set may have sensors.
-    at_most: Option<u32>,
-    /// Where it may stand.
-    #[serde(default)]
-    poses: Vec<PosesFile>,
+    pub kind: Arc<dyn Kind>,
+    /// The robot's link that carries it, if not the world.
+    pub on: Option<MountLink>,
+    /// Candidates in study order.
+    pub candidates: Vec<Candidate>,
+    /// The candidate words of what is drawn for its candidates, if they are not their numbers.
+    pub draw_words: Vec<u32>,
+    /// The groups of candidates between which others are possible.
+    pub spreads: Vec<Spread>,
+    /// What the study says of its noise.
+    pub noise: SaidOfNoise,
+    /// That it casts fewer rays than the device of the catalogue that it is, if so: `casts …`.
+    pub thinned: Option<String>,
+    /// What one of them costs, and how many a set may have.
+    pub terms: Terms,
+    /// What was assumed about it that the user may not expect.
+    pub warnings: Vec<String>,
 }
 
-const COMMON_KEYS: [&str; 7] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "poses"];
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-enum KindName {
-    Rgbd,
-    Rgb,
-    Lidar,
-    Rays,
-    Pad,
-    Gate,
-    Cover,
-    KnownRobot,
-    Recorded,
-}
-
-/// A link of a robot.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct LinkFile {
-    /// The robot's object in the scene.
-    object: String,
-    /// The link's name in the URDF.
-    link: String,
-}
-
-/// What a sensor without a return or a detection says about the voxels that it watches.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
-enum Silence {
+/// What a study says of a sensor's noise, by its keys or those of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaidOfNoise {
+    /// Nothing is said: the sensor is ideal.
+    Nothing,
+    /// The size of its noise.
+    Model,
+    /// Its noise is unknown; the sensor is cast as if it were ideal.
     Unknown,
-    Free,
 }
 
-impl BoxFile {
-    /// The box as a volume in the sensor's frame.
-    fn prism(&self, at: &Place, key: &str) -> Result<Prism> {
-        let at = at.key(key);
-        let (min, max) = (at.vector("min_m", self.min_m)?, at.vector("max_m", self.max_m)?);
-        if !min.cmplt(max).all() {
-            return Err(at.wrong("max_m", format!("{:?}", self.max_m), "must be above min_m on every axis"));
+/// A link of a robot that a sensor is mounted on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MountLink {
+    /// Name of the robot's object in the scene.
+    pub object: String,
+    /// Name of the link in its URDF.
+    pub link: String,
+}
+
+/// One way a sensor may be set up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Unique among the sensor's candidates, and stable: `right-wall/12/3`.
+    pub name: String,
+    /// The set it belongs to: `right-wall`.
+    pub group: String,
+    /// What distinguishes it from the other candidates.
+    pub setting: Setting,
+}
+
+/// What distinguishes the candidates of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting {
+    /// Where it is, in the world or on its link.
+    Pose(Pose),
+    /// How far a proximity cover senses, in metres.
+    Inflation(f64),
+    /// Nothing: there is one way only.
+    Fixed,
+}
+
+impl Sensor {
+    /// The candidate word of what is drawn for a candidate: noise, loss, and how far its mount is off.
+    pub(crate) fn draw_word(&self, candidate: usize) -> usize {
+        self.draw_words.get(candidate).map_or(candidate, |&word| word as usize)
+    }
+
+    /// The settings of its candidates, with poses in the world; the carrier is the link that carries it, if one does.
+    pub(crate) fn settings(&self, carrier: Option<&Pose>) -> Vec<Setting> {
+        self.candidates.iter().map(|candidate| candidate.setting.carried_by(carrier)).collect()
+    }
+}
+
+impl Setting {
+    /// The same in the world, on a link that carries the sensor, if one does.
+    pub(crate) fn carried_by(self, carrier: Option<&Pose>) -> Setting {
+        match (self, carrier) {
+            (Setting::Pose(pose), Some(link)) => Setting::Pose(pose.carried_by(link)),
+            (Setting::Fixed, Some(link)) => Setting::Pose(*link),
+            _ => self,
         }
-        Ok(Prism::between(min, max))
     }
-}
 
-/// A kind without keys of its own.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct NoKeys {}
-
-/// The context in which a sensor is checked.
-#[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
-    /// The study's seed.
-    pub(super) seed: u64,
-    /// Whether noise is switched off.
-    pub(super) noiseless: bool,
-    /// Its place in the study.
-    pub(super) index: usize,
-    /// The sensors before it that are right.
-    pub(super) earlier: &'a [Sensor],
-    /// How many poses those have together.
-    pub(super) poses: usize,
-    /// The sources through which its files are read.
-    pub(super) sources: &'a Sources,
-    /// The study's scenes.
-    pub(super) scenes: &'a [SceneSpec],
-    /// On which line of the study a key stands.
-    pub(super) line_of: LineOf<'a>,
-}
-
-impl Context<'_> {
-    /// Why the keys of this sensor cannot be read, with an example of the key that is wrong or missing.
-    fn unreadable(&self, at: &Place, error: &Unreadable, more: &str) -> Error {
-        let key = match (&error.keys()[..], &error.kind) {
-            ([key], _) => *key,
-            ([], Unread::Missing(key)) => *key,
-            _ => "",
-        };
-        let example = EXAMPLES.iter().find(|example| example.split(' ').next() == Some(key));
-        let example = example.map_or(String::new(), |example| format!(", as in {example}"));
-        let place = [Step::Key("sensor".into()), Step::Entry(self.index)];
-        at.says(format!("{}{example}{more}", in_words(error, self.line_of, &place)))
-    }
-}
-
-/// Checks one `[[sensor]]`. All that is wrong with its poses is told at once.
-pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Sensor, Vec<Error>> {
-    let name = keys.get("name").and_then(|name| name.as_str());
-    let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
-    let FromModel { contradictions, thinned } = catalogue::resolve(at, &mut keys).map_err(|e| vec![e])?;
-    let mut common = Table::new();
-    for key in COMMON_KEYS {
-        common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
-    }
-    let common: CommonFile = read(common).map_err(|e| vec![context.unreadable(at, &e, "")])?;
-    let noise = range::said(&keys);
-    let (kind, mut warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
-    warnings.splice(0..0, contradictions);
-    let terms = terms(at, &common).map_err(|e| vec![e])?;
-    let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
-    if on.is_some() && !kind.takes_poses() {
-        return Err(vec![
-            at.says(format!("on does not belong to a {}", kind.name())).wanted("it is where the robot is"),
-        ]);
-    }
-    let like = common.same_poses_as.as_deref();
-    let source = CandidateSource { like, context };
-    let (candidates, spreads) = candidates(at, &common.name, &*kind, &common.poses, &source)?;
-    Ok(Sensor {
-        name: common.name,
-        kind,
-        on,
-        candidates,
-        draw_words: Vec::new(),
-        spreads,
-        noise,
-        thinned,
-        terms,
-        warnings,
-    })
-}
-
-/// What one of them costs, and how many a set may have.
-fn terms(at: &Place, common: &CommonFile) -> Result<Terms> {
-    if common.at_most == Some(0) {
-        return Err(at.wrong("at_most", 0, "must be 1 or more; take the sensor away if there is to be none"));
-    }
-    let cost = common.cost.map(|cost| at.cost("cost", cost)).transpose()?;
-    Ok(Terms { cost, at_most: common.at_most })
-}
-
-/// The sensor that the keys of its kind describe, with warnings.
-fn kind(
-    at: &Place,
-    kind: KindName,
-    mut keys: Table,
-    context: &Context,
-) -> Result<(Arc<dyn Kind>, Vec<String>)> {
-    let &Context { noiseless, sources, .. } = context;
-    let mut warnings = odd_lengths(&keys);
-    if matches!(kind, KindName::Rgbd | KindName::Rgb) {
-        warnings.extend(camera_info::resolve(at, &mut keys, sources)?);
-    }
-    if matches!(kind, KindName::Rgbd | KindName::Lidar | KindName::Rays | KindName::Cover) {
-        range::refuse_former(at, &keys)?;
-    }
-    let kind: Arc<dyn Kind> = match kind {
-        KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::Lidar => {
-            let file = own(at, keys, context)?;
-            warnings.extend(lidar::left_out(&file));
-            Arc::new(lidar::check(at, file, noiseless)?)
+    /// The pose; the origin of a setting that has none.
+    pub fn pose(&self) -> Pose {
+        match self {
+            Setting::Pose(pose) => *pose,
+            _ => Pose::ORIGIN,
         }
-        KindName::Rays => Arc::new(rays::check(at, own(at, keys, context)?, noiseless, sources)?),
-        KindName::Pad => Arc::new(pad::check(at, own(at, keys, context)?)?),
-        KindName::Gate => Arc::new(gate::check(at, own(at, keys, context)?)?),
-        KindName::Cover => Arc::new(cover::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::KnownRobot => {
-            let NoKeys {} = own(at, keys, context)?;
-            Arc::new(KnownRobot)
+    }
+}
+
+/// How a pose that faces somewhere turns the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stance {
+    /// Its optical axis faces there, and tilts.
+    Facing,
+    /// It spins about its own vertical axis, azimuth 0 towards there, and does not tilt.
+    Upright,
+    /// It lies or stands level; where it faces may be left out.
+    Level,
+}
+
+/// What a sensor's table of rays depends on besides the sensor.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// Whether a ray that leaves the grid returns from just outside.
+    pub backdrop: bool,
+}
+
+/// What a sensor of some kind does. Representations are numbered as [`Kind::representations`] lists them.
+pub trait Kind: Debug + Send + Sync {
+    /// What it is called in a study.
+    fn name(&self) -> &'static str;
+
+    /// The representations that are scored, in order.
+    fn representations(&self) -> Vec<&'static str>;
+
+    /// The same sensor with one of its representations alone; `None` where it has no other.
+    fn only(&self, _representation: usize) -> Option<Arc<dyn Kind>> {
+        None
+    }
+
+    /// The rays that a backend casts from every pose; `None` for a sensor that needs none.
+    fn rays(&self, _: &Scale) -> Option<Rays> {
+        None
+    }
+
+    /// Where its rays look. With it, voxels between rays can be distinguished from voxels outside the view.
+    fn field_of_view(&self) -> FieldOfView {
+        FieldOfView::Spacing
+    }
+
+    /// The distances that it measures; `None` for a sensor without rays.
+    fn range(&self) -> Option<&Range> {
+        None
+    }
+
+    /// The frame of its rays in the world.
+    fn frame(&self, pose: &Pose) -> DMat3 {
+        pose.optical()
+    }
+
+    /// How a facing pose turns it.
+    fn stance(&self) -> Stance {
+        Stance::Facing
+    }
+
+    /// The candidates of a sensor that is not given poses; empty if it needs them.
+    fn settings(&self) -> Vec<(String, Setting)> {
+        Vec::new()
+    }
+
+    /// Whether poses may be given.
+    fn takes_poses(&self) -> bool {
+        true
+    }
+
+    /// Whether readings differ from repeat to repeat.
+    fn is_noisy(&self) -> bool {
+        self.range().is_some_and(Range::is_noisy)
+    }
+
+    /// How far its mount may be off, if it may.
+    fn calibration(&self) -> Option<Calibration> {
+        self.range()?.calibration
+    }
+
+    /// Whether it speaks after all others, wherever a combination lists it.
+    fn speaks_last(&self) -> bool {
+        false
+    }
+
+    /// The volumes that it watches where they do not begin at a lens, for drawings.
+    fn prisms(&self) -> Vec<&Prism> {
+        Vec::new()
+    }
+
+    /// The ground below the field that it guards with its rays, as corners in world metres; empty for none.
+    fn guarded_m(&self, _: &Pose) -> Vec<DVec3> {
+        Vec::new()
+    }
+
+    /// How far its own housing reaches, in metres: blockers nearer than that let its rays pass.
+    fn housing_m(&self) -> f64 {
+        self.range().map_or(0.0, |range| range.near_ignore_m)
+    }
+
+    /// What `occupied` and `free` add to a voxel's log-odds, in thousandths.
+    fn log_odds(&self, representation: usize) -> [i32; 2];
+
+    /// Refuses a candidate at which it cannot work in a scene, and says what would work.
+    fn check(&self, _: &Station) -> Result<(), Issue> {
+        Ok(())
+    }
+
+    /// Whether the host may add to what is cast in a representation; a claim without a cast always does.
+    fn adds(&self, _representation: usize) -> bool {
+        true
+    }
+
+    /// Whether it is a presence sensor: the people's voxels that it feels are its hits.
+    fn feels_presence(&self, _representation: usize) -> bool {
+        false
+    }
+
+    /// Which voxels it may hit or feel, if not those that its rays can reach.
+    fn feels(&self, _: &Station) -> Extent {
+        Extent::Rays
+    }
+
+    /// Which voxels it watches ([`watch`]) in a representation, if neither all that its rays can hit nor all
+    /// that it feels.
+    fn watches(&self, _representation: usize, _: &Station) -> Option<BitGrid> {
+        None
+    }
+
+    /// The voxels of the environment that alone trip it, so that it never changes; none where it works.
+    fn stuck_by(&self, _: &Station) -> BitGrid {
+        BitGrid::nowhere()
+    }
+
+    /// What it says, in each representation.
+    fn claims(&self, at: &Station) -> Vec<Claim>;
+
+    /// The voxels that it may label.
+    fn reach(&self, _: &Station) -> Extent {
+        Extent::Rays
+    }
+
+    /// Further voxels that it may label, wherever it stands: around people, or in a zone of the world.
+    fn wherever_it_stands(&self, _: &Truth) -> Option<BitGrid> {
+        None
+    }
+}
+
+/// The voxels that a sensor may label at a candidate; planes cover a part of the grid that holds all of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Whatever rays from its pose can reach.
+    Rays,
+    /// These voxels.
+    Only(BitGrid),
+    /// These voxels besides what rays can reach.
+    RaysAnd(BitGrid),
+}
+
+/// Log-odds of a sensor that measures, in thousandths: OctoMap's defaults for a hit and a miss.
+pub const MEASURES: [i32; 2] = [847, -405];
+/// Log-odds of a switch: certain when it is on, no surer than a miss when it is off.
+pub const SWITCHES: [i32; 2] = [3511, -405];
+
+/// What a sensor says at a candidate, before it is placed in slots.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Claim {
+    /// Whether the evidence that the backend casts belongs to it.
+    pub cast: bool,
+    /// What the host adds, over the part of the station's window that holds it; `None` for nothing.
+    pub planes: Option<Planes>,
+}
+
+/// A candidate in a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Station<'a> {
+    /// Index of the scene, and which moment of it.
+    pub moment: [usize; 2],
+    /// The scene.
+    pub truth: &'a Truth,
+    /// The voxels that matter.
+    pub window: Window,
+    /// The candidate's setting; a pose is in the world, whatever carries it.
+    pub setting: Setting,
+    /// The sensor's own table of rays, if it has one.
+    pub rays: Option<&'a Rays>,
+    /// Where the sensor truly is, if its mount is off; in the world.
+    pub truly: Option<Pose>,
+    /// The hash of the words before the ray, for what is noisy.
+    pub draws: u32,
+}
+
+impl Station<'_> {
+    /// Where the sensor is; the world's origin if it has no pose.
+    pub(crate) fn pose(&self) -> Pose {
+        self.setting.pose()
+    }
+
+    /// Where a sensor of some kind is, as integers.
+    pub fn placement(&self, kind: &dyn Kind) -> GridPose {
+        let truly = self.truly.map(|pose| standpoint(kind, &pose, &self.truth.grid));
+        GridPose { truly, ..placement(kind, &self.pose(), &self.truth.grid, self.draws) }
+    }
+
+    /// The same candidate, looked at over the whole grid.
+    pub(crate) fn everywhere(&self) -> Self {
+        Station { window: self.truth.grid.window(), ..*self }
+    }
+}
+
+/// Refuses a pad or a gate that is not level.
+fn level(at: &Station) -> Result<(), Issue> {
+    match at.pose().link().z_axis.z > 1.0 - 1e-9 {
+        true => Ok(()),
+        false => Err(Issue::says("is tilted")
+            .wanted("a pad or a gate lies or stands level, and turns about the vertical only")),
+    }
+}
+
+/// What a switch says of a volume: occupied when it is on, else free if the study lets it certify that.
+/// `felt` are the voxels of people that it feels when it is on.
+fn switched(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt: BitGrid) -> Claim {
+    let empty = BitGrid::nowhere();
+    let planes = match (on, otherwise_free) {
+        (true, _) => {
+            let hits = felt.over(felt.window().intersection(&at.window));
+            Some(Planes { occupied: volume, free: empty, hits })
         }
-        KindName::Recorded => {
-            let (recorded, about) = recorded::check(at, own(at, keys, context)?, context)?;
-            warnings.extend(about);
-            Arc::new(recorded)
-        }
+        (false, true) => Some(Planes { occupied: empty.clone(), free: volume, hits: empty }),
+        (false, false) => None,
     };
-    Ok((kind, warnings))
+    Claim { cast: false, planes }
 }
 
-/// Where candidates may come from besides the sensor's own poses.
-struct CandidateSource<'a> {
-    like: Option<&'a str>,
-    context: &'a Context<'a>,
-}
-
-fn candidates(
-    at: &Place,
-    name: &str,
-    kind: &dyn Kind,
-    groups: &[PosesFile],
-    source: &CandidateSource,
-) -> Result<(Vec<Candidate>, Vec<Spread>), Vec<Error>> {
-    let one = |e: Error| vec![e];
-    if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
-        return Err(one(at
-            .says(format!("poses do not belong to a {}", kind.name()))
-            .wanted("take them away")));
-    }
-    let most = poses::MAX_POSES.saturating_sub(source.context.poses);
-    if let Some(like) = source.like {
-        return same_poses(at, kind, groups, like, source.context.earlier, most).map_err(one);
-    }
-    let settings = kind.settings();
-    if groups.is_empty() && !settings.is_empty() {
-        let candidate = |(name, setting)| Candidate { name, group: kind.name().into(), setting };
-        return Ok((settings.into_iter().map(candidate).collect(), Vec::new()));
-    }
-    at.some("poses", groups, "[[sensor.poses]] name = \"wall\"").map_err(one)?;
-    let (mut candidates, mut spreads, mut problems) = (Vec::new(), Vec::new(), Problems::default());
-    for (i, group) in groups.iter().enumerate() {
-        let stream = (source.context.index as u64) << 32 | i as u64;
-        let (stance, seed, files) = (kind.stance(), source.context.seed, source.context.sources);
-        let source = poses::PoseSource { sensor: name, stance, seed, stream, most, files };
-        let spread = problems.keep(poses::expand(at, group, &source, &mut candidates));
-        spreads.extend(spread.flatten());
-    }
-    problems.none()?;
-    at.unique("pose", candidates.iter().map(|c| c.name.as_str())).map_err(one)?;
-    Ok((candidates, spreads))
-}
-
-/// The candidates of an earlier sensor with the same stance.
-fn same_poses(
-    at: &Place,
-    kind: &dyn Kind,
-    groups: &[PosesFile],
-    like: &str,
-    earlier: &[Sensor],
-    most: usize,
-) -> Result<(Vec<Candidate>, Vec<Spread>)> {
-    if !groups.is_empty() {
-        return Err(at.says("both poses and same_poses_as").wanted("give one"));
-    }
-    let posed = || earlier.iter().filter(|sensor| has_poses(sensor));
-    let found = posed().find(|sensor| sensor.name == like).ok_or_else(|| {
-        let known: Vec<_> = posed().map(|sensor| &sensor.name).collect();
-        let rule = format!("must be a sensor above it that has poses: {known:?}");
-        at.wrong("same_poses_as", format!("{like:?}"), &rule)
-    })?;
-    // The same pose turns sensors of different stances differently.
-    if found.kind.stance() != kind.stance() {
-        let what = format!("{:?} is not mounted as a {} is", like, kind.name());
-        return Err(at.around(Error::input("same_poses_as", what).wanted("write out its poses")));
-    }
-    if found.candidates.len() > most {
-        return Err(at.around(poses::too_many().at("same_poses_as")));
-    }
-    Ok((found.candidates.clone(), found.spreads.clone()))
-}
-
-fn has_poses(sensor: &Sensor) -> bool {
-    sensor.candidates.iter().any(|candidate| matches!(candidate.setting, Setting::Pose(_)))
-}
-
-/// The keys of one kind.
-fn own<T: DeserializeOwned>(at: &Place, keys: Table, context: &Context) -> Result<T> {
-    read(keys).map_err(|e| {
-        let more = match e.kind {
-            Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
-            _ => String::new(),
-        };
-        context.unreadable(at, &e, &more)
-    })
-}
-
-/// Examples of keys whose form is not obvious.
-const EXAMPLES: [&str; 13] = [
-    "name = \"camera\"",
-    "kind = \"rgbd\"",
-    "fov_deg = [87, 58], horizontal and vertical",
-    "resolution_px = [1280, 720]",
-    "resolution_deg = [0.5, 2], horizontal and vertical, or one for both",
-    "rings = 16, from one end of elevation_deg to the other",
-    "beams = 1081, from one end of fov_deg to the other",
-    "range_m = [0.3, 6]",
-    "size_m = [1, 0.75]",
-    "inflation_m = [0.1, 0.2]",
-    "directions = \"rays.csv\", a table with the columns x,y,z",
-    "box = { min_m = [0, 0, 0.3], max_m = [0.1, 1, 2] }",
-    "zone = { min_m = [0, -1, 0], max_m = [2, 1, 2] }",
-];
-
-/// Checks that there are representations, and none twice.
-fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
-    at.some("representations", names, example)?;
-    match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
-        Some(i) => Err(at.says(format!("representations[{i}] is there already")).wanted("name each once")),
-        None => Ok(()),
+/// A pose as integers. The position must lie in the grid.
+pub(crate) fn standpoint(kind: &dyn Kind, pose: &Pose, grid: &Grid) -> GridFrame {
+    let rotation = kind.frame(pose);
+    let row = |r: usize| std::array::from_fn(|a| quantise_q15(rotation.col(a)[r]));
+    GridFrame {
+        origin_q16: grid.position_q16(pose.position_m).map(|x| x as i32),
+        axis_q15: std::array::from_fn(row),
     }
 }
 
-/// The largest plausible lengths, in metres: several times what is built, or what a person needs.
-const LARGEST_M: [(&str, f64); 6] = [
-    ("spheres_radius_m", 2.0),
-    ("cylinders_radius_m", 2.0),
-    ("keypoint_tolerance_m", 2.0),
-    ("near_ignore_m", 2.0),
-    ("size_m", 50.0),
-    ("height_m", 50.0),
-];
-
-/// Warnings about lengths that are implausibly large.
-fn odd_lengths(keys: &Table) -> Vec<String> {
-    let metres = |value: &Value| match value {
-        Value::Array(all) => all.iter().filter_map(number).fold(0.0, f64::max),
-        value => number(value).unwrap_or(0.0),
-    };
-    let odd = LARGEST_M.iter().filter_map(|(key, most_m)| {
-        let given = keys.get(*key).filter(|value| metres(value) > *most_m)?;
-        Some(format!("{key} = {given}: is more than {most_m} m meant? Lengths are metres"))
-    });
-    odd.collect()
+/// The placement of a sensor that is where it is believed to be.
+pub fn placement(kind: &dyn Kind, pose: &Pose, grid: &Grid, draws: u32) -> GridPose {
+    let GridFrame { origin_q16, axis_q15 } = standpoint(kind, pose, grid);
+    GridPose { origin_q16, axis_q15, truly: None, draws }
 }
 
-fn number(value: &Value) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+/// The hash of the words before the ray: all indices count in study order.
+pub(crate) fn draws(seed: u64, [scene, snapshot, sensor, pose, repeat]: [usize; 5]) -> u32 {
+    let seed = [seed as u32, (seed >> 32) as u32];
+    march::fold(seed.into_iter().chain([scene, snapshot, sensor, pose, repeat].map(|index| index as u32)))
 }
 
-/// A length that must be above zero.
-fn length(at: &Place, key: &str, metres: f64) -> Result<f64> {
-    at.number(key, metres, f64::MIN_POSITIVE..1e6, "a length in metres above 0 and below 1000000")
+/// A component of a unit vector in Q15, ties away from zero: −32768 to 32768.
+pub fn quantise_q15(value: f64) -> i32 {
+    (value * 32_768.0).round() as i32
 }
 
 #[cfg(test)]

@@ -1,66 +1,88 @@
-//! The keys of an RGB camera that watches a zone.
+//! An RGB camera as a switch: a zone counts as occupied while a person's keypoints are seen anywhere in the
+//! image.
+use super::keypoints::{self, KeypointCamera};
+use super::prism::Prism;
+use super::range::Range;
+use super::{Camera, Claim, Extent, FieldOfView, Kind, SWITCHES, Scale, Station, switched};
+use perirobot_march::backend::Rays;
+use perirobot_march::error::Issue;
+use perirobot_march::voxel::{BitGrid, Grid, Window};
+use perirobot_scene::pose::Pose;
+use perirobot_scene::truth::Truth;
 
-use serde::Deserialize;
-
-use super::Silence;
-use super::range::{CalibrationFile, RangeKeys};
-use super::rgbd::{camera, tolerance};
-use crate::Result;
-use crate::scene::keypoints::JOINTS;
-use crate::sensor::rgb::Rgb;
-use crate::study::Place;
-use crate::study::region_file::BoxFile;
-use crate::study::value::exactly;
-
-/// An RGB camera that watches a zone.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub(super) struct RgbFile {
-    /// Horizontal and vertical angle of view, below 180.
-    #[serde(deserialize_with = "exactly")]
-    fov_deg: [f64; 2],
-    /// Pixels across and down.
-    #[serde(deserialize_with = "exactly")]
-    resolution_px: [u32; 2],
-    /// Nearest and farthest distance that it measures, in metres.
-    #[serde(deserialize_with = "exactly")]
-    range_m: [f64; 2],
-    /// Hits nearer than this are its own housing, in metres. Default 0.
-    near_ignore_m: Option<f64>,
-    /// How far its mount may be off, drawn anew in each repeat. Default not at all.
-    calibration: Option<CalibrationFile>,
-    /// The box that it calls occupied while it sees a person, in the world.
-    zone: BoxFile,
-    /// How many joints of one person it must see. Default 1.
-    min_keypoints: Option<u32>,
-    /// How far a hit may be from a joint to count as that joint, in metres. Default 0.15.
-    keypoint_tolerance_m: Option<f64>,
-    /// What it says about the zone while it sees nobody. Default "unknown".
-    otherwise: Option<Silence>,
+/// Optics, reach and zone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rgb {
+    /// Its optics.
+    pub camera: Camera,
+    /// How far it recognises a person, its own housing and its mount. It measures no distance, so it has no
+    /// noise.
+    pub range: Range,
+    /// The zone, in the world whatever the camera's pose.
+    pub zone: Prism,
+    /// How many joints of one person must be seen.
+    pub min_keypoints: usize,
+    /// Largest difference between the distance of what is seen and of the joint, in metres.
+    pub keypoint_tolerance_m: f64,
+    /// Whether seeing nobody certifies that the zone is free.
+    pub otherwise_free: bool,
 }
 
-pub(super) fn check(at: &Place, file: RgbFile, noiseless: bool) -> Result<Rgb> {
-    let range = RangeKeys {
-        range_m: file.range_m,
-        along: None,
-        near_ignore_m: file.near_ignore_m,
-        no_return: None,
-        noise: None,
-        dropout: None,
-        calibration: file.calibration,
-    };
-    let min_keypoints = file.min_keypoints.unwrap_or(1) as usize;
-    if !(1..=JOINTS.len()).contains(&min_keypoints) {
-        return Err(at.wrong("min_keypoints", min_keypoints, "must be from 1 to 17, COCO's joints"));
+impl Rgb {
+    fn zone(&self, grid: &Grid, window: Window) -> BitGrid {
+        self.zone.voxels(&Pose::ORIGIN, grid, window)
     }
-    Ok(Rgb {
-        camera: camera(at, file.fov_deg, file.resolution_px)?,
-        range: range.check(at, noiseless)?,
-        zone: file.zone.prism(at, "zone")?,
-        min_keypoints,
-        keypoint_tolerance_m: tolerance(at, file.keypoint_tolerance_m)?,
-        // A blocked view certifies nothing.
-        otherwise_free: file.otherwise == Some(Silence::Free),
-    })
+}
+
+impl Kind for Rgb {
+    fn name(&self) -> &'static str {
+        "rgb"
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        vec!["zone"]
+    }
+
+    fn field_of_view(&self) -> FieldOfView {
+        FieldOfView::Image(self.camera.image())
+    }
+
+    fn range(&self) -> Option<&Range> {
+        Some(&self.range)
+    }
+
+    fn log_odds(&self, _: usize) -> [i32; 2] {
+        SWITCHES
+    }
+
+    fn feels_presence(&self, _: usize) -> bool {
+        true
+    }
+
+    fn check(&self, at: &Station) -> Result<(), Issue> {
+        keypoints::check(at)?;
+        self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| e.at("zone"))
+    }
+
+    fn claims(&self, at: &Station) -> Vec<Claim> {
+        let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
+        // Only rays towards the joints are cast, since an image measures no distances.
+        let rays: &Rays = &self.range.rays(Vec::new(), &scale);
+        let placement = &at.placement(self);
+        let eye =
+            KeypointCamera { camera: &self.camera, rays, placement, tolerance_m: self.keypoint_tolerance_m };
+        let people = keypoints::detect(&eye, at);
+        let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);
+        let mut felt = BitGrid::new(at.truth.human.window());
+        people.iter().flatten().flatten().for_each(|found| felt.set(found.hit));
+        vec![switched(at, self.zone(&at.truth.grid, at.window), on, self.otherwise_free, felt)]
+    }
+
+    fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {
+        Some(self.zone(&truth.grid, truth.grid.window()))
+    }
+
+    fn reach(&self, _: &Station) -> Extent {
+        Extent::Only(BitGrid::nowhere())
+    }
 }

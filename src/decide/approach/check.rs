@@ -1,0 +1,52 @@
+//! What `perirobot check` says of approaches before any sensor is looked at: what `approach` and `judge` refuse, and
+//! entries that begin too near.
+
+use std::sync::Arc;
+
+use super::ground::Ground;
+use super::moments::{Company, Moment};
+use super::needed;
+use perirobot_march::Result;
+use perirobot_scene::truth::Truth;
+use perirobot_study::study::{EntryPlace, Study};
+use perirobot_study::world::World;
+
+/// Of each scene by name, which entries begin nearer to the hazard than is needed at the highest speed of the robot, as
+/// warnings. Nothing is cast. Nothing is said where the study does not ask how near bodies come, and of entries that are
+/// light curtains with several poses.
+///
+/// # Errors
+/// When an approach cannot be asked of a scene: those of [`Ground::of_scenes`].
+pub fn check_approach<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w str, Vec<String>)>> {
+    let asks = study.has_approach || study.requirements.iter().any(|one| one.is_of_nearness());
+    let stays = |place: &EntryPlace| match place {
+        EntryPlace::Gate(sensor) => study.sensors[*sensor].candidates.len() == 1,
+        EntryPlace::Box { .. } | EntryPlace::Edges => true,
+    };
+    if !asks || !study.approach.entries.iter().any(|entry| stays(&entry.place)) {
+        return Ok(Vec::new());
+    }
+    let mut study = study.clone();
+    study.approach.entries.retain(|entry| stays(&entry.place));
+    let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
+    scenes
+        .map(|worlds| {
+            let ground = Ground::new(&study, worlds, &[])?;
+            Ok((worlds[0].name.as_str(), too_near(&ground)?))
+        })
+        .collect()
+}
+
+/// The entries that begin too near, each with its body.
+fn too_near(ground: &Ground) -> Result<Vec<String>> {
+    let Some(stopping) = &ground.study.stopping else { return Ok(Vec::new()) };
+    let (company, grid) = (Company::Absent, &ground.worlds[0].grid);
+    let truths: Vec<Arc<Truth>> = ground.worlds.iter().map(|world| company.truth(world)).collect();
+    let entries = Moment::new(ground, company, ground.worlds, &truths)?.entries();
+    let warning = |([body, entry], squared): ([usize; 2], Option<u32>)| {
+        let (body, entry) = (&ground.bodies[body].name, &ground.study.approach.entries[entry].name);
+        let what = needed::begins_too_near(stopping, squared?, grid)?;
+        Some(format!("entry {entry:?}, body {body:?}: {what}"))
+    };
+    Ok(entries.into_iter().filter_map(warning).collect())
+}

@@ -1,0 +1,214 @@
+//! A scene as bodies move through it, whatever the sensors: where they may be, where they come in, and what
+//! they must not come near to. All that can be wrong with what is asked is found here, before anything is cast.
+
+use std::ops::Range;
+
+use super::body::{self, Body, Sums};
+use super::entries;
+use super::moments::Company;
+use crate::view::watched::Watcher;
+use perirobot_march::error::Issue;
+use perirobot_march::voxel::{BitGrid, Grid, Window};
+use perirobot_march::{Error, Result};
+use perirobot_scene::scene::Role;
+use perirobot_scene::truth::Truth;
+use perirobot_study::sensor::prism::Prism;
+use perirobot_study::study::{BodySpec, EntryPlace, EntrySpec, Hazard, Study};
+use perirobot_study::world::World;
+
+/// Most voxels of all grids that are flooded at once: a flood takes twelve bytes for each.
+const MOST_VOXELS: u64 = 1 << 28;
+
+/// The snapshots of one scene, checked.
+#[derive(Debug)]
+pub struct Ground<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// The snapshots of the scene.
+    pub worlds: &'a [World],
+    /// The bodies in study order.
+    pub bodies: Vec<Body>,
+    /// For each body, its places in the grid.
+    pub places: Vec<Window>,
+    /// For each body and each entry, the places at which the body comes in.
+    pub begins: Vec<Vec<BitGrid>>,
+    /// Wherever the robot is at some moment.
+    swept: BitGrid,
+}
+
+/// The voxels that nothing can enter.
+pub(super) fn solid(truth: &Truth) -> BitGrid {
+    let mut solid = BitGrid::clone(&truth.occupied);
+    solid.add(&truth.ignored);
+    solid.add(&truth.robot_volume);
+    solid
+}
+
+/// How many floods of so many voxels have room in memory at once.
+fn floods_at_once(voxels: u64) -> usize {
+    (MOST_VOXELS / voxels.max(1)).max(1) as usize
+}
+
+impl<'a> Ground<'a> {
+    /// Checks what a study asks of each of its scenes; `watchers` are the sensors that are looked at.
+    pub fn of_scenes(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Vec<Ground<'a>>> {
+        let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
+        scenes.map(|worlds| Ground::new(study, worlds, watchers)).collect()
+    }
+
+    /// Checks what a study asks of a scene; `watchers` are the sensors that are looked at.
+    pub fn new(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Ground<'a>> {
+        let here = |issue: Issue| Error::from(issue.at("approach").at(&study.path));
+        let grid = worlds[0].grid;
+        if grid.window().volume() > MOST_VOXELS {
+            let what =
+                format!("{} voxels are more than the {MOST_VOXELS} that are flooded", grid.window().volume());
+            return Err(here(Issue::too_large(what).wanted("take larger voxels, or set bounds_m")));
+        }
+        let mut swept = BitGrid::new(grid.window());
+        worlds.iter().for_each(|world| swept.add(&world.truth().robot_volume));
+        let mut ground =
+            Ground { study, worlds, bodies: Vec::new(), places: Vec::new(), begins: Vec::new(), swept };
+        for world in worlds {
+            ground.hazard(world).map_err(here)?;
+        }
+        for spec in &study.approach.bodies {
+            let in_body = |issue: Issue| here(issue.at(format!("body {:?}", spec.name)));
+            // One that is larger than the grid would have more voxels than memory holds.
+            let floor_m = study.approach.standing_m();
+            let layers = spec.on_floor.then(|| body::standing(spec.shape, floor_m, &grid));
+            ground.places.push(ground.places_of(spec, layers.as_ref(), &grid).map_err(in_body)?);
+            ground.bodies.push(Body::new(spec, grid.voxel_size_m, layers.as_ref()).map_err(in_body)?);
+        }
+        for (body, places) in ground.bodies.iter().zip(&ground.places) {
+            let begins = study.approach.entries.iter().map(|entry| {
+                let in_entry = |issue: Issue| here(issue.at(format!("entry {:?}", entry.name)));
+                ground.begin(body, entry, *places, watchers).map_err(in_entry)
+            });
+            let begins = begins.collect::<Result<Vec<_>>>()?;
+            ground.begins.push(begins);
+        }
+        ground.refuse_walls().map_err(here)?;
+        Ok(ground)
+    }
+
+    fn places_of(&self, body: &BodySpec, layers: Option<&Range<i32>>, grid: &Grid) -> Result<Window, Issue> {
+        let floor_m = self.study.approach.standing_m();
+        let size = body::size(body.shape, grid.voxel_size_m, layers);
+        let places = body::places(size, layers.map(|layers| layers.start), grid);
+        if places.is_empty() {
+            let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
+            let stands = if body.on_floor { format!(", on a floor at {floor_m} m") } else { String::new() };
+            return Err(Issue::says(format!(
+                "is nowhere inside the grid{stands}: that goes from {:.2?} to {:.2?} m",
+                low.to_array(),
+                high.to_array()
+            ))
+            .wanted("set bounds_m wider, or floor_m"));
+        }
+        Ok(places)
+    }
+
+    fn begin(
+        &self,
+        body: &Body,
+        entry: &EntrySpec,
+        places: Window,
+        watchers: &[Watcher],
+    ) -> Result<BitGrid, Issue> {
+        let grid = &self.worlds[0].grid;
+        match entry.place {
+            EntryPlace::Box { min_m, max_m } => {
+                entries::in_box(body, &Prism::between(min_m, max_m), grid, places)
+            }
+            EntryPlace::Edges => Ok(entries::at_edges(body, grid, places)),
+            EntryPlace::Gate(sensor) => {
+                let gate = &self.study.sensors[sensor];
+                let chosen = watchers.iter().find(|one| one.sensor == sensor).map(|one| one.candidate);
+                let candidate = chosen.or((gate.candidates.len() == 1).then_some(0)).ok_or_else(|| {
+                    Issue::says(format!("the poses that are looked at do not say where {:?} is", gate.name))
+                        .wanted("look at a combination with that sensor, or name the entry by a box")
+                })?;
+                let pose = self.worlds[0].settings[sensor][candidate].pose();
+                entries::outside_gate(body, &*gate.kind, &pose, grid, places)
+            }
+        }
+    }
+
+    /// Refuses an entry at which a body is in something solid, at all places and in all snapshots.
+    fn refuse_walls(&self) -> Result<(), Issue> {
+        let truths = self.worlds.iter().map(|world| world.truth_without_people());
+        let solids: Vec<_> = truths.map(|truth| Sums::of(&solid(&truth))).collect();
+        for ((body, places), begins) in self.bodies.iter().zip(&self.places).zip(&self.begins) {
+            let mut walled: Vec<bool> = vec![true; begins.len()];
+            for solid in &solids {
+                let free = body.covers_at_most(0, solid, *places);
+                walled.iter_mut().zip(begins).for_each(|(walled, begin)| *walled &= !begin.intersects(&free));
+            }
+            if let Some(number) = walled.iter().position(|&walled| walled) {
+                let entry = &self.study.approach.entries[number];
+                let cure = match entry.place {
+                    EntryPlace::Edges => {
+                        "no opening of the grid's edge is free: add an [[approach.entry]] with a box"
+                    }
+                    _ => "move the entry to where the body has room",
+                };
+                let what =
+                    format!("lies inside something solid: body {:?} is free at no place of it", body.name);
+                return Err(Issue::says(what).wanted(cure).at(format!("entry {:?}", entry.name)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The voxels that no body must come near to at a moment, at least one.
+    pub(super) fn hazard(&self, world: &World) -> Result<BitGrid, Issue> {
+        let mut hazard = BitGrid::new(world.grid.window());
+        let missing = match self.study.approach.hazard {
+            Hazard::Region(region) => {
+                hazard.add(&world.regions[region].voxels);
+                "the region has no voxel"
+            }
+            Hazard::Robot => {
+                hazard.add(&world.truth().robot_volume);
+                "no object of the scene is a robot in the grid"
+            }
+            Hazard::RobotSwept => {
+                hazard.add(&self.swept);
+                "no object of the scene is a robot in the grid"
+            }
+        };
+        match hazard.is_empty() {
+            true => Err(Issue::says(format!("no hazard: {missing}")).wanted(
+                "give an object role = \"robot\", or name a region of the study by [approach] region",
+            )),
+            false => Ok(hazard),
+        }
+    }
+
+    /// How many bodies may be flooded at once.
+    pub fn at_once(&self) -> usize {
+        floods_at_once(self.worlds[0].grid.window().volume())
+    }
+
+    /// With whom the scene is asked: with nobody else, and where it has people, with them.
+    pub fn companies(&self) -> Vec<Company> {
+        let people = |world: &World| world.truth().objects.iter().any(|object| object.role == Role::Human);
+        match self.worlds.iter().any(people) {
+            true => vec![Company::Absent, Company::Cover],
+            false => vec![Company::Absent],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floods_at_once_have_room_together() {
+        for (voxels, expected) in [(1 << 10, 1 << 18), (1 << 26, 4), ((1 << 27) + 1, 1), (MOST_VOXELS, 1)] {
+            assert_eq!(floods_at_once(voxels), expected, "{voxels} voxels");
+        }
+    }
+}

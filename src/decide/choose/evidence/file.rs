@@ -1,0 +1,313 @@
+//! `evidence.journal`: what each candidate says, kept on disk from the moment it is cast, so that another question
+//! about the same study casts nothing, and a run that was ended goes on.
+//!
+//! # Theory
+//! Records are appended as they come. Each has a checksum over itself and the fingerprint of all that decides the
+//! evidence, so that a record of another study, a damaged one or one that a crash has torn is never taken for what was
+//! cast; what it should have said is cast again. Evidence is whole numbers, so that the order of records and who cast
+//! them leave no trace in an answer.
+//!
+//! # Practice
+//! All numbers are little-endian. Header, 60 bytes: magic, format version (u32), the length of what decides the evidence
+//! (u64), its SHA-256 (32 bytes), and a checksum of these (8 bytes); then what decides the evidence, as JSON. Record:
+//! number of the candidate, of the world and of the repeat, and a bit for each plane that has a bit (u32 each), checksum
+//! of the words, checksum of all before (8 bytes each); then the words of those planes (u64 each). A plane without a bit
+//! takes no room.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde_json::{Map, Value, json};
+use sha2::{Digest, Sha256};
+
+use super::super::layout::PLANES;
+use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::results::files::sync_folder_of;
+use perirobot_sweep::results::journal::{Shard, open_alone};
+use perirobot_sweep::results::manifest::{Manifest, changes};
+
+/// The evidence of all candidates, in the folder of an answer.
+pub const EVIDENCE: &str = "evidence.journal";
+
+const MAGIC: [u8; 8] = *b"PeRSevid";
+
+/// Version of this format.
+const VERSION: u32 = 1;
+
+/// Bytes of a checksum.
+const CHECK_BYTES: usize = 8;
+
+/// Bytes before what decides the evidence.
+const HEADER_BYTES: usize = 8 + 4 + 8 + 32 + CHECK_BYTES;
+
+/// Bytes of a record before its words.
+const RECORD_BYTES: usize = 16 + 2 * CHECK_BYTES;
+
+/// The longest description of a study that is read: no study has as much to say.
+const MOST_SAID: u64 = 1 << 30;
+
+/// How long what was cast may wait until the disk has it. A process that is killed loses nothing; a machine that loses
+/// power loses so much.
+const SYNC_EVERY: Duration = Duration::from_secs(1);
+
+/// Whose evidence a record has: of a candidate in one repeat of a world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct RecordKey {
+    pub(super) item: usize,
+    pub(super) world: usize,
+    pub(super) repeat: usize,
+}
+
+/// What a candidate says in one repeat of a world: words of six planes, none of a plane without a bit.
+pub(super) type CandidateWords = [Vec<u64>; PLANES];
+
+/// What stands in a file.
+#[derive(Debug, Default)]
+pub(super) struct FileContents {
+    /// Records that can be read no more.
+    pub(super) damaged: Vec<RecordKey>,
+    /// Whether the file can be read no further from some place on, although it goes on.
+    pub(super) is_cut: bool,
+}
+
+/// The file of a folder. It is begun when the first evidence comes.
+#[derive(Debug)]
+pub(super) struct EvidenceFile {
+    pub(super) path: PathBuf,
+    /// What decides the evidence.
+    says: Vec<u8>,
+    fingerprint: [u8; 32],
+    file: Option<File>,
+    /// Where the next record goes; 0 before the file is begun.
+    end: u64,
+    unsynced_since: Option<Instant>,
+}
+
+/// All that decides what candidates of a study say in a region: what decides a sweep, but for combinations.
+pub(super) fn deciding(
+    study: &Study,
+    worlds: &[World],
+    region: usize,
+    representations: &[usize],
+) -> Map<String, Value> {
+    let mut all = Manifest::new(study, worlds, Shard::WHOLE, &[]).deciding().clone();
+    all.remove("combinations");
+    if let Some(says) = all.get_mut("study").and_then(Value::as_object_mut) {
+        says.remove("combination");
+    }
+    let way = |(sensor, &way): (&perirobot_study::sensor::Sensor, &usize)| {
+        (sensor.name.clone(), Value::from(sensor.kind.representations()[way]))
+    };
+    let representations: Map<String, Value> = study.sensors.iter().zip(representations).map(way).collect();
+    all.insert(
+        "choose".into(),
+        json!({ "region": study.regions[region].0, "representation": representations }),
+    );
+    all
+}
+
+impl EvidenceFile {
+    /// The file of a folder, which holds evidence of just this, or none. With `restart` what it holds is lost as soon
+    /// as something is cast.
+    ///
+    /// # Errors
+    /// `Error::Input` if it holds anything else, with what has changed;
+    /// `Error::Busy` if another run is at work in it; `Error::Storage` if the disk fails.
+    pub(super) fn open(
+        folder: &Path,
+        study: &Study,
+        deciding: &Map<String, Value>,
+        restart: bool,
+    ) -> Result<EvidenceFile> {
+        let path = folder.join(EVIDENCE);
+        if study.sources.has_read(&path) {
+            let what =
+                Words::from("is a file that the study reads, and ") + Argument::Out + " would write over it";
+            return Err(Error::input(path, what).wanted("name another folder"));
+        }
+        let there = path.symlink_metadata().is_ok();
+        let file = there.then(|| open_alone(&path)).transpose()?;
+        let says = serde_json::to_vec(deciding).expect("a JSON value is serialisable");
+        let fingerprint = Sha256::digest(&says).into();
+        let mut kept = EvidenceFile { path, says, fingerprint, file, end: 0, unsynced_since: None };
+        if let (Some(file), false) = (&kept.file, restart) {
+            match kept.header(file)? {
+                None => {}
+                Some(says) if says == kept.says => kept.end = (HEADER_BYTES + says.len()) as u64,
+                Some(says) => return Err(kept.another(&says, deciding)),
+            }
+        }
+        Ok(kept)
+    }
+
+    /// What decides the evidence of a file; `None` if the file ends before it does.
+    fn header(&self, mut file: &File) -> Result<Option<Vec<u8>>> {
+        let unfit = |what: String, cure: Words| Error::from(Issue::damaged(what).cure(cure).at(&self.path));
+        let mut bytes = Vec::new();
+        let read = file.rewind().and_then(|()| file.take(HEADER_BYTES as u64).read_to_end(&mut bytes));
+        read.map_err(|e| Error::io(&self.path, "cannot be read", e))?;
+        let begins = bytes.len().min(MAGIC.len());
+        if bytes[..begins] != MAGIC[..begins] {
+            return Err(unfit(
+                "is no evidence of perirobot".into(),
+                "name another folder, or move it away".into(),
+            ));
+        }
+        if bytes.len() < HEADER_BYTES {
+            return Ok(None);
+        }
+        let version = u32::from_le_bytes(std::array::from_fn(|i| bytes[8 + i]));
+        if version != VERSION {
+            let what = format!("is evidence of format {version}, this perirobot writes {VERSION}");
+            let cure = Words::from("name another folder, or begin anew with ") + Argument::Restart;
+            return Err(unfit(what, cure));
+        }
+        let length = u64::from_le_bytes(std::array::from_fn(|i| bytes[12 + i]));
+        let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
+        let damaged =
+            || unfit("has a damaged beginning".into(), Words::from(Argument::Restart) + " begins anew");
+        if check([body, &[]]) != sum || length > MOST_SAID {
+            return Err(damaged());
+        }
+        let mut says = Vec::new();
+        let read = file.take(length).read_to_end(&mut says);
+        read.map_err(|e| Error::io(&self.path, "cannot be read", e))?;
+        if (says.len() as u64) < length {
+            return Ok(None);
+        }
+        if Sha256::digest(&says)[..] != body[20..] {
+            return Err(damaged());
+        }
+        Ok(Some(says))
+    }
+
+    fn another(&self, was: &[u8], is: &Map<String, Value>) -> Error {
+        let was: Map<String, Value> = serde_json::from_slice(was).unwrap_or_default();
+        let changes = changes(&was, is).join("; ");
+        let cure = Words::from("name another folder, or begin anew with ")
+            + Argument::Restart
+            + " (what was cast is then lost)";
+        Error::input(&self.path, Words::from(format!("holds evidence of something else: {changes}. ")) + cure)
+    }
+
+    /// Tells every record that is whole, and where its words begin. `words` says how many words a plane of a record has, or that there is no such
+    /// record.
+    pub(super) fn read(
+        &mut self,
+        words: impl Fn(RecordKey, usize) -> Option<usize>,
+        mut take: impl FnMut(RecordKey, u64, CandidateWords),
+    ) -> Result<FileContents> {
+        let mut found = FileContents::default();
+        let (Some(mut file), true) = (self.file.as_ref(), self.end > 0) else { return Ok(found) };
+        let unreadable = |e| Error::io(&self.path, "cannot be read", e);
+        let length = file.metadata().map_err(unreadable)?.len();
+        file.seek(SeekFrom::Start(self.end)).map_err(unreadable)?;
+        let mut reader = BufReader::with_capacity(1 << 20, file);
+        let mut payload = Vec::new();
+        while self.end + RECORD_BYTES as u64 <= length {
+            let mut record = [0; RECORD_BYTES];
+            reader.read_exact(&mut record).map_err(unreadable)?;
+            let (body, sum) = record.split_at(RECORD_BYTES - CHECK_BYTES);
+            let number = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[4 * at + i])) as usize;
+            let key = RecordKey { item: number(0), world: number(1), repeat: number(2) };
+            let has = |plane: usize| number(3) >> plane & 1 == 1;
+            let each: Option<Vec<usize>> = (0..PLANES)
+                .map(|plane| words(key, plane).map(|words| if has(plane) { words } else { 0 }))
+                .collect();
+            let (Some(each), true) = (each, check([&self.fingerprint, body]) == sum) else {
+                found.is_cut = true;
+                break;
+            };
+            let bytes = 8 * each.iter().sum::<usize>();
+            let next = self.end + (RECORD_BYTES + bytes) as u64;
+            if next > length {
+                break;
+            }
+            payload.resize(bytes, 0);
+            reader.read_exact(&mut payload).map_err(unreadable)?;
+            if check([&self.fingerprint, &payload]) == body[16..] {
+                let mut all =
+                    payload.chunks_exact(8).map(|word| u64::from_le_bytes(std::array::from_fn(|i| word[i])));
+                let said = std::array::from_fn(|plane| all.by_ref().take(each[plane]).collect());
+                take(key, self.end + RECORD_BYTES as u64, said);
+            } else {
+                found.damaged.push(key);
+            }
+            self.end = next;
+        }
+        Ok(found)
+    }
+
+    /// Appends records, and tells where the words of each begin.
+    pub(super) fn append(&mut self, records: &[(RecordKey, CandidateWords)]) -> Result<Vec<u64>> {
+        let mut bytes = Vec::new();
+        if self.end == 0 {
+            bytes.extend(MAGIC);
+            bytes.extend(VERSION.to_le_bytes());
+            bytes.extend((self.says.len() as u64).to_le_bytes());
+            bytes.extend(self.fingerprint);
+            bytes.extend(check([&bytes, &[]]));
+            bytes.extend(&self.says);
+        }
+        let mut places = Vec::new();
+        for (key, said) in records {
+            places.push(self.end + (bytes.len() + RECORD_BYTES) as u64);
+            bytes.extend(self.record(key, said));
+        }
+        let begins = self.end == 0;
+        let mut file = match &self.file {
+            Some(file) => file,
+            None => self.file.insert(open_alone(&self.path)?),
+        };
+        let mut write = || {
+            // A record that was torn, and all behind a damaged one, goes.
+            file.set_len(self.end)?;
+            file.seek(SeekFrom::Start(self.end))?;
+            file.write_all(&bytes)?;
+            if begins {
+                file.sync_all()?;
+                sync_folder_of(&self.path)?;
+            }
+            Ok(())
+        };
+        write().map_err(|e| Error::storage(&self.path, e))?;
+        self.end += bytes.len() as u64;
+        if self.unsynced_since.get_or_insert_with(Instant::now).elapsed() >= SYNC_EVERY {
+            self.sync()?;
+        }
+        Ok(places)
+    }
+
+    fn record(&self, key: &RecordKey, said: &CandidateWords) -> Vec<u8> {
+        let planes =
+            said.iter().enumerate().map(|(plane, words)| usize::from(!words.is_empty()) << plane).sum();
+        let numbers = [key.item, key.world, key.repeat, planes];
+        let number = |number| u32::try_from(number).expect("no study has as many poses").to_le_bytes();
+        let payload: Vec<u8> = said.iter().flatten().flat_map(|word| word.to_le_bytes()).collect();
+        let mut record: Vec<u8> = numbers.into_iter().flat_map(number).collect();
+        record.extend(check([&self.fingerprint, &payload]));
+        record.extend(check([&self.fingerprint, &record]));
+        record.extend(payload);
+        record
+    }
+
+    /// Waits until the disk has all that was cast.
+    pub(super) fn sync(&mut self) -> Result<()> {
+        self.unsynced_since = None;
+        let synced = self.file.as_ref().map_or(Ok(()), File::sync_data);
+        synced.map_err(|e| Error::storage(&self.path, e))
+    }
+}
+
+/// The first bytes of a SHA-256: chance passes one in 2⁶⁴.
+fn check(parts: [&[u8]; 2]) -> [u8; CHECK_BYTES] {
+    let mut hash = Sha256::new();
+    parts.iter().for_each(|part| hash.update(part));
+    let hash = hash.finalize();
+    std::array::from_fn(|i| hash[i])
+}

@@ -1,0 +1,193 @@
+//! Finer positions and angles around the poses of the best sets.
+//!
+//! # Theory
+//! A lattice of poses stands for a stretch of wall and for all ways to turn a sensor there. Around each sensor of a
+//! set the poses half a step away in each way are cast, and the best set of all of these is searched; around that one
+//! again, until nothing is gained; then those a quarter of a step away, and so on. What is found is no best set of all
+//! that are possible: nothing is proven of it.
+//!
+//! # Practice
+//! `around` has the poses around a set, this file casts and searches them, and `counted` counts what was found again,
+//! as a sweep of a study with these poses would.
+
+mod around;
+mod counted;
+
+use std::collections::BTreeMap;
+
+use self::around::{Around, LEVELS, Spot};
+use super::evidence::{Casting, CastingWatch};
+use super::front::Answer;
+use super::problem::{Problem, SetLimits};
+use super::told::{Told, ToldRefined};
+use super::within::{SearchWatch, best_within, overlaps, polished};
+use super::worth::Worth;
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Choose, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::manifest::Fault;
+
+/// Of sets of so many sensors the best of all around is searched; of larger ones what changes of one or two lead to.
+const SEARCHED: usize = 4;
+/// Most rounds around one set: noise is drawn anew in each, so that something might be gained again and again.
+const MOST_ROUNDS: usize = 200;
+
+/// Is told how refining proceeds, and may stop it.
+pub trait RefineWatch: SearchWatch {
+    /// A device failed; another backend goes on.
+    fn failed(&self, _: &Fault) {}
+}
+
+/// What refining found.
+pub struct Refinement {
+    /// The sets around which something was looked for, and what was gained.
+    pub told: Vec<ToldRefined>,
+    /// The study with the poses that were found, and its worlds; `None` where nothing was gained.
+    pub with_poses: Option<(Study, Vec<World>)>,
+    /// Whether it ended by itself.
+    pub complete: bool,
+}
+
+/// Where the sensors of a set are now, after how much work.
+struct Refined {
+    limits: SetLimits,
+    /// The set of listed poses that it began with.
+    listed: Vec<Spot>,
+    spots: Vec<Spot>,
+    /// What they are worth by what was cast, if anything was gained.
+    worth: Option<Worth>,
+    rounds: usize,
+    cast: usize,
+}
+
+/// Refines the best set of each size: the best two are seldom two of the best three, and whoever reads the front wants
+/// to know of each size what finer poses are worth.
+///
+/// # Errors
+/// When a backend fails, or counts otherwise than what was cast; when the evidence of the poses around a set does not
+/// fit so many bytes.
+pub fn refine(
+    (study, choose, worlds): (&Study, &Choose, &[World]),
+    (problem, answer, told): (&Problem, &Answer, &Told),
+    memory_bytes: u64,
+    backends: &mut dyn BackendFactory,
+    watch: &dyn RefineWatch,
+) -> Result<Refinement> {
+    let backend = backends.open(Fallback::None)?;
+    let around = Around::new(study, worlds);
+    let mut refining = Refining { choose, around, memory_bytes, backend, backends, watch };
+    let mut all: Vec<Refined> = Vec::new();
+    // Of the steps of a size the first has the whole budget.
+    for steps in answer.steps.chunk_by(|a, b| a.limits.at_most == b.limits.at_most) {
+        let Some(best) = &steps[0].best else { continue };
+        let listed: Vec<Spot> = best.set.iter().map(|&item| Spot::at(problem.evidence.items[item])).collect();
+        if all.iter().all(|earlier| earlier.listed != listed) && !watch.stops() {
+            all.push(refining.refined(steps[0].limits, listed)?);
+        }
+    }
+    let mut cpu = backends.open(Fallback::Cpu)?;
+    let counted = counted::counted((study, choose, worlds), told, &all, cpu.as_mut())?;
+    Ok(Refinement { complete: !watch.stops(), ..counted })
+}
+
+struct Refining<'a, 'b> {
+    choose: &'a Choose,
+    around: Around<'a>,
+    memory_bytes: u64,
+    backend: Box<dyn Backend + Send>,
+    backends: &'b mut dyn BackendFactory,
+    watch: &'a dyn RefineWatch,
+}
+
+impl Refining<'_, '_> {
+    /// The best that was found around a set.
+    fn refined(&mut self, limits: SetLimits, listed: Vec<Spot>) -> Result<Refined> {
+        let mut refined = Refined { limits, spots: listed.clone(), listed, worth: None, rounds: 0, cast: 0 };
+        let mut level = 1;
+        while level <= LEVELS && refined.rounds < MOST_ROUNDS && !self.watch.stops() {
+            if !self.gains(&mut refined, level)? {
+                level += 1;
+            }
+        }
+        Ok(refined)
+    }
+
+    /// Casts what is around a set, and moves to a better one if there is any.
+    fn gains(&mut self, refined: &mut Refined, level: u32) -> Result<bool> {
+        let fixed = &self.choose.always;
+        let spots = self.around.all(&refined.spots, |spot| !spot.is_listed(fixed), level);
+        if spots.len() == refined.spots.len() {
+            return Ok(false);
+        }
+        let study = self.around.study_of(&spots);
+        let worlds = self.around.worlds_of(&spots);
+        let place = |spot: Spot| spots.iter().position(|other| *other == spot);
+        let item = |spot| place(spot).expect("a set is among what is around it");
+        let numbers: Vec<usize> = around::numbers(&spots);
+        let always = fixed.iter().map(|&listed| {
+            let spot = item(Spot::at(listed));
+            [spots[spot].sensor, numbers[spot]]
+        });
+        let choose =
+            Choose { always: always.collect(), at_most: refined.limits.at_most, ..self.choose.clone() };
+        let mut casting = Casting::begin(&study, &choose, &worlds, self.memory_bytes, None)
+            .map_err(|error| error.at("choose.refine"))?;
+        match cast(&mut casting, &mut self.backend, self.backends, self.watch) {
+            Err(Error::Stopped(_)) => return Ok(false),
+            other => other?,
+        }
+        (refined.rounds, refined.cast) = (refined.rounds + 1, refined.cast + spots.len());
+        let evidence = casting.evidence();
+        let problem = Problem::new(&study, &choose, &worlds, &evidence);
+        let centre: Vec<usize> = refined.spots.iter().map(|&spot| item(spot)).collect();
+        // With noise of another draw it may fail what is required.
+        let Some(centre) = problem.found(&centre) else { return Ok(false) };
+        let stop = || self.watch.stops();
+        let better = match refined.limits.at_most <= SEARCHED || !problem.is_searchable() {
+            true => {
+                let mut known = BTreeMap::from([(centre.set.clone(), centre.worth)]);
+                let kept = overlaps(&problem);
+                best_within(&problem, refined.limits, kept.as_ref(), &mut known, &stop).best
+            }
+            false => Some(polished(&problem, refined.limits, None, centre.clone(), &stop)),
+        };
+        let Some(better) = better.filter(|better| better.worth > centre.worth) else { return Ok(false) };
+        self.watch.finds(&refined.limits, Some(better.worth.value()));
+        refined.spots = better.set.iter().map(|&item| spots[item]).collect();
+        refined.worth = Some(better.worth);
+        Ok(true)
+    }
+}
+
+/// Casts what is not there yet; where a device fails, on the CPU.
+fn cast(
+    casting: &mut Casting,
+    backend: &mut Box<dyn Backend + Send>,
+    backends: &mut dyn BackendFactory,
+    watch: &dyn RefineWatch,
+) -> Result<()> {
+    let mut stopping = Stopping(watch);
+    match casting.run(backend.as_mut(), &mut stopping) {
+        Err(error @ (Error::Device(_) | Error::Bug(_)))
+            if backends.needs_check() && backend.name() == "gpu" =>
+        {
+            watch.failed(&Fault::new(&error, "", "the CPU"));
+            *backend = backends.open(Fallback::Cpu)?;
+            casting.run(backend.as_mut(), &mut stopping)
+        }
+        other => other,
+    }
+}
+
+/// Stops a casting when refining is to end.
+struct Stopping<'a>(&'a dyn RefineWatch);
+
+impl CastingWatch for Stopping<'_> {
+    fn cast(&mut self, _: u64) {}
+
+    fn stop(&mut self) -> Option<String> {
+        self.0.stops().then(|| "stopped".into())
+    }
+}

@@ -1,0 +1,316 @@
+//! An answer in names and numbers: the front, what each sensor of a set is worth, and sets that are nearly as
+//! good but look different. Tables, texts and files are made from it, and `choose.json` holds it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::front::Answer;
+use super::gap::{Gap, WeightedCut};
+use super::problem::{Found, Problem};
+use super::ties::ties;
+use super::within::{Bound, FrontStep};
+use super::worth::Worth;
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_study::world::place::Places;
+use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
+
+/// The whole answer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Told {
+    /// The front: by size, and of each size from the dearest set down. Below the dearest, sets that are no
+    /// better than a smaller one that costs no more are left out.
+    pub steps: Vec<ToldStep>,
+    /// Sets nearly as good as the best one, with at least one sensor somewhere else, the best first.
+    #[serde(rename = "nearly_as_good")]
+    pub ties: Vec<ToldSet>,
+    /// What was found between the listed poses around the best set of each size, if that was asked for. Nothing is
+    /// proven of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refined: Option<Vec<ToldRefined>>,
+    /// Whether the search was stopped: larger sets, and cheaper ones, may be missing.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stopped: bool,
+    /// Whether refining was stopped: more might have been gained.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub refining_stopped: bool,
+}
+
+/// What was found around the best set of a size.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldRefined {
+    /// How many sensors were allowed.
+    pub at_most: usize,
+    /// What the set could cost at most.
+    pub budget: Option<Cost>,
+    /// The set of listed poses.
+    pub around: Vec<String>,
+    /// Those of its poses around which there are no others.
+    pub stays: Vec<String>,
+    /// Its score.
+    pub score_before: f64,
+    /// How often the poses around a set were cast.
+    pub rounds: usize,
+    /// How many poses that were, in each scene, snapshot and repeat.
+    pub cast: usize,
+    /// The poses of the better set that are not listed.
+    pub poses: Vec<FinePose>,
+    /// The better set, if there is one.
+    pub best: Option<ToldSet>,
+    /// By how much its score is above.
+    pub gain: Option<f64>,
+}
+
+/// A pose that the study does not list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FinePose {
+    /// The sensor's name.
+    pub sensor: String,
+    /// The pose's name.
+    pub pose: String,
+    /// The listed pose that it was found from.
+    pub near: String,
+    /// x, y and z.
+    pub position_m: [f64; 3],
+    /// Its rotation, of the link frame.
+    pub quaternion_wxyz: [f64; 4],
+    /// Azimuth of where it looks, from x towards y.
+    pub pan_deg: f64,
+    /// How far above the horizon it looks.
+    pub tilt_deg: f64,
+    /// How far it is turned about where it looks.
+    pub roll_deg: f64,
+}
+
+/// A step of the front.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldStep {
+    /// How many sensors were allowed.
+    pub at_most: usize,
+    /// What the set could cost at most.
+    pub budget: Option<Cost>,
+    /// The best set that was found.
+    pub best: ToldSet,
+    /// What no set within these limits scores more than, if that is known.
+    pub no_set_is_above: Option<f64>,
+    /// Whether that is the best set's own score, because all others were searched.
+    pub proven: bool,
+    /// If not all were searched, what shows that no set is above; for a mean, for each of its scores.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shown_by: Vec<ToldCuts>,
+    /// By how much the score is above that of the best set of fewer sensors that costs no more, if there is
+    /// one.
+    pub gain: Option<f64>,
+}
+
+/// Cuts that show, so many times each, that no set is above a score.
+///
+/// A cut is made of shares of poses. Voxels that poses see whose shares add up to 256 or more are its inside. A
+/// set sees no more than the inside, and what each of its poses sees outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldCuts {
+    /// The score, as a fraction.
+    pub above: [u64; 2],
+    /// How many times it counts that a set costs no more than the budget, in thousandths.
+    pub budget_times: u64,
+    /// The cuts.
+    pub cuts: Vec<ToldCut>,
+}
+
+/// A cut of the voxels of one score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldCut {
+    /// Of which scene, snapshot and repeat the score is, if the worst one counts; else 0.
+    pub moment: usize,
+    /// How many times it counts.
+    pub times: u64,
+    /// Poses and their shares.
+    pub shares: BTreeMap<String, u64>,
+}
+
+/// A set in names and numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldSet {
+    /// Its sensors and poses, as in `camera:wall/8/1`.
+    pub poses: Vec<String>,
+    /// What it costs, if the sensors have costs.
+    pub cost: Option<Cost>,
+    /// Its score.
+    pub score: f64,
+    /// The same as a fraction, if it is one. As text: other readers of JSON have no whole numbers of this
+    /// size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exactly: Option<[String; 2]>,
+    /// What there is to say of each sensor.
+    pub sensors: Vec<ToldSensor>,
+}
+
+/// A sensor of a set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldSensor {
+    /// The sensor's name.
+    pub sensor: String,
+    /// The pose's name.
+    pub pose: String,
+    /// Where that is, in words.
+    pub place: String,
+    /// What it costs.
+    pub cost: Option<Cost>,
+    /// The score of the set without it, if that has one.
+    pub score_without: Option<f64>,
+}
+
+impl ToldCuts {
+    /// Cuts with the names of poses.
+    pub(super) fn of(gap: &Gap, name: impl Fn(usize) -> String) -> ToldCuts {
+        let cut = |cut: &WeightedCut| ToldCut {
+            moment: cut.moment,
+            times: cut.times,
+            shares: cut.shares.iter().map(|&(item, share)| (name(item), share)).collect(),
+        };
+        ToldCuts {
+            above: [gap.above.numerator as u64, gap.above.denominator as u64],
+            budget_times: gap.budget,
+            cuts: gap.cuts.iter().map(cut).collect(),
+        }
+    }
+}
+
+impl ToldSet {
+    /// A set of these sensors.
+    pub(super) fn of(sensors: Vec<ToldSensor>, worth: Worth) -> ToldSet {
+        let cost = |sum: Cost, one: &ToldSensor| one.cost.map(|cost| sum.plus(cost));
+        ToldSet {
+            poses: sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose)).collect(),
+            cost: sensors.iter().try_fold(Cost::ZERO, cost),
+            score: worth.value(),
+            exactly: match worth {
+                Worth::Exact(ratio) => Some([ratio.numerator.to_string(), ratio.denominator.to_string()]),
+                Worth::Mean(_) => None,
+            },
+            sensors,
+        }
+    }
+
+    /// Its score as a fraction, if it is one.
+    pub(super) fn fraction(&self) -> Option<(i128, i128)> {
+        let [numerator, denominator] = self.exactly.as_ref()?;
+        Some((numerator.parse().ok()?, denominator.parse().ok()?))
+    }
+
+    /// As in the column `poses` of results.csv: `camera:wall/8/1;lidar:corners/0/0`.
+    pub fn name(&self) -> String {
+        self.poses.join(BETWEEN_MEMBERS)
+    }
+}
+
+impl Told {
+    /// The step of the best set: that of the most sensors and the largest budget.
+    pub fn best(&self) -> Option<&ToldStep> {
+        let most = self.steps.iter().map(|step| step.at_most).max()?;
+        self.steps.iter().find(|step| step.at_most == most)
+    }
+
+    /// All sets, each once.
+    pub(crate) fn sets(&self) -> impl Iterator<Item = &ToldSet> {
+        let refined = || self.refined.iter().flatten().filter_map(|refined| refined.best.as_ref());
+        let sets = move || self.steps.iter().map(|step| &step.best).chain(&self.ties).chain(refined());
+        let is_new = move |(number, set): &(usize, &ToldSet)| {
+            sets().take(*number).all(|earlier| earlier.poses != set.poses)
+        };
+        sets().enumerate().filter(is_new).map(|(_, set)| set)
+    }
+
+    /// Tells an answer.
+    pub fn of(study: &Study, worlds: &[World], problem: &Problem, answer: &Answer) -> Told {
+        let teller = Teller { study, problem, places: Places::of(study, &worlds[0]) };
+        let worth_telling = |(number, step): &(usize, &FrontStep)| {
+            let is_first = *number == 0 || answer.steps[number - 1].limits.at_most != step.limits.at_most;
+            is_first || (!answer.complete && step.bound != Bound::Proven) || !teller.is_known(step, answer)
+        };
+        let steps = answer.steps.iter().enumerate().filter(worth_telling);
+        let steps: Vec<ToldStep> = steps.filter_map(|(_, step)| teller.step(step, answer)).collect();
+        // Of the steps of a size the first has the whole budget.
+        let most = answer.steps.iter().map(|step| step.limits.at_most).max();
+        let best = answer.steps.iter().find(|step| Some(step.limits.at_most) == most);
+        let ties = best.map_or(Vec::new(), |step| ties(problem, worlds, step, answer));
+        Told {
+            steps,
+            ties: ties.iter().map(|found| teller.set(found)).collect(),
+            refined: None,
+            stopped: !answer.complete,
+            refining_stopped: false,
+        }
+    }
+}
+
+struct Teller<'a> {
+    study: &'a Study,
+    problem: &'a Problem<'a>,
+    places: Places<'a>,
+}
+
+impl Teller<'_> {
+    /// Whether fewer sensors that cost no more are as good.
+    fn is_known(&self, step: &FrontStep, answer: &Answer) -> bool {
+        let Some(best) = &step.best else { return true };
+        let cost = self.problem.cost_of(&best.set);
+        answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most).any(|other| {
+            let other = other.best.as_ref();
+            other.is_some_and(|other| other.worth >= best.worth && self.problem.cost_of(&other.set) <= cost)
+        })
+    }
+
+    fn step(&self, step: &FrontStep, answer: &Answer) -> Option<ToldStep> {
+        let best = step.best.as_ref()?;
+        let cost = self.problem.cost_of(&best.set);
+        let smaller = answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most);
+        let smaller = smaller.filter_map(|other| other.best.as_ref());
+        let before =
+            smaller.filter(|other| self.problem.cost_of(&other.set) <= cost).map(|other| other.worth).max();
+        let score = best.worth.value();
+        Some(ToldStep {
+            at_most: step.limits.at_most,
+            budget: step.limits.budget.map(Cost::from_thousandths),
+            best: self.set(best),
+            no_set_is_above: step.bound.above(score),
+            proven: step.bound == Bound::Proven,
+            shown_by: match &step.bound {
+                Bound::AtMost(gaps) => {
+                    gaps.iter().map(|gap| ToldCuts::of(gap, |item| self.name(item))).collect()
+                }
+                _ => Vec::new(),
+            },
+            gain: before.map(|before| score - before.value()),
+        })
+    }
+
+    fn name(&self, item: usize) -> String {
+        let [sensor, candidate] = self.problem.evidence.items[item];
+        let spec = &self.study.sensors[sensor];
+        format!("{}:{}", spec.name, spec.candidates[candidate].name)
+    }
+
+    fn set(&self, found: &Found) -> ToldSet {
+        let mut items = found.set.clone();
+        // As in a combination, who speaks last stands last.
+        let sensor = |item: usize| &self.study.sensors[self.problem.evidence.items[item][0]];
+        items.sort_by_key(|&item| sensor(item).kind.speaks_last());
+        ToldSet::of(items.iter().map(|&item| self.sensor(item, &found.set)).collect(), found.worth)
+    }
+
+    fn sensor(&self, item: usize, set: &[usize]) -> ToldSensor {
+        let [sensor, candidate] = self.problem.evidence.items[item];
+        let spec = &self.study.sensors[sensor];
+        let others: Vec<usize> = set.iter().copied().filter(|&other| other != item).collect();
+        ToldSensor {
+            sensor: spec.name.clone(),
+            pose: spec.candidates[candidate].name.clone(),
+            place: self.places.words(sensor, candidate),
+            cost: spec.terms.cost,
+            score_without: self.problem.worth_of(&others).map(Worth::value),
+        }
+    }
+}

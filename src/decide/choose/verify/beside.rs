@@ -1,0 +1,143 @@
+//! What stands beside the scores of the best sets: what each step gains, where sensors are, what each is worth, sets
+//! that are nearly as good, and the tables.
+
+use super::counted::{recounted, value};
+use super::tables::is_written;
+use super::{Claims, Given, holds};
+use crate::choose::files::{Chosen, FRONT, PROOF, SETS};
+use crate::choose::told::{ToldSet, ToldStep};
+use perirobot_march::backend::Backend;
+use perirobot_march::error::Issue;
+use perirobot_march::metrics::Confusion;
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::{Cost, Setting};
+use perirobot_study::world::World;
+use perirobot_study::world::place::Places;
+
+/// What share of the best score is nearly as good.
+const NEARLY: f64 = 0.99;
+
+/// Checks all of it; `counts` are those of the sets.
+pub(super) fn check(
+    claims: &Claims,
+    given: Given,
+    counts: &[Vec<Confusion>],
+    recounter: &mut dyn Backend,
+) -> Result<()> {
+    let Claims { folder, chosen, sets } = claims;
+    let Chosen { told, .. } = chosen;
+    let path = folder.join(PROOF);
+    let at_path = |why: Issue| Error::from(why.at(&path));
+    about(chosen, given).map_err(at_path)?;
+    for (number, step) in told.steps.iter().enumerate() {
+        let gain = gain(step, &told.steps);
+        if step.gain != gain {
+            let what = format!("is {}, and the scores say {}", or_none(step.gain), or_none(gain));
+            return Err(at_path(Issue::says(what).at(format!("steps[{number}].gain"))));
+        }
+    }
+    let (of_steps, of_ties) = sets.split_at(told.steps.len());
+    let best =
+        told.best().map(|best| (best, &of_steps[told.steps.iter().position(|s| s == best).unwrap_or(0)]));
+    for (number, (tie, set)) in told.ties.iter().zip(of_ties).enumerate() {
+        let place = format!("nearly_as_good[{number}]");
+        holds(given.choose, tie, &counts[of_steps.len() + number], &place).map_err(at_path)?;
+        let Some((best, of_best)) = best else { break };
+        let mounts = |set: &[[usize; 2]]| mounts(&given.worlds[0], set);
+        let is_told = of_ties[..number].iter().any(|other| mounts(other) == mounts(set));
+        if tie.score < NEARLY * best.best.score || is_told || mounts(set) == mounts(of_best) {
+            let what = "is not nearly as good as the best set, from mounts that no other has";
+            return Err(at_path(Issue::says(what).at(place)));
+        }
+    }
+    sensors(claims, given, recounter)?;
+    is_written(&folder.join(FRONT), Some(&chosen.front()))?;
+    is_written(&folder.join(SETS), Some(&chosen.sets()))
+}
+
+/// Whether the proof is about this study.
+fn about(chosen: &Chosen, Given { study, choose, worlds, .. }: Given) -> Result<(), Issue> {
+    let right =
+        Chosen { told: chosen.told.clone(), ..Chosen::new(study, choose, worlds, Default::default()) };
+    let wrong = [
+        ("semantics_version", right.semantics_version != chosen.semantics_version),
+        ("certified", right.certified != chosen.certified),
+        ("candidates", right.candidates != chosen.candidates),
+        ("voxel_size_m", right.voxel_size_m != chosen.voxel_size_m),
+        ("noiseless", right.noiseless != chosen.noiseless),
+    ];
+    match wrong.into_iter().find(|(_, is_wrong)| *is_wrong) {
+        Some((key, _)) => Err(Issue::says("is not that of the study").at(key)),
+        None => Ok(()),
+    }
+}
+
+fn or_none(value: Option<f64>) -> String {
+    value.map_or("none".into(), |value| value.to_string())
+}
+
+/// By how much a step is above the best set of fewer sensors that costs no more.
+fn gain(step: &ToldStep, all: &[ToldStep]) -> Option<f64> {
+    let cost = |step: &ToldStep| step.best.cost.map_or(0, Cost::thousandths);
+    let smaller = all.iter().filter(|other| other.at_most < step.at_most && cost(other) <= cost(step));
+    let before = smaller.map(|other| other.best.score).reduce(f64::max);
+    before.map(|before| step.best.score - before)
+}
+
+/// Which sensors a set has, and where.
+fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
+    let mount = |&[sensor, candidate]: &[usize; 2]| match world.settings[sensor][candidate] {
+        Setting::Pose(pose) => (sensor, pose.position_m.to_array().map(f64::to_bits)),
+        _ => (sensor, [candidate as u64, 0, 0]),
+    };
+    let mut mounts: Vec<_> = set.iter().map(mount).collect();
+    mounts.sort_unstable();
+    mounts
+}
+
+/// What is said of each sensor of each set: the scores without them are counted again.
+fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result<()> {
+    let Given { study, choose, worlds, watch, .. } = given;
+    let Claims { folder, chosen: Chosen { told, .. }, sets } = claims;
+    let all: Vec<&ToldSet> = told.steps.iter().map(|step| &step.best).chain(&told.ties).collect();
+    let without = |set: &Vec<[usize; 2]>| {
+        let rest = |out: usize| (0..set.len()).filter(|i| *i != out).map(|i| set[i]).collect::<Vec<_>>();
+        (0..set.len()).map(rest).collect::<Vec<_>>()
+    };
+    let rests: Vec<Vec<[usize; 2]>> = sets.iter().flat_map(without).filter(|rest| !rest.is_empty()).collect();
+    let mut counts = recounted(study, choose, worlds, &rests, recounter, &|| watch.stop())?.into_iter();
+    let nothing_seen = |world: &World| world.baselines[choose.region].nothing_seen;
+    let nothing: Vec<Confusion> = (0..study.repeats).flat_map(|_| worlds.iter().map(nothing_seen)).collect();
+    let places = Places::of(study, &worlds[0]);
+    for (number, (told, set)) in all.into_iter().zip(sets).enumerate() {
+        let place = match number.checked_sub(claims.chosen.told.steps.len()) {
+            None => format!("steps[{number}].best.sensors"),
+            Some(tie) => format!("nearly_as_good[{tie}].sensors"),
+        };
+        let wrong = |what: &str| Err(Issue::says(what).at(&*place).at(folder.join(PROOF)).into());
+        if told.sensors.len() != set.len() {
+            return wrong("are not those of the poses");
+        }
+        for (one, &[sensor, candidate]) in told.sensors.iter().zip(set) {
+            let spec = &study.sensors[sensor];
+            let rest = if set.len() == 1 { nothing.clone() } else { counts.next().unwrap_or_default() };
+            let score = value(choose.objective, choose.over, &rest);
+            if (&one.sensor, &one.pose) != (&spec.name, &spec.candidates[candidate].name) {
+                return wrong("are not those of the poses");
+            }
+            if one.cost != spec.terms.cost || one.place != places.words(sensor, candidate) {
+                return wrong(&format!("cost and place of {} are not those of the study", one.sensor));
+            }
+            if one.score_without != score {
+                return wrong(&format!(
+                    "score_without of {}:{} is {}, and counted again it is {}",
+                    one.sensor,
+                    one.pose,
+                    or_none(one.score_without),
+                    or_none(score)
+                ));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,174 @@
+//! That no set is above a score, added up again from cuts.
+//!
+//! # Theory
+//! Whatever voxels H are, what a set sees of the voxels that count is no more than those of H and, pose by pose,
+//! those that are not in H. A set above p/q has, with t and f the truly occupied and truly free voxels and
+//! s = t + f, at F1 (2q − p)·TP + p·TN > p·s, and at κ (f·q + t·p)·TP + (t·q + f·p)·TN > p·s². If many such
+//! sums, each of another H, are together too small even for the best poses one by one, there is no such set.
+
+use crate::choose::evidence::CandidateEvidence;
+use crate::choose::layout::{CLEAR, HIT, MomentBits, SEEN};
+use crate::choose::told::ToldCuts;
+use perirobot_march::error::Issue;
+use perirobot_march::metrics::Score;
+use perirobot_study::study::Across;
+
+/// Shares of poses that make a voxel part of the inside.
+const WHOLE: u64 = 256;
+/// Parts of a score, and how many times a cut may count, at most: sums then stay within 128 bits.
+const MOST_PARTS: i128 = 1_000_000;
+const MOST_TIMES: u64 = 1 << 20;
+const MOST_BUDGETS: u64 = 1 << 60;
+
+/// What is asked, as far as cuts need to know.
+pub(crate) struct CutLimits<'a> {
+    pub(crate) evidence: &'a CandidateEvidence,
+    pub(crate) objective: Score,
+    pub(crate) over: Across,
+    /// How many poses a set may have.
+    pub(crate) at_most: usize,
+    /// What it may cost, in thousandths, and what each pose costs.
+    pub(crate) budget: Option<u64>,
+    pub(crate) cost: Vec<u64>,
+    /// Poses that are in every set.
+    pub(crate) always: Vec<usize>,
+    /// Whether a pose may be in a set with those.
+    pub(crate) joins: &'a dyn Fn(usize) -> bool,
+    /// Which pose has a name.
+    pub(crate) named: &'a dyn Fn(&str) -> Option<usize>,
+}
+
+/// Whether cuts show that no set is above what is claimed.
+///
+/// # Errors
+/// Why they do not.
+pub(crate) fn check(asked: &CutLimits, told: &[ToldCuts], claimed: f64) -> Result<(), Issue> {
+    if asked.over == Across::Mean {
+        // Scores without a value are left out of a mean, and those of moments without a truth are zero at best.
+        let moments = &asked.evidence.layout.moments;
+        let has = |&moment: &usize| weights(asked.objective, &moments[moment..=moment], 1, 2).is_some();
+        let scored: Vec<usize> = (0..moments.len()).filter(has).collect();
+        let of = |cuts: &ToldCuts| cuts.cuts.first().map(|cut| cut.moment);
+        if !told.iter().map(of).eq(scored.into_iter().map(Some)) {
+            return Err(Issue::says("is not about each score of the mean once, in their order"));
+        }
+    } else if told.len() > 1 {
+        return Err(Issue::says("is about more than one score"));
+    }
+    for (number, told) in told.iter().enumerate() {
+        excluded(asked, told).map_err(|why| why.at(format!("[{number}]")))?;
+    }
+    let above = told.iter().map(|told| told.above[0] as f64 / told.above[1] as f64);
+    let mean = above.sum::<f64>() / told.len() as f64;
+    match mean == claimed {
+        true => Ok(()),
+        false => Err(Issue::says(format!("above is {mean}, which is not the {claimed} of no_set_is_above"))),
+    }
+}
+
+/// Whether cuts exclude all sets above the score that they are for.
+fn excluded(asked: &CutLimits, told: &ToldCuts) -> Result<(), Issue> {
+    let CutLimits { evidence, objective, over, .. } = *asked;
+    let [p, q] = told.above.map(i128::from);
+    if q == 0 || q > MOST_PARTS || p > q {
+        return Err(Issue::says(format!("above is {p}/{q}, which is no score")));
+    }
+    let moments = &evidence.layout.moments;
+    let mut most = 0i128;
+    let mut added = vec![0i128; evidence.items.len()];
+    for (number, cut) in told.cuts.iter().enumerate() {
+        let place = |why: String| Issue::says(why).at(format!("cuts[{number}]"));
+        let moments = match over {
+            Across::Pooled if cut.moment == 0 => &moments[..],
+            Across::Worst if cut.moment < moments.len() => &moments[cut.moment..=cut.moment],
+            Across::Mean if cut.moment < moments.len() && cut.moment == told.cuts[0].moment => {
+                &moments[cut.moment..=cut.moment]
+            }
+            _ => return Err(place(format!("no score is of moment {}", cut.moment))),
+        };
+        let Some((weights, wanted)) = weights(objective, moments, p, q) else {
+            return Err(place("there is no such score".into()));
+        };
+        let mut shares = Vec::new();
+        for (name, &share) in &cut.shares {
+            let item =
+                (asked.named)(name).ok_or_else(|| place(format!("{name:?} is no pose of the study")))?;
+            shares.push((item, share.min(WHOLE)));
+        }
+        let times = i128::from(cut.times.min(MOST_TIMES));
+        most -= times * wanted;
+        for (plane, weight) in weights {
+            let (inside, outside) = counted(evidence, moments, plane, &shares);
+            most += times * weight * inside;
+            added.iter_mut().zip(outside).for_each(|(added, outside)| *added += times * weight * outside);
+        }
+    }
+    if let Some(budget) = asked.budget {
+        let times = i128::from(told.budget_times.min(MOST_BUDGETS));
+        most += times * i128::from(budget);
+        added.iter_mut().zip(&asked.cost).for_each(|(added, &cost)| *added -= times * i128::from(cost));
+    }
+    most += asked.always.iter().map(|&item| added[item]).sum::<i128>();
+    let is_free = |item: &usize| !asked.always.contains(item) && (asked.joins)(*item);
+    let mut free: Vec<i128> = (0..added.len()).filter(is_free).map(|item| added[item]).collect();
+    free.sort_unstable_by_key(|added| std::cmp::Reverse(*added));
+    let left = asked.at_most.saturating_sub(asked.always.len());
+    most += free.iter().take(left).map(|added| (*added).max(0)).sum::<i128>();
+    match most < 0 {
+        true => Ok(()),
+        false => Err(Issue::says(format!("sets above {p}/{q} are not excluded"))),
+    }
+}
+
+/// What a bit of each plane counts, and what is asked for, so that a set is above p/q; one more than not.
+fn weights(score: Score, moments: &[MomentBits], p: i128, q: i128) -> Option<(Vec<(usize, i128)>, i128)> {
+    let sum = |of: fn(&MomentBits) -> u64| i128::from(moments.iter().map(of).sum::<u64>());
+    let (t, f) = (sum(|moment| moment.voxels[0]), sum(|moment| moment.voxels[1]));
+    let s = t + f;
+    match score {
+        Score::F1 if t > 0 => Some((vec![(HIT, 2 * q - p), (CLEAR, p)], p * s + 1)),
+        Score::Kappa if t > 0 && f > 0 => {
+            Some((vec![(HIT, f * q + t * p), (CLEAR, t * q + f * p)], p * s * s + 1))
+        }
+        Score::HumanSeen => {
+            let people = sum(|moment| moment.parts.iter().map(|part| part.voxels).sum());
+            (people > 0).then(|| (vec![(SEEN, q)], p * people + 1))
+        }
+        _ => None,
+    }
+}
+
+/// How many bits of a plane are inside, and for each candidate how many of its bits are not.
+fn counted(
+    evidence: &CandidateEvidence,
+    moments: &[MomentBits],
+    plane: usize,
+    shares: &[(usize, u64)],
+) -> (i128, Vec<i128>) {
+    let space = plane / 2;
+    let first = moments.first().map_or(0, |moment| moment.words[space].start);
+    let last = moments.last().map_or(0, |moment| moment.words[space].end);
+    let width = last - first;
+    let mut sums = vec![[0u64; 64]; width];
+    for &(item, share) in shares {
+        let row = evidence.plane(item, plane);
+        for (sums, word) in sums.iter_mut().zip(row.get(first..last).unwrap_or_default()) {
+            for (bit, sum) in sums.iter_mut().enumerate() {
+                *sum += (word >> bit & 1) * share;
+            }
+        }
+    }
+    let is_in = |sums: &[u64; 64]| -> u64 {
+        sums.iter().enumerate().map(|(bit, &sum)| u64::from(sum >= WHOLE) << bit).sum()
+    };
+    let hidden: Vec<u64> = sums.iter().map(is_in).collect();
+    let count = |words: &mut dyn Iterator<Item = u64>| words.map(|word| i128::from(word.count_ones())).sum();
+    let inside = count(&mut hidden.iter().copied());
+    let beyond = |item: usize| -> i128 {
+        let row = evidence.plane(item, plane);
+        let own = row.get(first..last).unwrap_or_default();
+        count(&mut own.iter().zip(&hidden).map(|(word, hidden)| word & !hidden))
+    };
+    let outside = (0..evidence.items.len()).map(beyond).collect();
+    (inside, outside)
+}

@@ -1,0 +1,330 @@
+//! A proof checked by other code than the one that found it: nothing is shared with the search but what each
+//! candidate says, and the loops that count bits, which run without vector instructions here. The sets are counted
+//! again by a backend of the caller's choice (`counted`), whether they are allowed is judged from the study
+//! (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`), what no set is above is added
+//! up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands beside the scores must follow
+//! from them (`beside`). What refining found is searched again (`refined`), and the sets are swept again for the tables
+//! (`tables`).
+
+mod allowed;
+mod beside;
+mod counted;
+pub(super) mod cuts;
+mod mean;
+mod plain;
+mod refined;
+mod tables;
+mod whole;
+
+use std::path::{Path, PathBuf};
+
+use self::allowed::{clash, name, named, not_allowed, thousandths};
+pub(super) use self::counted::recounted;
+use self::counted::{exact, value, value_reaches};
+use self::plain::{Bar, Plain};
+use self::refined::{refine_again, verify_refined};
+use self::tables::verify_tables;
+use super::evidence::CandidateEvidence;
+use super::files::{Asked, Chosen, PROOF, fingerprint};
+use super::layout::{FALSE, MISSED};
+use super::refine::RefineWatch;
+use super::told::{ToldSet, ToldStep};
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{Backend, Fusion};
+use perirobot_march::error::Issue;
+use perirobot_march::metrics::{Confusion, Score};
+use perirobot_march::voxel::Ones;
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::{Across, Choose, Study};
+use perirobot_study::world::World;
+
+/// What was checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Verified {
+    /// Sets that were counted again.
+    pub sets: usize,
+    /// Steps for which it was shown again that no set is better.
+    pub proven: usize,
+    /// Steps for which the score that no set is above was added up again.
+    pub bounded: usize,
+    /// Steps that claim no such thing.
+    pub open: usize,
+    /// Whether the search was stopped, so that sizes and steps of cost may be missing.
+    pub stopped: bool,
+    /// Whether refining was stopped, so that it was not searched again.
+    pub refining_stopped: bool,
+}
+
+/// Is told how a check proceeds, and may stop it.
+pub trait VerifyWatch: Sync {
+    /// A reason to stop, if there is one.
+    fn stop(&self) -> Option<String>;
+
+    /// So many steps of the front will be checked.
+    fn begins(&self, _: usize) {}
+
+    /// One of them was checked.
+    fn checked(&self) {}
+}
+
+/// What a proof is about.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    study: &'a Study,
+    choose: &'a Choose,
+    worlds: &'a [World],
+    evidence: &'a CandidateEvidence,
+    /// Counts bits without the vector instructions of the search.
+    ones: Ones,
+    watch: &'a dyn VerifyWatch,
+}
+
+/// A proof that was read, of the sets that a study asks for.
+pub struct Claims {
+    folder: PathBuf,
+    chosen: Chosen,
+    /// Sensor and candidate of each in the best set of each step, and then in those that are nearly as good.
+    sets: Vec<Vec<[usize; 2]>>,
+}
+
+impl Claims {
+    /// Reads the proof in a folder, and judges whether its sets are allowed.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what is wrong.
+    pub fn read(folder: &Path, study: &Study, choose: &Choose, worlds: &[World]) -> Result<Claims> {
+        let path = folder.join(PROOF);
+        let wrong = |place: &str, what: &str| Err(Error::input(place, what).at(&path));
+        let Some(chosen) = Chosen::read(folder)? else {
+            return Err(Issue::says("is not there").wanted("name a folder of choose").at(&path).into());
+        };
+        if chosen.fingerprint != fingerprint(study, worlds) {
+            return wrong("fingerprint", "the study is not what was searched: choose again");
+        }
+        if chosen.asked != Asked::of(study, choose) {
+            return wrong("asked", "the study asks for something else now: choose again");
+        }
+        let told = &chosen.told;
+        let steps = told.steps.iter().enumerate();
+        let steps =
+            steps.map(|(i, step)| (format!("steps[{i}].best"), (step.at_most, step.budget, &step.best)));
+        let ties = told.ties.iter().enumerate();
+        let ties =
+            ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
+        let read = |(place, limits): (String, (usize, Option<Cost>, &ToldSet))| {
+            let set = named(study, &limits.2.poses).and_then(|set| {
+                match not_allowed(study, choose, worlds, limits, &set) {
+                    Some(why) => Err(Issue::says(why)),
+                    None => Ok(set),
+                }
+            });
+            set.map_err(|issue| issue.at(place).at(&path).into())
+        };
+        let sets = steps.chain(ties).map(read).collect::<Result<_>>()?;
+        Ok(Claims { folder: folder.into(), chosen, sets })
+    }
+}
+
+/// Checks all that is in a folder of chosen sets: the proof, refined poses, which are searched again with evidence of at most
+/// these bytes, and every table.
+///
+/// # Errors
+/// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
+pub fn verify(
+    claims: &Claims,
+    asked: (&Study, &Choose, &[World]),
+    evidence: &CandidateEvidence,
+    (backends, memory_bytes): (&mut dyn BackendFactory, u64),
+    (watch, refining): (&dyn VerifyWatch, &dyn RefineWatch),
+) -> Result<Verified> {
+    let mut oracle = Oracle::default();
+    let mut verified = verify_steps(claims, asked, evidence, &mut oracle, watch)?;
+    verified.sets += verify_refined(&claims.folder, asked, &mut oracle, watch)?;
+    if asked.1.refine && !verified.stopped && !verified.refining_stopped {
+        refine_again(claims, asked, evidence, (backends, memory_bytes), (watch, refining))?;
+    }
+    verify_tables(&claims.folder, asked, &mut oracle, watch)?;
+    Ok(verified)
+}
+
+/// Checks the steps of a proof.
+fn verify_steps(
+    claims: &Claims,
+    (study, choose, worlds): (&Study, &Choose, &[World]),
+    evidence: &CandidateEvidence,
+    recounter: &mut dyn Backend,
+    watch: &dyn VerifyWatch,
+) -> Result<Verified> {
+    let Claims { folder, chosen, sets } = claims;
+    let (path, steps) = (folder.join(PROOF), &chosen.told.steps);
+    let given = Given { study, choose, worlds, evidence, ones: Ones::plain(), watch };
+    let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
+    let counts = recounted(study, choose, worlds, sets, recounter, &|| watch.stop())?;
+    let stopped = || watch.stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
+    let mut verified = Verified {
+        sets: sets.len(),
+        proven: 0,
+        bounded: 0,
+        open: 0,
+        stopped: chosen.told.stopped,
+        refining_stopped: choose.refine && chosen.told.refining_stopped,
+    };
+    let is_provable = given.is_provable();
+    watch.begins(steps.len());
+    let mut fractions = Vec::new();
+    for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
+        let place = format!("steps[{number}]");
+        let exact =
+            holds(choose, &step.best, counts, &format!("{place}.best")).map_err(|issue| issue.at(&path))?;
+        fractions.push(exact);
+        let bar = match exact {
+            Some(claimed) => Bar::Above(claimed),
+            None => Bar::AboveMean(step.best.score),
+        };
+        if !step.proven {
+            match (&step.shown_by[..], step.no_set_is_above) {
+                ([], None) => verified.open += 1,
+                ([_, ..], Some(above)) => match given.shows(step, above) {
+                    Ok(()) => verified.bounded += 1,
+                    Err(why) => return Err(why.at(format!("{place}.shown_by")).at(&path).into()),
+                },
+                ([], Some(above)) => match given.is_above_all(step, above) {
+                    true => verified.bounded += 1,
+                    false => {
+                        return wrong(format!("{place}.no_set_is_above"), "a set is above that, or may be");
+                    }
+                },
+                _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts"),
+            }
+            stopped()?;
+            watch.checked();
+            continue;
+        }
+        if step.no_set_is_above != Some(step.best.score) {
+            return wrong(
+                format!("{place}.no_set_is_above"),
+                "is not the score of the best set, which is proven",
+            );
+        }
+        // No score is above one.
+        if exact.map_or(step.best.score >= 1.0, |(n, d)| n >= d) {
+            verified.proven += 1;
+            watch.checked();
+            continue;
+        }
+        if !is_provable {
+            let what = "sensors that are wrong somewhere may outvote each other, so that there is no proof";
+            return wrong(format!("{place}.proven"), what);
+        }
+        let budget = step.budget.map(Cost::thousandths);
+        let plain = Plain { given, at_most: step.at_most, budget, bar };
+        if choose.over == Across::Mean && !plain.bounds_means() {
+            return wrong(format!("{place}.proven"), "this mean of scores has no proof");
+        }
+        if let Some(better) = plain.better() {
+            let names: Vec<String> = better.iter().map(|&item| name(study, evidence.items[item])).collect();
+            return wrong(format!("{place}.best"), &format!("this set is better: {}", names.join(";")));
+        }
+        stopped()?;
+        verified.proven += 1;
+        watch.checked();
+    }
+    if !chosen.told.stopped {
+        whole::Whole { told: &chosen.told, fractions: &fractions, given, is_provable }
+            .check()
+            .map_err(|why| why.at(&path))?;
+        stopped()?;
+    }
+    beside::check(claims, given, &counts, recounter)?;
+    Ok(verified)
+}
+
+impl Given<'_> {
+    /// Whether what sets score is a matter of unions. Under log-odds sensors that are wrong somewhere may outvote
+    /// others; who is detected is no question of labels.
+    fn is_provable(self) -> bool {
+        let Given { choose, evidence, .. } = self;
+        let scores = choose.require.iter().map(|require| require.score).chain([choose.objective]);
+        let has_labels = scores.into_iter().any(|score| matches!(score, Score::F1 | Score::Kappa));
+        let is_right =
+            |item: usize| [MISSED, FALSE].iter().all(|&plane| evidence.plane(item, plane).is_empty());
+        choose.fusion == Fusion::OccupiedWins || !has_labels || (0..evidence.items.len()).all(is_right)
+    }
+
+    /// Whether a plain search finds no set of a step above a score, in millionths.
+    fn is_above_all(self, step: &ToldStep, above: f64) -> bool {
+        let millionths = (above * 1e6).round();
+        let budget = step.budget.map(Cost::thousandths);
+        let bar = Bar::Above((millionths as i128, 1_000_000));
+        let is_told = millionths / 1e6 == above && above >= step.best.score;
+        is_told
+            && self.choose.over != Across::Mean
+            && self.is_provable()
+            && (Plain { given: self, at_most: step.at_most, budget, bar }).better().is_none()
+    }
+
+    /// Whether cuts show what no set of a step is above.
+    fn shows(self, step: &ToldStep, above: f64) -> Result<(), Issue> {
+        let Given { study, choose, worlds, evidence, .. } = self;
+        let items = &evidence.items;
+        let budget = step.budget.map(Cost::thousandths);
+        let joins = |row: usize| {
+            let set = [&choose.always[..], &[items[row]]].concat();
+            let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
+            budget.is_none_or(|budget| cost <= budget) && clash(study, choose, worlds, &set).is_none()
+        };
+        let asked = cuts::CutLimits {
+            evidence,
+            objective: choose.objective,
+            over: choose.over,
+            at_most: step.at_most,
+            budget,
+            cost: items.iter().map(|&[sensor, _]| thousandths(study, sensor)).collect(),
+            always: (0..items.len()).filter(|&row| choose.always.contains(&items[row])).collect(),
+            joins: &joins,
+            named: &|wanted: &str| items.iter().position(|&item| name(study, item) == wanted),
+        };
+        cuts::check(&asked, &step.shown_by, above)
+    }
+}
+
+/// Checks the set at a place by what was counted again of it. Returns its score as a fraction, if it is one.
+fn holds(
+    choose: &Choose,
+    set: &ToldSet,
+    counts: &[Confusion],
+    place: &str,
+) -> Result<Option<(i128, i128)>, Issue> {
+    let value = value(choose.objective, choose.over, counts);
+    if value != Some(set.score) {
+        let value = value.map_or("none".into(), |value| value.to_string());
+        let what = format!("{} is {}, and counted again it is {value}", choose.objective.name(), set.score);
+        return Err(Issue::says(what).at(format!("{place}.score")));
+    }
+    if let Some(require) = choose
+        .require
+        .iter()
+        .find(|require| !value_reaches(counted::value(require.score, require.over, counts), require.at_least))
+    {
+        let (name, least) = (require.score.name(), require.at_least);
+        return Err(Issue::says(format!("does not reach {name} {least}")).at(place));
+    }
+    let exact = exact(choose.objective, choose.over, counts);
+    let claimed = set.fraction();
+    match exact {
+        Some((n, d))
+            if claimed.is_none_or(|(claimed_n, claimed_d)| {
+                let [left, right] = [claimed_n.checked_mul(d), claimed_d.checked_mul(n)];
+                claimed_d == 0 || left.is_none() || left != right
+            }) =>
+        {
+            Err(Issue::says(format!("counted again it is {n}/{d}")).at(format!("{place}.exactly")))
+        }
+        None if set.exactly.is_some() => {
+            Err(Issue::says("a mean of scores is no fraction").at(format!("{place}.exactly")))
+        }
+        _ => Ok(exact),
+    }
+}

@@ -1,0 +1,147 @@
+//! Refined sets of a proof: nothing is proven of them, but they are allowed, score what is said, and are what is found
+//! when the poses around the same sets are searched again.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::allowed::{named, not_allowed};
+use super::counted::recounted;
+use super::tables::is_written;
+use super::{Claims, VerifyWatch, holds};
+use crate::choose::evidence::CandidateEvidence;
+use crate::choose::files::{Chosen, PROOF, REFINED};
+use crate::choose::front::Answer;
+use crate::choose::problem::{Problem, SetLimits};
+use crate::choose::refine::{RefineWatch, Refinement, refine};
+use crate::choose::told::ToldRefined;
+use crate::choose::within::{Bound, FrontStep};
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::{Choose, Study};
+use perirobot_study::world::World;
+
+/// Counts the refined sets of a folder again, and says how many.
+///
+/// # Errors
+/// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
+pub(super) fn verify_refined(
+    folder: &Path,
+    (study, choose, _): (&Study, &Choose, &[World]),
+    recounter: &mut dyn Backend,
+    watch: &dyn VerifyWatch,
+) -> Result<usize> {
+    let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
+    let told = &chosen.told;
+    let Some(study) = told.with_poses(study).map_err(|e| e.at(folder))? else {
+        is_written(&folder.join(REFINED), chosen.refined().as_deref())?;
+        return Ok(0);
+    };
+    let worlds = World::prepare_all(&study)?;
+    let path = folder.join(PROOF);
+    let all = told.refined.iter().flatten().enumerate();
+    let mut counted = 0;
+    for (number, refined) in all {
+        let ToldRefined { at_most, budget, around, score_before, best: Some(best), gain, .. } = refined
+        else {
+            continue;
+        };
+        let place = |key: &str| format!("refined[{number}].{key}");
+        let wrong = |key: &str, what: &str| Err(Error::input(place(key), what).at(&path));
+        let mut steps = told.steps.iter();
+        if !steps.any(|step| step.best.poses == *around && step.best.score == *score_before) {
+            return wrong("around", "is not the best set of a step");
+        }
+        if *gain != Some(best.score - score_before) {
+            return wrong("gain", "is not the difference of the scores");
+        }
+        let set = named(&study, &best.poses).map_err(|issue| issue.at(place("best")).at(&path))?;
+        if let Some(why) = not_allowed(&study, choose, &worlds, (*at_most, *budget, best), &set) {
+            return wrong("best", &why);
+        }
+        let counts = recounted(&study, choose, &worlds, &[set], recounter, &|| watch.stop())?;
+        holds(choose, best, &counts[0], &place("best")).map_err(|issue| issue.at(&path))?;
+        counted += 1;
+    }
+    is_written(&folder.join(REFINED), chosen.refined().as_deref())?;
+    Ok(counted)
+}
+
+/// Searches again around the best sets, and compares what is found.
+///
+/// # Errors
+/// `Error::Input` that names the first value that differs; `Error::Stopped` when it is stopped.
+pub(super) fn refine_again(
+    claims: &Claims,
+    asked: (&Study, &Choose, &[World]),
+    evidence: &CandidateEvidence,
+    (backends, memory_bytes): (&mut dyn BackendFactory, u64),
+    (watch, refining): (&dyn VerifyWatch, &dyn RefineWatch),
+) -> Result<()> {
+    let (study, choose, worlds) = asked;
+    let problem = Problem::new(study, choose, worlds, evidence);
+    let found = (&problem, &claims.answer(&problem)?, &claims.chosen.told);
+    let again = refine(asked, found, memory_bytes, backends, refining)?;
+    match watch.stop().filter(|_| !again.complete) {
+        Some(why) => Err(Error::Stopped(Issue::says(why))),
+        None => claims.is_found_again(&again),
+    }
+}
+
+impl Claims {
+    /// The best sets that are claimed, as a search finds them: what refining begins with.
+    ///
+    /// # Errors
+    /// When one of them does not meet what is required.
+    fn answer(&self, problem: &Problem) -> Result<Answer> {
+        let told = &self.chosen.told;
+        let step = |(number, set): (usize, &Vec<[usize; 2]>)| {
+            let step = &told.steps[number];
+            let item = |item: &[usize; 2]| problem.evidence.items.iter().position(|known| known == item);
+            let items: Option<Vec<usize>> = set.iter().map(item).collect();
+            let best = items.and_then(|items| problem.found(&items));
+            let best = best.ok_or_else(|| {
+                let what = Issue::says("does not meet what is required");
+                Error::from(what.at(format!("steps[{number}].best")).at(self.folder.join(PROOF)))
+            })?;
+            let limits = SetLimits { at_most: step.at_most, budget: step.budget.map(Cost::thousandths) };
+            Ok(FrontStep { limits, best: Some(best), bound: Bound::Unknown })
+        };
+        let steps = self.sets[..told.steps.len()].iter().enumerate().map(step).collect::<Result<_>>()?;
+        Ok(Answer { steps, others: Vec::new(), complete: true })
+    }
+
+    /// Compares what refining found with what it found again.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the first value that differs.
+    fn is_found_again(&self, again: &Refinement) -> Result<()> {
+        let json = |told: &[ToldRefined]| serde_json::to_value(told).expect("names and numbers make JSON");
+        let own = self.chosen.told.refined.as_deref().unwrap_or_default();
+        match differs("refined".into(), &json(own), &json(&again.told)) {
+            None => Ok(()),
+            Some((place, what)) => Err(Issue::says(what).at(place).at(self.folder.join(PROOF)).into()),
+        }
+    }
+}
+
+/// The first place at which two values differ, and how.
+fn differs(place: String, own: &Value, again: &Value) -> Option<(String, String)> {
+    match (own, again) {
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let mut each = a.iter().zip(b).enumerate();
+            each.find_map(|(number, (a, b))| differs(format!("{place}[{number}]"), a, b))
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
+            let none = &Value::Null;
+            let mut each = keys.map(|key| (key, a.get(key).unwrap_or(none), b.get(key).unwrap_or(none)));
+            each.find_map(|(key, a, b)| differs(format!("{place}.{key}"), a, b))
+        }
+        _ if own == again => None,
+        _ => Some((place, format!("is {own}, and searched again it is {again}"))),
+    }
+}

@@ -1,0 +1,160 @@
+//! The tables of a folder: the sets are swept again, and every field is compared.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::VerifyWatch;
+use crate::choose::files::{Chosen, PROOF};
+use perirobot_march::backend::Backend;
+use perirobot_march::error::Issue;
+use perirobot_march::metrics::Confusion;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Choose, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, poses_csv};
+use perirobot_sweep::results::files::{JOURNAL, MANIFEST};
+use perirobot_sweep::results::journal::Shard;
+use perirobot_sweep::results::manifest::Manifest;
+use perirobot_sweep::results::{Results, RowKey, rows, scores};
+use perirobot_sweep::sweep::{Row, run_unless};
+
+/// What helps with a folder whose tables do not hold.
+const CURE: &str = "choose again";
+
+/// Sweeps the sets of a folder again, and compares its journal, results.csv, scores.csv and poses.csv with that.
+///
+/// # Errors
+/// `Error::Input` that names file, row and column of what does not hold; `Error::Stopped` when it is stopped.
+pub(super) fn verify_tables(
+    folder: &Path,
+    (study, choose, worlds): (&Study, &Choose, &[World]),
+    recounter: &mut dyn Backend,
+    watch: &dyn VerifyWatch,
+) -> Result<()> {
+    let Some(chosen) = Chosen::read(folder)? else { return Ok(()) };
+    let refined = chosen.told.with_poses(study).map_err(|e| e.at(folder))?;
+    let with_poses = refined.as_ref().map(World::prepare_all).transpose()?;
+    let worlds = with_poses.as_deref().unwrap_or(worlds);
+    let sets = chosen.told.study_of_sets(refined.as_ref().unwrap_or(study), choose);
+    is_written(&folder.join("poses.csv"), Some(&poses_csv(&sets, &worlds[0])))?;
+    let wrong = |path: PathBuf, what: &str| Err(Issue::damaged(what).cure(CURE).at(path).into());
+    let manifest = Manifest::read(folder)?;
+    if manifest.fingerprint() != Manifest::new(&sets, worlds, Shard::WHOLE, &[]).fingerprint() {
+        return wrong(folder.join(MANIFEST), "is not of the sets in choose.json");
+    }
+    let about = &manifest.provenance.about;
+    for (key, own, other) in
+        [("perirobot", &chosen.perirobot, &about.perirobot), ("study", &chosen.study, &about.study.file)]
+    {
+        if own != other {
+            let what = format!("is {own:?}, and {MANIFEST} has {other:?}");
+            return Err(Issue::damaged(what).cure(CURE).at(key).at(folder.join(PROOF)).into());
+        }
+    }
+    let (results, _) = Results::read(folder)?;
+    for row in run_unless(&sets, worlds, recounter, &|| watch.stop())? {
+        counts_again(folder, &results, &row)?;
+    }
+    is_written(&folder.join("results.csv"), Some(&rows::csv(&results)?))?;
+    is_written(&folder.join("scores.csv"), Some(&scores::csv(&results)?))
+}
+
+/// Whether a row of the journal is what was counted again.
+fn counts_again(folder: &Path, results: &Results, row: &Row) -> Result<()> {
+    let Row { combination, choice, representation, region, repeat, .. } = *row;
+    let moment = results.scenes[row.scene].moments.start + row.snapshot;
+    let found = results.counts(moment, repeat, &RowKey { combination, choice, representation, region })?;
+    let numbers = |counts: &Confusion| {
+        counts.counts().into_iter().chain(counts.detection.counts()).collect::<Vec<u64>>()
+    };
+    let (own, again) = (numbers(&found), numbers(&row.counts));
+    if found == row.counts {
+        return Ok(());
+    }
+    let columns = COUNT_COLUMNS.into_iter().chain(DETECTION_COLUMNS);
+    let differs = columns.zip(own).zip(again).find(|((_, own), again)| own != again);
+    let what = differs.map_or("is not what is counted again".into(), |((column, own), again)| {
+        format!("{column} is {own}, and counted again it is {again}")
+    });
+    let set = results.combinations[combination].name_of(choice);
+    let place = format!("{set}, scene {}, snapshot {}", results.scenes[row.scene].name, row.snapshot);
+    Err(Issue::damaged(what).cure(CURE).at(place).at(folder.join(JOURNAL)).into())
+}
+
+/// Whether a table of a folder has these bytes, or is not there where there are none.
+///
+/// # Errors
+/// `Error::Input` that names file, row and column.
+pub(super) fn is_written(path: &Path, expected: Option<&[u8]>) -> Result<()> {
+    let found = match fs::read(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        found => Some(found.map_err(|error| Error::io(path, "cannot be read", error))?),
+    };
+    let what = match (&found, expected) {
+        (None, None) => return Ok(()),
+        (Some(found), Some(expected)) if found == expected => return Ok(()),
+        (None, Some(_)) => Issue::damaged("is not there"),
+        (Some(_), None) => Issue::damaged("is there, and choose.json has nothing of it"),
+        (Some(found), Some(expected)) => difference(found, expected),
+    };
+    Err(what.cure(CURE).at(path).into())
+}
+
+/// The first field that differs, by row and column.
+fn difference(found: &[u8], expected: &[u8]) -> Issue {
+    let reader = |bytes| csv::ReaderBuilder::new().flexible(true).has_headers(false).from_reader(bytes);
+    let (mut found, mut expected) = (reader(found), reader(expected));
+    let mut header = csv::ByteRecord::new();
+    let (mut own, mut right) = (csv::ByteRecord::new(), csv::ByteRecord::new());
+    for row in 0.. {
+        let has_row = found.read_byte_record(&mut own);
+        let wants_row = expected.read_byte_record(&mut right).unwrap_or(false);
+        let at = |issue: Issue| issue.at(if row == 0 { "header".into() } else { format!("row {row}") });
+        match (has_row, wants_row) {
+            (Err(error), _) => return at(Issue::damaged(error.to_string())),
+            (Ok(false), false) => break,
+            (Ok(false), true) => return at(Issue::damaged("is missing: the file ends before it")),
+            (Ok(true), false) => return at(Issue::damaged("is one row too many")),
+            (Ok(true), true) => {}
+        }
+        if row == 0 {
+            header.clone_from(&right);
+        }
+        let text = |record: &csv::ByteRecord, column: usize| {
+            record
+                .get(column)
+                .map_or("missing".into(), |field| format!("{:?}", String::from_utf8_lossy(field)))
+        };
+        for column in 0..own.len().max(right.len()) {
+            let [own, right] = [&own, &right].map(|record| text(record, column));
+            if own != right {
+                let name = header.get(column).map_or("?".into(), String::from_utf8_lossy);
+                let what = format!("column {name} is {own}, and made again it is {right}");
+                return at(Issue::damaged(what));
+            }
+        }
+    }
+    Issue::damaged("has the fields that it should have, written in another way")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_told_by_row_and_column() {
+        let right = b"a,b\n1,2\n3,\"4,5\"\n";
+        let check = |found: &[u8], expected: &str| {
+            let said = difference(found, right).to_string();
+            assert!(said.contains(expected), "no {expected:?} in {said}");
+        };
+        check(b"a,b\n1,2\n3,4\n", "row 2: column b is \"4\", and made again it is \"4,5\"");
+        check(b"a,b\n1,2\n", "row 2: is missing");
+        check(b"a,b\n1\n3,\"4,5\"\n", "row 1: column b is missing, and made again it is \"2\"");
+        check(b"a,b\n1,2\n3,\"4,5\"\n6,7\n", "row 3: is one row too many");
+        check(b"a,c\n1,2\n3,\"4,5\"\n", "header: column b is \"c\"");
+        check(b"", "header: is missing");
+        check(b"a,b\r\n1,2\n3,\"4,5\"\n", "written in another way");
+    }
+}

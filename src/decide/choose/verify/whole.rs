@@ -1,0 +1,144 @@
+//! That no size and no step of cost is missing.
+//!
+//! # Theory
+//! The best set of a step is the best of all sets that cost as much as it does, up to the budget of the step. Below,
+//! the next step begins, or no set is better than one of fewer sensors that costs as little: that is searched. If
+//! larger sets are told, smaller ones are missing only where none meets what is required.
+
+use super::Given;
+use super::allowed::{name, thousandths};
+use super::plain::{Bar, Plain};
+use crate::choose::told::{Told, ToldStep};
+use perirobot_march::error::Issue;
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::{Across, SetRequirement};
+
+/// A front.
+pub(super) struct Whole<'a> {
+    pub(super) told: &'a Told,
+    /// Of each step the score of its best set as a fraction, if it is one.
+    pub(super) fractions: &'a [Option<(i128, i128)>],
+    pub(super) given: Given<'a>,
+    /// Whether a plain search proves anything.
+    pub(super) is_provable: bool,
+}
+
+impl Whole<'_> {
+    /// Whether all steps are there.
+    ///
+    /// # Errors
+    /// Why they are not, with the set that should have been told.
+    pub(super) fn check(&self) -> Result<(), Issue> {
+        let sizes = self.given.choose.always.len().max(1)..=self.given.choose.at_most;
+        let steps = &self.told.steps;
+        if !steps.is_sorted_by_key(|step| step.at_most) {
+            return Err(Issue::says("sizes are out of order").at("steps"));
+        }
+        let of_size =
+            |size: usize| steps.iter().filter(move |step| step.at_most == size).collect::<Vec<&ToldStep>>();
+        for size in sizes {
+            let own = of_size(size);
+            let Some(first) = own.first() else {
+                self.has_no_set(size)?;
+                continue;
+            };
+            if first.budget != self.given.choose.budget {
+                return Err(missing(size, "the whole budget"));
+            }
+            self.costs(size, &own)?;
+        }
+        Ok(())
+    }
+
+    /// Whether there is no set of so many sensors that meets what is required.
+    fn has_no_set(&self, size: usize) -> Result<(), Issue> {
+        let larger = self.told.steps.iter().any(|step| step.at_most < size);
+        if larger || self.given.choose.require.is_empty() {
+            return Err(missing(size, "the whole budget"));
+        }
+        let budget = self.given.choose.budget.map(|budget| budget.thousandths());
+        self.none_meets((size, budget), "the whole budget")
+    }
+
+    /// Whether no set within some limits meets what is required, as far as that can be shown.
+    fn none_meets(&self, (at_most, budget): (usize, Option<u64>), cost: &str) -> Result<(), Issue> {
+        let asks = |one: &SetRequirement| one.over != Across::Mean && one.at_least > 0.0;
+        let is_asked = self.given.choose.require.iter().any(asks);
+        // A search that proves nothing may miss a set of few sensors.
+        let is_proven = self.told.steps.iter().all(|step| step.proven);
+        match self.is_provable && is_asked && is_proven {
+            true => self.not_better((at_most, budget, Bar::Required), cost),
+            false => Ok(()),
+        }
+    }
+
+    /// Whether the steps of cost of one size are all there.
+    fn costs(&self, size: usize, own: &[&ToldStep]) -> Result<(), Issue> {
+        let fewer = || self.told.steps.iter().zip(self.fractions).filter(|(step, _)| step.at_most < size);
+        let cost = |step: &ToldStep| step.best.cost.map_or(0, |cost| cost.thousandths());
+        let mut left = own.iter().skip(1).peekable();
+        let Some(mut spent) = own.first().map(|first| cost(first)) else { return Ok(()) };
+        while spent > self.cheapest() {
+            let below = spent - 1;
+            if let Some(next) = left.next_if(|next| cost(next) <= below && self.covers(next, below)) {
+                spent = cost(next);
+                continue;
+            }
+            let known = fewer().filter(|(step, _)| cost(step) <= below);
+            let known = known.max_by(|(a, _), (b, _)| a.best.score.total_cmp(&b.best.score));
+            let place = format!("less than {}", Cost::from_thousandths(spent));
+            match known {
+                Some((known, fraction)) => {
+                    if self.is_provable && own.iter().all(|step| step.proven) {
+                        let bar = fraction.map_or(Bar::AboveMean(known.best.score), Bar::Above);
+                        self.not_better((size, Some(below), bar), &place)?;
+                    }
+                    spent = cost(known);
+                }
+                None if self.given.choose.require.is_empty() => return Err(missing(size, &place)),
+                None => return self.none_meets((size, Some(below)), &place),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a step is about all sets that cost no more than this: between its budget and that no set costs.
+    fn covers(&self, step: &ToldStep, cost: u64) -> bool {
+        let budget = step.budget.map_or(u64::MAX, |budget| budget.thousandths());
+        let common = self.costs_of_sensors().fold(0, greatest_common_divisor).max(1);
+        budget >= cost / common * common
+    }
+
+    /// What the cheapest allowed set costs at least.
+    fn cheapest(&self) -> u64 {
+        match &self.given.choose.always[..] {
+            [] => self.costs_of_sensors().min().unwrap_or(0),
+            always => always.iter().map(|&[sensor, _]| thousandths(self.given.study, sensor)).sum(),
+        }
+    }
+
+    fn costs_of_sensors(&self) -> impl Iterator<Item = u64> {
+        (0..self.given.study.sensors.len()).map(|sensor| thousandths(self.given.study, sensor))
+    }
+
+    fn not_better(&self, (at_most, budget, bar): (usize, Option<u64>, Bar), cost: &str) -> Result<(), Issue> {
+        let Some(better) = (Plain { given: self.given, at_most, budget, bar }).better() else {
+            return Ok(());
+        };
+        let name = |&item: &usize| name(self.given.study, self.given.evidence.items[item]);
+        let better: Vec<String> = better.iter().map(name).collect();
+        let what = format!(
+            "the best set of at most {at_most} for {cost} is missing: {} belongs there",
+            better.join(";")
+        );
+        Err(Issue::says(what).at("steps"))
+    }
+}
+
+fn missing(size: usize, cost: &str) -> Issue {
+    Issue::says(format!("the best set of at most {size} for {cost} is missing")).at("steps")
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}

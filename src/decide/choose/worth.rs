@@ -1,0 +1,163 @@
+//! What counts are worth over several moments, so that no rounding decides which set is the better one.
+
+use std::cmp::Ordering;
+
+pub use perirobot_march::metrics::Ratio;
+use perirobot_march::metrics::{Confusion, Score};
+use perirobot_study::study::Across;
+
+/// What a set is worth.
+#[derive(Clone, Copy, Debug)]
+pub enum Worth {
+    /// A score of counts added up, or the lowest of several scores.
+    Exact(Ratio),
+    /// A mean of scores, added up in the order of the moments.
+    Mean(f64),
+}
+
+/// Voxels of a region in all moments together that fractions are exact for.
+pub(super) const MOST_VOXELS: u64 = 1 << 31;
+
+impl Worth {
+    /// What counts are worth, moment by moment; `None` where no score has a value.
+    pub(super) fn of(score: Score, over: Across, counts: &[Confusion]) -> Option<Worth> {
+        match over {
+            Across::Pooled => {
+                let all = counts.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
+                Ratio::of_score(score, &all).map(Worth::Exact)
+            }
+            Across::Worst => {
+                counts.iter().filter_map(|counts| Ratio::of_score(score, counts)).min().map(Worth::Exact)
+            }
+            Across::Mean => {
+                let values: Vec<f64> = counts.iter().filter_map(|counts| score.of(counts)).collect();
+                (!values.is_empty()).then(|| Worth::Mean(values.iter().sum::<f64>() / values.len() as f64))
+            }
+        }
+    }
+
+    /// As a number.
+    pub fn value(self) -> f64 {
+        match self {
+            Worth::Exact(ratio) => ratio.value(),
+            Worth::Mean(mean) => mean,
+        }
+    }
+
+    /// Whether no score is higher.
+    pub(super) fn is_full(self) -> bool {
+        match self {
+            Worth::Exact(ratio) => ratio.numerator >= ratio.denominator,
+            Worth::Mean(mean) => mean >= 1.0,
+        }
+    }
+
+    /// Whether it is no less than a fraction.
+    pub(super) fn reaches(self, least: Ratio) -> bool {
+        match self {
+            Worth::Exact(ratio) => ratio >= least,
+            Worth::Mean(mean) => mean >= least.value(),
+        }
+    }
+}
+
+impl Ord for Worth {
+    fn cmp(&self, other: &Worth) -> Ordering {
+        match (self, other) {
+            (Worth::Exact(a), Worth::Exact(b)) => a.cmp(b),
+            _ => self.value().total_cmp(&other.value()),
+        }
+    }
+}
+
+impl PartialOrd for Worth {
+    fn partial_cmp(&self, other: &Worth) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Worth {
+    fn eq(&self, other: &Worth) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Worth {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use perirobot_march::metrics::Detection;
+    use perirobot_sweep::results::over::over;
+
+    /// Random counts, some of them zero, some as large as a region can be.
+    fn random(state: &mut u64) -> Confusion {
+        let mut next = |below: u64| {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (*state >> 20) % below
+        };
+        let size = [2, 20, 1000, MOST_VOXELS / 6][next(4) as usize];
+        let mut counts: [u64; 12] = std::array::from_fn(|_| if next(4) == 0 { 0 } else { next(size) });
+        counts[9..].fill(0);
+        let people: u64 = counts[6..9].iter().sum();
+        let [people_count, parts] = [next(4), next(12)];
+        let found = Detection {
+            hit_human: next(people + 1),
+            people: people_count,
+            people_detected: next(people_count + 1),
+            parts,
+            parts_detected: next(parts + 1),
+            missed: [0; 11],
+        };
+        Confusion::from_counts(counts).with(found)
+    }
+
+    const SCORES: [Score; 5] =
+        [Score::F1, Score::Kappa, Score::HumanSeen, Score::PeopleDetected, Score::PartsDetected];
+
+    #[test]
+    fn fractions_are_the_scores_of_the_tables() {
+        let mut state = 5;
+        let (mut some, mut none) = (0, 0);
+        for case in 0..20_000 {
+            let counts = random(&mut state);
+            for score in Score::ALL {
+                let (found, expected) = (Ratio::of_score(score, &counts), score.of(&counts));
+                assert_eq!(found.map(Ratio::value), expected, "case {case}: {score:?} of {counts:?}");
+                *if found.is_some() { &mut some } else { &mut none } += 1;
+            }
+        }
+        assert!(some > 10_000 && none > 100, "{some} with a value, {none} without");
+    }
+
+    #[test]
+    fn worths_over_moments_are_those_of_the_tables() {
+        let mut state = 9;
+        for case in 0..5000 {
+            let moments: Vec<Confusion> = (0..1 + case % 5).map(|_| random(&mut state)).collect();
+            for score in SCORES {
+                let expected = over(std::slice::from_ref(&moments), score);
+                let found = |over| Worth::of(score, over, &moments).map(Worth::value);
+                assert_eq!(found(Across::Worst), expected.map(|over| over.worst), "case {case}: {score:?}");
+                assert_eq!(found(Across::Mean), expected.map(|over| over.mean), "case {case}: {score:?}");
+                let all = moments.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
+                if all.total() <= MOST_VOXELS {
+                    assert_eq!(found(Across::Pooled), score.of(&all), "case {case}: {score:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nearly_equal_fractions_are_told_apart() {
+        let near = |numerator, denominator| Ratio { numerator, denominator };
+        let s = i128::from(MOST_VOXELS);
+        assert!(near(s * s - 1, s * s) < near(s * s, s * s));
+        let all_but_full = Worth::Exact(near(s * s - 1, s * s));
+        assert!(all_but_full.value() == 1.0 && !all_but_full.is_full(), "a rounded score is not a full one");
+        assert!(Worth::Exact(near(s, s)).is_full() && Worth::Mean(1.0).is_full());
+        assert!(near(1, 3) > near(333_333_333, 1_000_000_000));
+        assert_eq!(near(2, 6), near(1, 3));
+        assert!(near(-1, 3) < near(0, 5));
+    }
+}

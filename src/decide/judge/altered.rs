@@ -1,0 +1,92 @@
+//! What is different from what was planned, and the study in which it is, for commands that look at a case closely.
+
+use super::postures::{Stood, named};
+use super::what_if::WhatIf;
+use crate::view::Choice;
+use perirobot_march::error::{Argument, Issue, Site};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+
+/// What is different from what was planned.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Alteration {
+    /// Nothing.
+    #[default]
+    None,
+    /// Sensors that are dead, as in `camera:wall/1/0`.
+    Dead(Vec<String>),
+    /// Which draw of the mounts, counted from 0.
+    Draw(u32),
+    /// Who of the study's postures stands there instead of the scenes' people, as in `standing/0`.
+    Posture(String),
+}
+
+impl Alteration {
+    /// In words; nothing where nothing is different.
+    pub fn words(&self) -> String {
+        match self {
+            Alteration::None => String::new(),
+            Alteration::Dead(sensors) => format!("without {}", sensors.join(" and ")),
+            Alteration::Draw(draw) => format!("draw {draw}"),
+            Alteration::Posture(name) => format!("posture {name}"),
+        }
+    }
+
+    /// Of what is planned and what is altered, that in which bodies come in. Entries stay where they are planned, also
+    /// where mounts are off or a light curtain is dead; somebody of a posture is cover.
+    pub fn where_bodies_come_in<T>(&self, planned: T, own: T) -> T {
+        match self {
+            Alteration::None | Alteration::Dead(_) | Alteration::Draw(_) => planned,
+            Alteration::Posture(_) => own,
+        }
+    }
+}
+
+/// A study and its worlds in which a choice is altered; the choice there.
+///
+/// # Errors
+/// When no sensor of the choice has a name that is given, or no sensor is left; when the study has no such draw
+/// or posture.
+pub fn altered(
+    study: &Study,
+    worlds: &[World],
+    choice: &Choice,
+    alteration: &Alteration,
+) -> Result<(Study, Vec<World>, Choice)> {
+    let what_if = WhatIf::new(study, worlds, choice);
+    let own = &study.combinations[choice.combination];
+    let (study, worlds, members) = match alteration {
+        Alteration::None => return Ok((study.clone(), worlds.to_vec(), *choice)),
+        Alteration::Dead(sensors) => {
+            let members = what_if.without(&what_if.dead(sensors)?);
+            if members.is_empty() {
+                let place = Site::Argument(Argument::Dead, sensors.join(", "));
+                return Err(Error::input(place, "no sensor is left to look at"));
+            }
+            (study.clone(), worlds.to_vec(), members)
+        }
+        Alteration::Draw(draw) => {
+            let place = Site::Argument(Argument::Draw, draw.to_string());
+            let Some(error) = &study.mounting_error else {
+                let what = Issue::says(format!("{} has no [mounting_error]", study.path.display()));
+                let example = "[mounting_error] draws = 20, position_m = 0.01, angle_deg = 0.5";
+                return Err(what.wanted(format!("add one to the study, as in {example}")).at(place).into());
+            };
+            if *draw >= error.draws {
+                return Err(Error::input(place, format!("must be from 0 to {}", error.draws - 1)));
+            }
+            let draws = what_if.draws(error)?;
+            let members = what_if.drawn(&draws, *draw);
+            (draws.study, draws.worlds, members)
+        }
+        Alteration::Posture(name) => {
+            let stood = Stood::new(study, worlds, named(study, name)?)?;
+            (stood.study, stood.worlds, what_if.members.clone())
+        }
+    };
+    let name = format!("{}, {}", own.name, alteration.words());
+    let (combination, representation) = what_if.in_ways(&study, &members, name);
+    let study = Study { combinations: vec![combination], ..study };
+    Ok((study, worlds, Choice { combination: 0, choice: 0, representation, repeat: choice.repeat }))
+}

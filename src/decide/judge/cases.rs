@@ -1,0 +1,129 @@
+//! The cases of a condition: what a choice of sensors counts in each, and how near bodies come.
+
+use super::altered::Alteration;
+use super::separation::Separation;
+use crate::approach::{Company, Nearest};
+use crate::view::Choice;
+use perirobot_march::Result;
+use perirobot_march::metrics::Confusion;
+use perirobot_study::study::{AtSpeed, Condition, Nearness, Study};
+use perirobot_sweep::results::{Results, RowKey, Subject};
+
+/// A repeat of a snapshot of a scene; all counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Moment {
+    /// Index of the scene.
+    pub scene: usize,
+    /// Which snapshot of it.
+    pub snapshot: usize,
+    /// Which repeat.
+    pub repeat: usize,
+}
+
+/// A way in: all snapshots of a scene at once, in which nothing is farther than in any of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Passage {
+    /// Index of the scene.
+    pub scene: usize,
+    /// Who else is there.
+    pub company: Company,
+    /// Which repeat, counted from 0.
+    pub repeat: usize,
+    /// Which body comes, by its name.
+    pub body: String,
+    /// Whether it stands on the floor.
+    pub on_floor: bool,
+    /// Where it comes in, by its name.
+    pub entry: String,
+}
+
+impl Passage {
+    /// Whether a requirement asks it, and it has such a score.
+    pub(super) fn is_asked(&self, nearness: &Nearness) -> bool {
+        let is_asked = |name: &Option<String>, own: &String| name.as_ref().is_none_or(|name| name == own);
+        is_asked(&nearness.body, &self.body)
+            && is_asked(&nearness.entry, &self.entry)
+            && (self.on_floor || !nearness.score.is_area())
+    }
+}
+
+/// Sensors as they are in one case of a condition.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Case {
+    /// What is different from what was planned.
+    pub alteration: Alteration,
+    /// Mounts that were to be drawn and are as planned, since no draw of them was possible: as in `pads:floor/0/0`.
+    pub kept: Vec<String>,
+    /// What is wrong with where somebody stands who was put there, with the scene.
+    pub warnings: Vec<String>,
+    /// For each region the counts of each moment.
+    pub counts: Vec<Vec<Confusion>>,
+    /// What bodies can do by each passage; empty where that is not known.
+    pub near: Vec<Nearest>,
+    /// What a controller would measure at each moment; empty where that is not known.
+    pub measured: Vec<Separation>,
+}
+
+/// Conditions with their cases.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conditions {
+    /// The moments of all counts: repeat by repeat, and in each scene by scene and snapshot by snapshot,
+    /// as tables add them up.
+    pub moments: Vec<Moment>,
+    /// The passages of all cases in which is known how near bodies come.
+    pub passages: Vec<Passage>,
+    /// The edge of a voxel.
+    pub voxel_size_m: f64,
+    /// How far people must be at the highest speed of the robot, where the study says so.
+    pub needed: Option<AtSpeed>,
+    /// For each condition that is known, its cases, at least one.
+    pub cases: Vec<(Condition, Vec<Case>)>,
+}
+
+impl Conditions {
+    /// What a sweep counted of a choice: everything as planned.
+    ///
+    /// # Errors
+    /// `Error::Storage` if its journal cannot be read any more.
+    pub fn as_planned(study: &Study, results: &Results, choice: &Choice) -> Result<Conditions> {
+        let of_region = |region| counts(results, choice, region);
+        let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
+        Ok(Conditions::of_plan(study, results, counts))
+    }
+
+    /// Everything as planned, from the counts of each region at each moment.
+    pub(super) fn of_plan(study: &Study, subject: &Subject, counts: Vec<Vec<Confusion>>) -> Conditions {
+        let cases = vec![(Condition::AsPlanned, vec![Case { counts, ..Case::default() }])];
+        let (moments, passages) = (moments(subject), Vec::new());
+        let needed = study.stopping.as_ref().map(|stopping| *stopping.fastest());
+        Conditions { moments, passages, voxel_size_m: study.voxel_size_m, needed, cases }
+    }
+
+    /// What a controller would measure of the plan at each moment; none where that is not known.
+    pub fn measured(&self) -> impl Iterator<Item = (&Moment, &Separation)> + Clone {
+        self.moments.iter().zip(self.of(Condition::AsPlanned).iter().flat_map(|case| &case.measured))
+    }
+
+    /// The cases of a condition; none where it is not known.
+    pub fn of(&self, condition: Condition) -> &[Case] {
+        let known = self.cases.iter().find(|(known, _)| *known == condition);
+        known.map_or(&[], |(_, cases)| cases.as_slice())
+    }
+}
+
+/// What a sweep counted of a choice in a region, moment by moment.
+pub(super) fn counts(results: &Results, choice: &Choice, region: usize) -> Result<Vec<Confusion>> {
+    let &Choice { combination, choice, representation, .. } = choice;
+    let key = RowKey { combination, choice, representation, region };
+    let each = (0..results.repeats).flat_map(|repeat| results.moments().map(move |moment| (moment, repeat)));
+    each.map(|(moment, repeat)| results.counts(moment, repeat, &key)).collect()
+}
+
+fn moments(subject: &Subject) -> Vec<Moment> {
+    let scenes = subject.scenes.iter().enumerate();
+    let snapshots =
+        scenes.flat_map(|(scene, of)| (0..of.moments.len()).map(move |snapshot| (scene, snapshot)));
+    let of_repeat =
+        |repeat| snapshots.clone().map(move |(scene, snapshot)| Moment { scene, snapshot, repeat });
+    (0..subject.repeats).flat_map(of_repeat).collect()
+}

@@ -1,0 +1,20 @@
+//! Which of some sets is the cheapest.
+
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::Study;
+
+/// Which of some combinations, given by their indices, is the cheapest, by its place among them: the one that costs least
+/// if all of their sensors have a cost, else the one of fewest sensors; the first of equals. `None` of none.
+pub fn cheapest(study: &Study, combinations: &[usize]) -> Option<usize> {
+    let sensors = |combination: usize| {
+        let members = study.combinations[combination].members.iter();
+        members.map(|member| study.sensors[member.sensor].terms.cost)
+    };
+    let cost = |&combination: &usize| {
+        sensors(combination).try_fold(Cost::ZERO, |sum, cost| cost.map(|cost| sum.plus(cost)))
+    };
+    let costs: Option<Vec<u64>> = combinations.iter().map(|one| cost(one).map(Cost::thousandths)).collect();
+    let count = |&combination: &usize| sensors(combination).count() as u64;
+    let ranks = costs.unwrap_or_else(|| combinations.iter().map(count).collect());
+    (0..ranks.len()).min_by_key(|&place| ranks[place])
+}

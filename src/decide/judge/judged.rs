@@ -1,0 +1,70 @@
+//! A choice of sensors with the verdicts on it.
+
+use super::cases::Conditions;
+use super::verdict::{Judgement, judgements};
+use crate::view::Choice;
+use perirobot_study::study::{Requirement, Study};
+use perirobot_study::world::World;
+use perirobot_study::world::place::Places;
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::columns::{pose_names, representation_names};
+
+/// A choice of sensors that was judged.
+#[derive(Clone, Debug)]
+pub struct JudgedSet<'a> {
+    /// Its combination.
+    pub combination: String,
+    /// Its poses, as in results.csv.
+    pub poses: String,
+    /// Its representation.
+    pub representation: String,
+    /// Where its sensors are, in words.
+    pub place: String,
+    /// What it counts under which conditions.
+    pub conditions: Conditions,
+    /// Each requirement under each condition.
+    pub judgements: Vec<Judgement<'a>>,
+}
+
+impl<'a> JudgedSet<'a> {
+    /// Judges a choice of a sweep.
+    pub fn new(
+        requirements: &'a [Requirement],
+        results: &Results,
+        choice: &Choice,
+        conditions: Conditions,
+    ) -> JudgedSet<'a> {
+        let combination = &results.combinations[choice.combination];
+        JudgedSet {
+            combination: combination.name.clone(),
+            poses: combination.name_of(choice.choice),
+            representation: combination.representations[choice.representation].clone(),
+            place: combination.place_of(choice.choice),
+            judgements: judgements(requirements, &results.baselines, &conditions),
+            conditions,
+        }
+    }
+
+    /// Judges a choice of a study that was not swept: [`crate::view::with_set`].
+    pub(super) fn not_swept(
+        (study, worlds): (&'a Study, &[World]),
+        choice: &Choice,
+        conditions: Conditions,
+    ) -> JudgedSet<'a> {
+        let combination = &study.combinations[choice.combination];
+        let baselines: Vec<_> = worlds.iter().map(|world| world.baselines.clone()).collect();
+        JudgedSet {
+            combination: combination.name.clone(),
+            poses: pose_names(study, combination, choice.choice),
+            representation: representation_names(study, combination).swap_remove(choice.representation),
+            place: Places::of(study, &worlds[0]).of_choice(combination, choice.choice),
+            judgements: judgements(&study.requirements, &baselines, &conditions),
+            conditions,
+        }
+    }
+
+    /// Whether all requirements are met.
+    pub fn meets_all(&self) -> bool {
+        self.judgements.iter().all(|judgement| judgement.is_met)
+    }
+}

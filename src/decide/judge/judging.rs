@@ -1,0 +1,188 @@
+//! A whole judgement of choices of a sweep. All that is asked is checked before anything is counted or removed; then
+//! everything is counted; then the tables are written.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::cases::Conditions;
+use super::draws::Draws;
+use super::judged::JudgedSet;
+use super::postures::check_postures;
+use super::separations::separation_csv;
+use super::speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
+use super::table::{conditions_csv, requirements_csv};
+use super::what_if::WhatIf;
+use crate::approach::{Ground, fusion_warning};
+use crate::view::Choice;
+use perirobot_march::backend::factory::{BackendFactory, ChosenBackends, Fallback};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Condition, Requirement, Study};
+use perirobot_study::world::{World, cut_warnings};
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS};
+use perirobot_sweep::sweep::Watch;
+
+/// Choices of a sweep that can be judged.
+pub struct Judging<'a> {
+    study: &'a Study,
+    worlds: &'a [World],
+    results: &'a Results,
+    choices: &'a [Choice],
+    what_ifs: Vec<WhatIf<'a>>,
+    grounds: Vec<Vec<Ground<'a>>>,
+    at_speeds: Vec<AtEachSpeed>,
+    /// What its user may not expect.
+    pub warnings: Vec<String>,
+    /// The same of scenes, by their names: what the grid cuts off of regions and people.
+    pub cut_off: Vec<(&'a str, Vec<String>)>,
+}
+
+/// What was judged.
+pub struct Judged<'a> {
+    /// Each choice with its verdicts.
+    pub sets: Vec<JudgedSet<'a>>,
+    /// Of each choice the mounts as they were drawn, if they were.
+    draws: Vec<Draws>,
+    /// What is wrong with where people of `[postures]` stand.
+    pub warnings: Vec<String>,
+}
+
+/// Fails where a study requires nothing.
+pub fn requires_something(study: &Study) -> Result<()> {
+    if !study.requirements.is_empty() {
+        return Ok(());
+    }
+    let region = study.regions.first().map_or("robot", |(name, _)| name.as_str());
+    let example = format!(
+        "[[require]] name = \"parts seen\", score = \"parts_detected\", region = {region:?}, at_least = 0.9"
+    );
+    Err(Error::from(Issue::missing("require").at(&study.path))
+        .wanted(format!("say what sensors must reach, as in {example}")))
+}
+
+/// Removes the tables of an earlier judgement from a folder, and one more file, so that none of them is taken for those
+/// of the next one, whatever ends it.
+pub fn forget(folder: &Path, more: Option<&Path>) -> Result<()> {
+    let tables = [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS].map(|name| folder.join(name));
+    let is_file = |path: &PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
+    for path in tables.into_iter().chain(more.map(PathBuf::from)).filter(is_file) {
+        std::fs::remove_file(&path).map_err(|e| Error::io(&path, "cannot be removed", e))?;
+    }
+    Ok(())
+}
+
+impl<'a> Judging<'a> {
+    /// Checks all that a study asks of choices.
+    ///
+    /// # Errors
+    /// When something cannot be asked, such as of a person who cannot be read.
+    pub fn new(
+        study: &'a Study,
+        worlds: &'a [World],
+        results: &'a Results,
+        choices: &'a [Choice],
+    ) -> Result<Judging<'a>> {
+        let what_ifs: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
+        let grounds: Vec<Vec<Ground>> = what_ifs.iter().map(WhatIf::grounds).collect::<Result<_>>()?;
+        let near = choices.iter().zip(&grounds).filter(|(_, grounds)| !grounds.is_empty());
+        let fused: BTreeSet<String> = near.filter_map(|(choice, _)| fusion_warning(study, choice)).collect();
+        let at_speeds = at_each_speed(study);
+        let mut cut_off = cut_off(study, worlds, &at_speeds);
+        cut_off.extend(check_postures(study, worlds)?);
+        let warnings = fused.into_iter().collect();
+        Ok(Judging { study, worlds, results, choices, what_ifs, grounds, at_speeds, warnings, cut_off })
+    }
+
+    /// How many cases there are to count, each in each snapshot and repeat.
+    pub fn total(&self) -> u64 {
+        let asked = WhatIf::asked(self.study);
+        let each = self.what_ifs.iter().zip(&self.grounds);
+        let of_one = |(what_if, grounds): (&WhatIf, &Vec<Ground<'a>>)| {
+            what_if.total(&asked) + what_if.total_near(grounds) + what_if.total_measured()
+        };
+        each.map(of_one).sum()
+    }
+
+    /// Counts all cases, and decides. Backends are opened where they are needed.
+    ///
+    /// # Errors
+    /// When a backend fails, or counts the plan differently than the sweep; when no mount can be anywhere but where it is
+    /// planned; `Error::Stopped`.
+    pub fn judged(
+        &self,
+        open: &dyn Fn() -> Result<ChosenBackends>,
+        watch: &mut dyn Watch,
+    ) -> Result<Judged<'_>> {
+        let asked = WhatIf::asked(self.study);
+        let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
+        let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
+        let mut backends = counts.then(open).transpose()?;
+        let (mut sets, mut all_draws) = (Vec::new(), Vec::new());
+        for ((choice, what_if), grounds) in self.choices.iter().zip(&self.what_ifs).zip(&self.grounds) {
+            let mut conditions = match &mut backends {
+                Some(backends) if !is_swept(choice) => what_if.count_plan(self.results, backends, watch)?,
+                _ => Conditions::as_planned(self.study, self.results, choice)?,
+            };
+            let drawn = match &mut backends {
+                Some(backends) if !asked.is_empty() => {
+                    what_if.count(&asked, &mut conditions, backends, watch)?
+                }
+                _ => None,
+            };
+            what_if.come_near(grounds, &mut conditions, drawn.as_ref(), watch)?;
+            if self.study.stopping.is_some() {
+                // Opened when the others have let go of the device.
+                let mut backend = open()?.open(Fallback::None)?;
+                what_if.measure(&mut conditions, drawn.as_ref(), &mut *backend, watch)?;
+            }
+            all_draws.extend(drawn);
+            sets.push(match is_swept(choice) {
+                true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),
+                false => JudgedSet::not_swept((self.study, self.worlds), choice, conditions),
+            });
+        }
+        // Who stands where is the same for each choice.
+        let stood = sets.first().map_or(&[][..], |set| set.conditions.of(Condition::Postures));
+        let warnings = stood.iter().flat_map(|case| case.warnings.clone()).collect();
+        Ok(Judged { sets, draws: all_draws, warnings })
+    }
+
+    /// The sets of which something is asked at each speed of the robot, with the verdicts there.
+    pub fn speeds<'s>(&'s self, sets: &'s [JudgedSet<'s>]) -> Vec<(&'s JudgedSet<'s>, Speeds<'s>)> {
+        if self.study.stopping.is_none() {
+            return Vec::new();
+        }
+        sets.iter().filter_map(|set| Some((set, Speeds::new(&self.at_speeds, self.results, set)?))).collect()
+    }
+
+    /// Writes the tables into the folder of the sweep.
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub fn write(&self, folder: &Path, judged: &Judged<'_>) -> Result<()> {
+        let Judged { sets, draws, .. } = judged;
+        // A file of poses is of one choice.
+        if let ([draws], [_]) = (draws.as_slice(), self.choices) {
+            draws.write(folder)?;
+        }
+        requirements_csv(folder, self.study, self.results, sets)?;
+        conditions_csv(folder, self.study, self.results, sets)?;
+        let Some(stopping) = &self.study.stopping else { return Ok(()) };
+        let speeds = self.speeds(sets);
+        if !speeds.is_empty() {
+            speeds_csv(folder, self.results, &speeds, stopping)?;
+        }
+        separation_csv(folder, self.results, sets, stopping, self.study.voxel_size_m)
+    }
+}
+
+/// What the grid of each scene cuts off from the regions in which is decided.
+fn cut_off<'a>(study: &Study, worlds: &'a [World], at_speeds: &[AtEachSpeed]) -> Vec<(&'a str, Vec<String>)> {
+    let required = study.requirements.iter().chain(at_speeds.iter().map(|at| &at.requirement));
+    let regions: BTreeSet<usize> = required.filter_map(Requirement::region).collect();
+    let regions = Vec::from_iter(regions);
+    let of_scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
+    let of_scenes = of_scenes.map(|scene| (scene[0].name.as_str(), cut_warnings(study, scene, &regions)));
+    of_scenes.collect()
+}

@@ -1,0 +1,109 @@
+//! The choices of a sweep that meet most requirements as planned.
+
+use std::cmp::Ordering;
+use std::path::Path;
+
+use super::cases::counts;
+use super::value::Value;
+use super::verdict::counted_value;
+use crate::choose::Chosen;
+use crate::view::Choice;
+use crate::view::names::unknown;
+use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Counted, Limit, Requirement};
+use perirobot_sweep::results::Results;
+
+/// Which choices are looked at.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Among<'a> {
+    /// Those of this combination; of all where none is named.
+    pub combination: Option<&'a str>,
+    /// In this representation; in the first of each combination where none is named.
+    pub representation: Option<&'a str>,
+}
+
+/// A choice with its values, a value for each requirement that is counted.
+type Valued = (Choice, Vec<Option<Value>>);
+
+/// The sets in a folder of results, if they are those that `choose` put there.
+///
+/// # Errors
+/// Those of [`Chosen::read`].
+pub fn chosen_sets(folder: &Path, results: &Results) -> Result<Option<Vec<Choice>>> {
+    let of_set = |combination| Choice { combination, choice: 0, representation: 0, repeat: 0 };
+    let chosen = Chosen::read(folder)?.filter(|chosen| chosen.is_of(results));
+    Ok(chosen.map(|_| (0..results.combinations.len()).map(of_set).collect()))
+}
+
+/// The choices that meet most requirements as planned, this many, the best first. Of those that meet equally many,
+/// the one comes first that is better by the first requirement, then by the next, then in study order. Of requirements
+/// only those tell which choices are good that are of scores which a sweep counts.
+///
+/// # Errors
+/// When no requirement is of such a score; when a name is unknown; those of [`Results::counts`].
+pub fn leaders(
+    requirements: &[Requirement],
+    results: &Results,
+    count: usize,
+    among: Among,
+) -> Result<Vec<Choice>> {
+    let requirements: Vec<(&Requirement, &Counted)> =
+        requirements.iter().filter_map(|one| Some((one, one.counted()?))).collect();
+    if requirements.is_empty() {
+        let what = "no requirement is of a score that a sweep counts, so none tells which choice is good";
+        return Err(Error::from(Issue::says(what)).wanted(Words::from("say which with ") + Argument::Pose));
+    }
+    let mut all: Vec<Valued> = Vec::new();
+    for (combination, representation) in asked(results, among)? {
+        for choice in 0..results.combinations[combination].choices() {
+            let choice = Choice { combination, choice, representation, repeat: 0 };
+            let value = |&(requirement, counted): &(&Requirement, &Counted)| {
+                Ok(counted_value(requirement, counted, &counts(results, &choice, counted.region)?))
+            };
+            all.push((choice, requirements.iter().map(value).collect::<Result<_>>()?));
+        }
+    }
+    let met = |(_, values): &Valued| {
+        let each = requirements.iter().zip(values);
+        each.filter(|((requirement, _), value)| {
+            value.as_ref().is_some_and(|value| value.meets(&requirement.limit))
+        })
+        .count()
+    };
+    let better = |a: &Valued, b: &Valued| {
+        let each = requirements.iter().zip(&a.1).zip(&b.1);
+        each.map(|(((requirement, _), a), b)| better(&requirement.limit, a, b)).find(|order| order.is_ne())
+    };
+    all.sort_by(|a, b| met(b).cmp(&met(a)).then_with(|| better(a, b).unwrap_or(Ordering::Equal)));
+    Ok(all.into_iter().take(count).map(|(choice, _)| choice).collect())
+}
+
+/// How two values compare, the better one first; no value is the worst.
+fn better(limit: &Limit, a: &Option<Value>, b: &Option<Value>) -> Ordering {
+    match (a, b, limit) {
+        (Some(a), Some(b), Limit::AtLeast(_)) => b.cmp(a),
+        (Some(a), Some(b), Limit::AtMost(_)) => a.cmp(b),
+        _ => b.is_some().cmp(&a.is_some()),
+    }
+}
+
+/// Combinations and representations by their numbers.
+fn asked(results: &Results, among: Among) -> Result<Vec<(usize, usize)>> {
+    let known: Vec<&str> = results.combinations.iter().map(|one| one.name.as_str()).collect();
+    if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
+        return Err(unknown(Argument::Combination, Some(name), &known));
+    }
+    let combinations = (0..known.len()).filter(|&c| among.combination.is_none_or(|name| known[c] == name));
+    let of = |combination: usize| {
+        let names = &results.combinations[combination].representations;
+        let wanted = |name: &str| names.iter().position(|known| known == name);
+        Some((combination, among.representation.map_or(Some(0), wanted)?))
+    };
+    let found: Vec<(usize, usize)> = combinations.clone().filter_map(of).collect();
+    if found.is_empty() {
+        let names = combinations.flat_map(|c| &results.combinations[c].representations);
+        return Err(unknown(Argument::Representation, among.representation, &names.collect::<Vec<_>>()));
+    }
+    Ok(found)
+}

@@ -1,0 +1,194 @@
+//! How near bodies come unnoticed in each case: each sensor is looked at once in each snapshot, and what they watch
+//! is put together anew for each case. All bodies are asked, also those that no requirement names, since conditions.csv
+//! tells of all. All of it is whole numbers, and computed on the host.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::altered::Alteration;
+use super::cases::{Case, Conditions, Passage};
+use super::draws::Draws;
+use super::speed::asks_how_near;
+use super::what_if::WhatIf;
+use crate::approach::{Body, Company, Ground, Moment, Nearest};
+use crate::view::watched::{Watcher, Watchers};
+use perirobot_march::error::Issue;
+use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_march::{Error, Result};
+use perirobot_scene::truth::Truth;
+use perirobot_study::study::{Condition, EntrySpec, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::Watch;
+
+/// Most cases that are put together at once.
+const MOST_AT_ONCE: usize = 256;
+
+impl<'a> WhatIf<'a> {
+    /// The conditions under which a study asks how near bodies come: those of its requirements, and the plan where it
+    /// says how far people must be.
+    pub(super) fn asked_near(study: &Study) -> Vec<Condition> {
+        let asks = |condition: &Condition| {
+            let mut near = study.requirements.iter().filter(|requirement| requirement.is_of_nearness());
+            near.any(|requirement| requirement.under.contains(condition))
+                || (*condition == Condition::AsPlanned && asks_how_near(study))
+        };
+        Condition::ALL.into_iter().filter(asks).collect()
+    }
+
+    /// What bodies come near to and by which ways, in each scene; none where the study does not ask how near.
+    ///
+    /// # Errors
+    /// When that cannot be asked of a scene.
+    pub fn grounds(&self) -> Result<Vec<Ground<'a>>> {
+        match WhatIf::asked_near(self.study).is_empty() {
+            true => Ok(Vec::new()),
+            false => Ground::of_scenes(self.study, self.worlds, &self.watchers()),
+        }
+    }
+
+    /// How many cases [`WhatIf::come_near`] looks at, in each scene and repeat for itself.
+    pub fn total_near(&self, grounds: &[Ground]) -> u64 {
+        let companies: usize = grounds.iter().map(|ground| ground.companies().len()).sum();
+        let cases = self.cases_under(&WhatIf::asked_near(self.study));
+        cases * companies as u64 * u64::from(self.study.repeats)
+    }
+
+    /// Adds to the cases of each condition that asks for it how near bodies come.
+    ///
+    /// # Errors
+    /// `Error::Stopped`.
+    pub fn come_near(
+        &self,
+        grounds: &[Ground],
+        conditions: &mut Conditions,
+        draws: Option<&Draws>,
+        watch: &mut dyn Watch,
+    ) -> Result<()> {
+        let asked = WhatIf::asked_near(self.study);
+        let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
+        let mut cases: Vec<&mut Case> = of_asked.flat_map(|(_, cases)| cases).collect();
+        for ground in grounds {
+            for company in ground.companies() {
+                let truths: Vec<Arc<Truth>> =
+                    ground.worlds.iter().map(|world| company.truth(world)).collect();
+                let moment = Moment::new(ground, company, ground.worlds, &truths)?;
+                for repeat in 0..self.study.repeats as usize {
+                    let scene = Scene::new(self, ground, draws, &truths, repeat);
+                    conditions.passages.extend(passages(ground, company, repeat));
+                    for some in cases.chunks_mut(ground.at_once().min(MOST_AT_ONCE)) {
+                        if let Some(why) = watch.stop() {
+                            return Err(Error::Stopped(Issue::says(why)));
+                        }
+                        let watched = scene.watched(some);
+                        let nearest = watched.par_iter().map(|watched| moment.nearest(watched));
+                        let nearest: Vec<Vec<Nearest>> = nearest.collect();
+                        some.iter_mut().zip(nearest).for_each(|(case, nearest)| case.near.extend(nearest));
+                        watch.finished(some.len() as u64);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn watchers(&self) -> Vec<Watcher> {
+        self.members.iter().map(watcher).collect()
+    }
+}
+
+fn watcher(&[sensor, candidate, representation]: &[usize; 3]) -> Watcher {
+    Watcher { sensor, candidate, representation }
+}
+
+/// The ways in of a scene, body by body, as [`Moment::nearest`] has them.
+fn passages(ground: &Ground, company: Company, repeat: usize) -> Vec<Passage> {
+    let scene = ground.worlds[0].scene;
+    let of = |body: &Body| {
+        let entry = |entry: &EntrySpec| Passage {
+            scene,
+            company,
+            repeat,
+            body: body.name.clone(),
+            on_floor: body.on_floor,
+            entry: entry.name.clone(),
+        };
+        ground.study.approach.entries.iter().map(entry).collect::<Vec<_>>()
+    };
+    ground.bodies.iter().flat_map(of).collect()
+}
+
+/// A scene in some company and repeat, in which cases are looked at.
+struct Scene<'s> {
+    what_if: &'s WhatIf<'s>,
+    ground: &'s Ground<'s>,
+    truths: &'s [Arc<Truth>],
+    planned: Watchers<'s>,
+    drawn: Option<Drawn<'s>>,
+}
+
+/// The mounts as they were drawn.
+struct Drawn<'s> {
+    draws: &'s Draws,
+    /// The snapshots of the scene.
+    worlds: Vec<&'s World>,
+    watchers: Watchers<'s>,
+}
+
+impl<'s> Scene<'s> {
+    fn new(
+        what_if: &'s WhatIf<'s>,
+        ground: &'s Ground<'s>,
+        draws: Option<&'s Draws>,
+        truths: &'s [Arc<Truth>],
+        repeat: usize,
+    ) -> Scene<'s> {
+        let scene = ground.worlds[0].scene;
+        let planned = Watchers::of(what_if.study, what_if.watchers(), repeat);
+        let drawn = draws.map(|draws| Drawn {
+            draws,
+            worlds: draws.worlds.iter().filter(|world| world.scene == scene).collect(),
+            watchers: Watchers::of(&draws.study, what_if.watchers(), repeat),
+        });
+        Scene { what_if, ground, truths, planned, drawn }
+    }
+
+    /// What is watched in all snapshots in each case.
+    fn watched(&self, cases: &[&mut Case]) -> Vec<BitGrid> {
+        let names = self.what_if.names();
+        let is_drawn = |case: &Case| matches!(case.alteration, Alteration::Draw(_));
+        let some_planned = cases.iter().any(|case| !is_drawn(case));
+        let window = self.ground.worlds[0].grid.window();
+        let mut all = vec![BitGrid::full(window); cases.len()];
+        for (snapshot, truth) in self.truths.iter().enumerate() {
+            let world = &self.ground.worlds[snapshot];
+            // Each sensor as planned once for all cases in which it lives.
+            let watched = |one| self.planned.watched(one, world, truth);
+            let each = if some_planned { self.planned.each() } else { &[] };
+            let own: Vec<BitGrid> = each.par_iter().map(watched).collect();
+            let alive = |dead: &[String]| {
+                let each = names.iter().zip(&own).filter(|(name, _)| !dead.contains(name));
+                union(window, each.map(|(_, watched)| watched.clone()))
+            };
+            all.par_iter_mut().zip(cases.par_iter()).for_each(|(plane, case)| {
+                plane.keep(&match (&case.alteration, &self.drawn) {
+                    (Alteration::Dead(dead), _) => alive(dead),
+                    (Alteration::Draw(draw), Some(drawn)) => {
+                        let each =
+                            self.what_if.drawn(drawn.draws, *draw).iter().map(watcher).collect::<Vec<_>>();
+                        let world = drawn.worlds[snapshot];
+                        union(window, each.iter().map(|one| drawn.watchers.watched(one, world, truth)))
+                    }
+                    _ => alive(&[]),
+                });
+            });
+        }
+        all
+    }
+}
+
+fn union(window: Window, each: impl Iterator<Item = BitGrid>) -> BitGrid {
+    let mut all = BitGrid::new(window);
+    each.for_each(|one| all.add(&one));
+    all
+}

@@ -1,0 +1,209 @@
+//! Studies in which somebody of `[postures]` stands at a spot, in the place of all people of the scenes.
+
+use glam::DVec3;
+
+use perirobot_march::error::{Argument, Issue, Site};
+use perirobot_march::voxel::Grid;
+use perirobot_march::{Error, Result};
+use perirobot_scene::scene::build::build;
+use perirobot_scene::scene::loaded::read_person;
+use perirobot_scene::scene::spec::{MotionSpec, ObjectSpec, SceneSpec, SurfaceSpec};
+use perirobot_scene::scene::{Optical, Role};
+use perirobot_scene::truth::{RegionShape, voxelize, voxelize_all};
+use perirobot_study::study::{Posture, RegionSpec, Study};
+use perirobot_study::world::{World, cut_warnings};
+
+/// A study in which somebody stands in the place of the people of its scenes, and its worlds.
+#[derive(Debug)]
+pub(super) struct Stood {
+    pub(super) study: Study,
+    pub(super) worlds: Vec<World>,
+    /// What is wrong with where the person is, scene by scene: inside of something, or in the air.
+    pub(super) warnings: Vec<String>,
+}
+
+impl Stood {
+    /// `worlds` are those of the study that are looked at; only their scenes are made, each on the grid that it has
+    /// there, so that regions have the same voxels whoever stands where.
+    ///
+    /// # Errors
+    /// When the spot is beside the grid, or nothing of the person is in it; when the person cannot be read; when the
+    /// scene cannot be made with it.
+    pub(super) fn new(study: &Study, worlds: &[World], posture: &Posture) -> Result<Stood> {
+        let mut stood =
+            Stood { study: with_posture(study, posture), worlds: Vec::new(), warnings: Vec::new() };
+        for scene in scenes(worlds) {
+            cut_off(study, &scene[0], posture)?;
+            let bounds_m = Some(bounds_m(&scene[0].grid));
+            let made = World::prepare(&Study { bounds_m, ..stood.study.clone() }, scene[0].scene)?;
+            let name = &scene[0].name;
+            let own = made[0].warnings.iter().filter(|said| is_of(posture, said));
+            stood.warnings.extend(own.map(|said| format!("{name}: {said}")));
+            // Regions around people are elsewhere than as planned: told where they are cut off on another side.
+            let is_new = |region: &usize| {
+                let (own, planned) = (cut_at(&made, *region), cut_at(scene, *region));
+                own.iter().zip(planned).any(|(own, planned)| *own && !planned)
+            };
+            let regions: Vec<usize> = (0..study.regions.len()).filter(is_new).collect();
+            let cut = cut_warnings(study, &made, &regions).into_iter();
+            stood.warnings.extend(cut.map(|said| format!("{name}: posture {:?}: {said}", posture.name)));
+            stood.worlds.extend(made);
+        }
+        Ok(stood)
+    }
+}
+
+/// Whether a warning of a scene is about its person: where it is, and of one in a file also what is odd about that.
+/// Those that ship are as they should be, also if they lie along y.
+fn is_of(posture: &Posture, said: &str) -> bool {
+    let is_of_file = matches!(posture.person, SurfaceSpec::Mannequin(_));
+    let of_object = is_of_file && said.starts_with(&format!("object {:?} ", posture.name));
+    of_object || said.starts_with(&format!("person {:?} ", posture.name))
+}
+
+/// Which sides of the grid a region goes beyond at some moment: the low and the high end of each axis.
+fn cut_at(worlds: &[World], region: usize) -> Vec<bool> {
+    let each = worlds.iter().map(|world| world.regions[region].cut_at);
+    let both = |all: Vec<bool>, one: [[bool; 2]; 3]| {
+        all.into_iter().zip(one.into_iter().flatten()).map(|(before, now)| before || now).collect()
+    };
+    each.fold(vec![false; 6], both)
+}
+
+/// Worlds, scene by scene.
+fn scenes(worlds: &[World]) -> impl Iterator<Item = &[World]> {
+    worlds.chunk_by(|one, next| one.scene == next.scene)
+}
+
+/// Bounds that make the same grid again: the middle of its first and of its last voxel.
+fn bounds_m(grid: &Grid) -> [DVec3; 2] {
+    let last = grid.window().end().map(|end| end - 1);
+    [[0; 3], last].map(|voxel| grid.corner_m(voxel) + grid.voxel_size_m / 2.0)
+}
+
+/// The posture of a name.
+///
+/// # Errors
+/// When the study has none of that name.
+pub(super) fn named<'s>(study: &'s Study, name: &str) -> Result<&'s Posture> {
+    let place = || Site::Argument(Argument::Posture, name.into());
+    if study.postures.is_empty() {
+        let what = Issue::says(format!("{} has no [postures]", study.path.display()));
+        let example = "[postures] people = [\"standing\"], spots = [[1.0, 0.5, 90]]";
+        return Err(what.wanted(format!("add them to the study, as in {example}")).at(place()).into());
+    }
+    let known: Vec<&str> = study.postures.iter().map(|posture| posture.name.as_str()).collect();
+    let found = study.postures.iter().find(|posture| posture.name == name);
+    found.ok_or_else(|| Issue::unknown(&known).at(place()).into())
+}
+
+/// Of each scene by name, who of `[postures]` is cut off by its grid, as warnings. Nothing is cast.
+///
+/// # Errors
+/// When a person cannot be read, has a spot beside the grid of a scene, or would not be in it at all.
+pub fn check_postures<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w str, Vec<String>)>> {
+    for posture in &study.postures {
+        // Each person once.
+        if let (SurfaceSpec::Mannequin(file), 0) = (&posture.person, posture.spot) {
+            read_person(file, &study.sources).map_err(|e| e.at("postures.people").at(&study.path))?;
+        }
+    }
+    let of_scene = |scene: &'w [World]| {
+        let each = study.postures.iter().map(|posture| cut_off(study, &scene[0], posture));
+        let cut: Vec<Option<String>> = each.collect::<Result<_>>()?;
+        Ok((scene[0].name.as_str(), cut.into_iter().flatten().collect()))
+    };
+    scenes(worlds).map(of_scene).collect()
+}
+
+/// How much of a person the grid of a scene cuts off, if it does.
+///
+/// # Errors
+/// When the spot is beside the grid, or the grid has nothing of the person, who would be found nowhere.
+fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<String>> {
+    let grid = &world.grid;
+    let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
+    let at = posture.position_m;
+    let refused = |place: String, rule: String| {
+        let spot = Issue::value(format!("spots[{}]", posture.spot), place, rule);
+        Err(Error::from(spot.at(Site::Table("postures".into())).at(&study.path)))
+    };
+    if (0..2).any(|axis| !(low[axis]..high[axis]).contains(&at[axis])) {
+        let rule = format!(
+            "must lie in the grid, which in scene {:?} goes from x {:.2}, y {:.2} to x {:.2}, y {:.2} m",
+            world.name, low.x, low.y, high.x, high.y
+        );
+        return refused(format!("[{}, {}]", at.x, at.y), rule);
+    }
+    let scene = &study.scenes[world.scene];
+    let alone =
+        SceneSpec { objects: vec![person(scene, posture)], snapshots: 1, dwell_s: None, ..scene.clone() };
+    let alone = build(&alone, &study.sources, study.voxel_size_m)?;
+    // Voxels of the person and of the grid, counted from the world's origin.
+    let whole = voxelize::scene_extent(&alone, study.voxel_size_m)?;
+    let inside = grid.window().moved(grid.origin).intersection(&whole);
+    if inside == whole {
+        return Ok(None);
+    }
+    let own = voxelize::grid_over(&whole, study.voxel_size_m)
+        .map_err(|e| e.at(format!("person {:?}", posture.name)).at(&study.path))?;
+    let truth = voxelize_all(&alone, own)?.swap_remove(0);
+    let all = truth.human.count();
+    let kept = truth.human.over(inside.moved(own.origin.map(|key| -key))).count();
+    if kept == 0 {
+        let rule = format!(
+            "must be where person {:?} is in the grid, which in scene {:?} goes from z {:.2} to {:.2} m and has nothing \
+             of that person: widen bounds_m of [grid], or mend floor_m of [approach]",
+            posture.name, world.name, low.z, high.z
+        );
+        return refused(format!("[{}, {}] on a floor at {} m", at.x, at.y, at.z), rule);
+    }
+    Ok((kept < all).then(|| {
+        let percent = 100.0 * (all - kept) as f64 / all as f64;
+        format!(
+            "person {:?} is cut off by the grid: {percent:.1} % of the body lies outside and is left out: widen \
+             bounds_m of [grid], or move the spot",
+            posture.name
+        )
+    }))
+}
+
+fn with_posture(study: &Study, posture: &Posture) -> Study {
+    let mut study = study.clone();
+    for scene in &mut study.scenes {
+        scene.objects.retain_mut(leave_people_out);
+        scene.objects.push(person(scene, posture));
+    }
+    for (_, region) in &mut study.regions {
+        if let RegionSpec::RegionShape(RegionShape::HumanBox { object, .. }) = region {
+            // The only person there is.
+            *object = None;
+        }
+    }
+    study
+}
+
+/// Takes the people out of an object; whether anything may be left of it. A person goes with all that the same file
+/// has.
+fn leave_people_out(object: &mut ObjectSpec) -> bool {
+    let people = object.nodes.iter_mut().filter(|rule| rule.role == Some(Role::Human));
+    people.for_each(|rule| rule.ignore = true);
+    object.role != Role::Human
+}
+
+fn person(scene: &SceneSpec, posture: &Posture) -> ObjectSpec {
+    ObjectSpec {
+        name: posture.name.clone(),
+        role: Role::Human,
+        interior: scene.interior,
+        optical: Optical::Opaque,
+        tag_only: false,
+        position_m: posture.position_m,
+        rotation: posture.rotation,
+        surface: posture.person.clone(),
+        keypoints: None,
+        nodes: Vec::new(),
+        animated: None,
+        motion: MotionSpec::default(),
+    }
+}

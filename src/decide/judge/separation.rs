@@ -1,0 +1,121 @@
+//! What a controller would measure that stops the robot where people are too near, and reads that from the labels.
+//!
+//! # Theory
+//! It knows the environment and where the robot is. Whatever else is labelled occupied may be somebody: the distance
+//! that it measures is the least from any such voxel to the robot, and it stops the robot where that is less than
+//! what people must be away. Voxels that are not known it takes as free, and may then miss somebody, or as
+//! occupied, and may then stop in front of nobody.
+//!
+//! # Practice
+//! Distances are squared, in whole voxels, between centres, from the robot with the inside of its bodies; all of the
+//! grid is looked at. What belongs to the environment or to the robot is left out, even where somebody touches it.
+
+use perirobot_march::backend::Planes;
+use perirobot_march::voxel::{BitGrid, Distances, squared_voxels};
+use perirobot_study::world::World;
+
+/// What there is to measure at a moment, whatever the sensors.
+#[derive(Debug)]
+pub struct Surroundings {
+    /// The distances from the robot; `None` where there is none.
+    from_robot: Option<Distances>,
+    /// What the controller knows: the environment, the robot, and their insides.
+    known: BitGrid,
+    /// The true distance of the nearest person.
+    truly: Option<u32>,
+}
+
+/// The least distances at a moment, squared in voxels; `None` where there is nothing to measure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Separation {
+    /// Whether there is a robot, from which to measure.
+    pub has_robot: bool,
+    /// Of people, as it is.
+    pub truly: Option<u32>,
+    /// Of what is labelled occupied and is not known.
+    pub unknown_free: Option<u32>,
+    /// Of that and of what has no label.
+    pub unknown_occupied: Option<u32>,
+}
+
+/// What a controller does at a moment, and whether it should.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// The robot runs, and nobody is too near.
+    Runs,
+    /// It is stopped, and somebody is too near.
+    Stops,
+    /// It runs, and somebody is too near.
+    MissedStop,
+    /// It is stopped, and nobody is too near.
+    NeedlessStop,
+}
+
+impl Surroundings {
+    /// Of a moment.
+    pub fn of(world: &World) -> Surroundings {
+        let (truth, nobody) = (world.truth(), world.truth_without_people());
+        let mut known = BitGrid::clone(&nobody.occupied);
+        known.add(&nobody.ignored);
+        known.add(&truth.robot_volume);
+        let robot = truth.robot_volume.over(world.grid.window());
+        let from_robot = (!robot.is_empty()).then(|| Distances::to(&robot));
+        let truly = from_robot.as_ref().and_then(|distances| distances.least(&truth.human));
+        Surroundings { from_robot, known, truly }
+    }
+
+    /// What is measured of a view of this moment, or without any sensor.
+    pub fn separation(&self, labels: Option<&Planes>) -> Separation {
+        let nothing = BitGrid::new(self.known.window());
+        let (occupied, free) = labels.map_or((&nothing, &nothing), |labels| (&labels.occupied, &labels.free));
+        let least = |mut voxels: BitGrid| {
+            voxels.remove(&self.known);
+            self.from_robot.as_ref().and_then(|distances| distances.least(&voxels))
+        };
+        let mut unknown = BitGrid::full(self.known.window());
+        unknown.remove(free);
+        Separation {
+            has_robot: self.from_robot.is_some(),
+            truly: self.truly,
+            unknown_free: least(occupied.clone()),
+            unknown_occupied: least(unknown),
+        }
+    }
+}
+
+impl Decision {
+    /// All of them.
+    pub const ALL: [Decision; 4] =
+        [Decision::Runs, Decision::Stops, Decision::MissedStop, Decision::NeedlessStop];
+
+    /// What is done where the least distance is measured as this, is truly that, and people must be so far away.
+    pub fn at(measured: Option<u32>, truly: Option<u32>, needed_m: f64, voxel_size_m: f64) -> Decision {
+        let needed = squared_voxels(needed_m, voxel_size_m);
+        let is_near = |distance: Option<u32>| distance.is_some_and(|squared| squared < needed);
+        match (is_near(measured), is_near(truly)) {
+            (false, false) => Decision::Runs,
+            (true, true) => Decision::Stops,
+            (false, true) => Decision::MissedStop,
+            (true, false) => Decision::NeedlessStop,
+        }
+    }
+
+    /// As in tables.
+    pub fn name(self) -> &'static str {
+        ["runs", "stops", "missed_stop", "needless_stop"][self as usize]
+    }
+}
+
+impl Separation {
+    /// A squared distance in metres.
+    pub fn metres(squared: u32, voxel_size_m: f64) -> f64 {
+        f64::from(squared).sqrt() * voxel_size_m
+    }
+
+    /// How much farther than it truly is the nearest person is measured, unknown voxels taken as free, in metres;
+    /// 0 where it is measured as near or nearer. `None` where nobody is there, or nothing is measured.
+    pub fn missed_m(&self, voxel_size_m: f64) -> Option<f64> {
+        let metres = |squared| Separation::metres(squared, voxel_size_m);
+        Some((metres(self.unknown_free?) - metres(self.truly?)).max(0.0))
+    }
+}

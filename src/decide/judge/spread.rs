@@ -1,0 +1,195 @@
+//! How good scores are under a condition: best, mean, the value that one in twenty is no better than, worst.
+
+use super::cases::{Case, Conditions};
+use super::verdict::{Part, Where, controller_value, near_value};
+use perirobot_march::metrics::{Ratio, Score};
+use perirobot_study::study::{ApproachScore, Condition, ControllerScore, Counted, Measure};
+
+/// What is summed up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Summed {
+    /// A score in a region, by its index.
+    Counted(Score, usize),
+    /// A score of bodies that come near, of all of them by all ways.
+    Nearness(ApproachScore),
+    /// A score of what a controller would measure.
+    Controller(ControllerScore),
+}
+
+impl Summed {
+    /// What is required.
+    pub fn of(measure: &Measure) -> Summed {
+        match measure {
+            Measure::Counted(Counted { score, region, .. }) => Summed::Counted(*score, *region),
+            Measure::Nearness(nearness) => Summed::Nearness(nearness.score),
+            Measure::Controller(score) => Summed::Controller(*score),
+        }
+    }
+
+    /// The score of a name, if it is counted, in a region.
+    pub fn named(score: &str, region: usize) -> Option<Summed> {
+        let counted = Score::ALL.into_iter().map(|score| Summed::Counted(score, region));
+        let near = ApproachScore::ALL.into_iter().map(Summed::Nearness);
+        let controller = ControllerScore::ALL.into_iter().map(Summed::Controller);
+        counted.chain(near).chain(controller).find(|known| known.name() == score)
+    }
+
+    /// The score's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Summed::Counted(score, _) => score.name(),
+            Summed::Nearness(score) => score.name(),
+            Summed::Controller(score) => score.name(),
+        }
+    }
+
+    /// The region, if it is counted in one.
+    pub fn region(self) -> Option<usize> {
+        match self {
+            Summed::Counted(_, region) => Some(region),
+            Summed::Nearness(_) | Summed::Controller(_) => None,
+        }
+    }
+}
+
+/// A score over all parts of all cases of a condition. Numbers are infinite for who never comes near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// The condition.
+    pub condition: Condition,
+    /// What is summed up.
+    pub of_what: Summed,
+    /// The best value.
+    pub best: f64,
+    /// The mean of all values.
+    pub mean: f64,
+    /// The best of the worst twentieth of the values, rounded up: the 5 % quantile by nearest rank.
+    pub twentieth: f64,
+    /// The worst value.
+    pub worst: f64,
+    /// Where the worst value is; the first of several.
+    pub at: Where,
+    /// How many values there are.
+    pub values: usize,
+    /// How many there would be if every moment of every case had one.
+    pub of: usize,
+}
+
+/// What each score is in each region under each condition, and how near bodies come; scores without a value are left
+/// out.
+pub fn spreads(conditions: &Conditions) -> Vec<Spread> {
+    let regions = |cases: &[Case]| cases.first().map_or(0, |case| case.counts.len());
+    let of = |(condition, cases): &(Condition, Vec<Case>)| {
+        let parts = (0..regions(cases)).flat_map(|region| Score::ALL.map(|score| (region, score)));
+        let counted = parts.filter_map(|(region, score)| spread(*condition, cases, region, score));
+        let near = ApproachScore::ALL.into_iter();
+        let near = near.filter_map(|score| near_spread(*condition, cases, conditions, score));
+        let measured = ControllerScore::ALL.into_iter();
+        let measured = measured.filter_map(|score| controller_spread(*condition, cases, conditions, score));
+        counted.chain(near).chain(measured).collect::<Vec<_>>()
+    };
+    conditions.cases.iter().flat_map(of).collect()
+}
+
+fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> Option<Spread> {
+    let each = cases.iter().enumerate().flat_map(|(case, of)| {
+        let moments = of.counts[region].iter().enumerate();
+        moments.filter_map(move |(moment, counts)| {
+            Some((Ratio::of_score(score, counts)?, Where { case, part: Some(Part::Moment(moment)) }))
+        })
+    });
+    let of = cases.iter().map(|case| case.counts[region].len()).sum();
+    let is_better_less = score.less_is_better();
+    summed(condition, Summed::Counted(score, region), each.collect(), of, is_better_less, |ratio| {
+        ratio.value()
+    })
+}
+
+fn near_spread(
+    condition: Condition,
+    cases: &[Case],
+    conditions: &Conditions,
+    score: ApproachScore,
+) -> Option<Spread> {
+    let each = cases.iter().enumerate().flat_map(|(case, of)| {
+        let passages = conditions.passages.iter().zip(&of.near).enumerate();
+        let asked = passages.filter(|(_, (passage, _))| passage.on_floor || !score.is_area());
+        asked.filter_map(move |(number, (_, near))| {
+            let value = near_value(score, near, conditions)?;
+            Some((value, Where { case, part: Some(Part::Passage(number)) }))
+        })
+    });
+    let values: Vec<_> = each.collect();
+    let of = values.len();
+    summed(condition, Summed::Nearness(score), values, of, score.is_area(), |value| value.number())
+}
+
+fn controller_spread(
+    condition: Condition,
+    cases: &[Case],
+    conditions: &Conditions,
+    score: ControllerScore,
+) -> Option<Spread> {
+    let each = cases.iter().enumerate().flat_map(|(case, of)| {
+        let moments = of.measured.iter().enumerate();
+        moments.filter_map(move |(moment, separation)| {
+            let value = controller_value(score, separation, conditions)?;
+            Some((value, Where { case, part: Some(Part::Moment(moment)) }))
+        })
+    });
+    let of = cases.iter().map(|case| case.measured.len()).sum();
+    summed(condition, Summed::Controller(score), each.collect(), of, true, |value| value.number())
+}
+
+fn summed<V: Ord>(
+    condition: Condition,
+    of_what: Summed,
+    mut values: Vec<(V, Where)>,
+    of: usize,
+    is_better_less: bool,
+    number: impl Fn(&V) -> f64,
+) -> Option<Spread> {
+    // The worst first. The sort is stable, so that of equal ones the first is kept.
+    values.sort_by(|a, b| if is_better_less { b.0.cmp(&a.0) } else { a.0.cmp(&b.0) });
+    let ((worst, at), (best, _)) = (values.first()?, values.last()?);
+    let sum: f64 = values.iter().map(|(value, _)| number(value)).sum();
+    Some(Spread {
+        condition,
+        of_what,
+        best: number(best),
+        mean: sum / values.len() as f64,
+        twentieth: number(&values[values.len().div_ceil(20) - 1].0),
+        worst: number(worst),
+        at: *at,
+        values: values.len(),
+        of,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use perirobot_march::metrics::Confusion;
+
+    /// A case with so many unknown voxels of 100 at its moments.
+    fn case(unknown: impl Iterator<Item = u64>) -> Case {
+        let counts = |uf| Confusion { tn: 100 - uf, uf, ..Default::default() };
+        Case { counts: vec![unknown.map(counts).collect()], ..Case::default() }
+    }
+
+    #[test]
+    fn one_in_twenty_is_no_better() {
+        let cases = vec![case((0..20).rev()), case(20..40)];
+        let conditions =
+            Conditions { cases: vec![(Condition::OneSensorDead, cases)], ..Conditions::default() };
+        let all = spreads(&conditions);
+        let unknown = all.iter().find(|spread| spread.of_what == Summed::Counted(Score::Unknown, 0)).unwrap();
+        assert_eq!((unknown.best, unknown.worst), (0.0, 0.39));
+        assert!((unknown.mean - 0.195).abs() < 1e-12, "{}", unknown.mean);
+        // Two of forty: 39 and 38.
+        assert_eq!((unknown.twentieth, unknown.values, unknown.of), (0.38, 40, 40));
+        assert_eq!(unknown.at, Where { case: 1, part: Some(Part::Moment(19)) });
+        // Nothing is occupied, so there is nobody to be seen.
+        assert!(all.iter().all(|spread| spread.of_what.name() != "human_seen"));
+    }
+}

@@ -1,0 +1,47 @@
+//! What a value rests on besides the sweep: tables of the study, as a hash by which a report notices that they have
+//! changed since.
+
+use super::spread::Summed;
+use perirobot_scene::scene::spec::SurfaceSpec;
+use perirobot_scene::source::sha256;
+use perirobot_study::study::{ApproachScore, Condition, Study};
+
+/// Digits of the hash that tell tables apart.
+const DIGITS: usize = 16;
+
+/// The hash of what the study says in tables that decide a score under a condition, and of the files of people that
+/// they name; empty where none does. A file that cannot be read has no hash, so that it counts as changed.
+pub fn tables_sha256(study: &Study, score: Summed, condition: Condition) -> String {
+    let of_condition: &[&str] = match condition {
+        Condition::AsPlanned | Condition::OneSensorDead | Condition::TwoSensorsDead => &[],
+        Condition::MountingError => &["mounting_error"],
+        // Where the floor is.
+        Condition::Postures => &["postures", "approach"],
+    };
+    let of_score: &[&str] = match score {
+        Summed::Counted(..) => &[],
+        Summed::Nearness(ApproachScore::ApproachMarginM) => &["approach", "stopping"],
+        Summed::Nearness(_) => &["approach"],
+        Summed::Controller(_) => &["stopping"],
+    };
+    let names: Vec<&str> = of_condition.iter().chain(of_score).copied().collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    let said: toml::Table = toml::from_str(&study.text).unwrap_or_default();
+    let each = names.iter().map(|name| format!("{name} {}\n", serde_json::json!(said.get(*name))));
+    let people = if names.contains(&"postures") { people_sha256(study) } else { String::new() };
+    let mut hash = sha256([each.collect::<String>().as_bytes(), people.as_bytes()]);
+    hash.truncate(DIGITS);
+    hash
+}
+
+/// The hash of each file of a person of `[postures]`, in the study's order.
+fn people_sha256(study: &Study) -> String {
+    let each = study.postures.iter().filter_map(|posture| match (&posture.person, posture.spot) {
+        // Each person once.
+        (SurfaceSpec::Mannequin(file), 0) => Some(study.sources.table(file.path())),
+        _ => None,
+    });
+    each.map(|text| text.map_or_else(|_| "none\n".into(), |text| sha256([text.as_bytes()]) + "\n")).collect()
+}

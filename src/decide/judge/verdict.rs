@@ -1,0 +1,247 @@
+//! Whether a requirement is met under a condition, and where it is nearest to being missed.
+
+use super::cases::{Case, Conditions};
+use super::excess::Excess;
+use super::separation::{Decision, Separation};
+use super::value::Value;
+use crate::approach::Nearest;
+use perirobot_march::metrics::{Confusion, Ratio};
+use perirobot_study::study::{
+    ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Requirement,
+};
+use perirobot_study::world::Baselines;
+
+/// A requirement under a condition.
+#[derive(Clone, Debug)]
+pub struct Judgement<'a> {
+    /// What is required.
+    pub requirement: &'a Requirement,
+    /// When.
+    pub condition: Condition,
+    /// Whether all cases keep to the limit.
+    pub is_met: bool,
+    /// How many cases do not.
+    pub failed: usize,
+    /// How many cases there are.
+    pub cases: usize,
+    /// How many moments (or passages) of all cases have a value; the others are left out.
+    pub values: usize,
+    /// How many of them all cases have together.
+    pub of: usize,
+    /// How many cases have mounts that were to be drawn and are as planned.
+    pub kept: usize,
+    /// The value in the case that is nearest to missing the limit, or misses it furthest; `None` where a case has
+    /// no value, which is then missed.
+    pub value: Option<Value>,
+    /// Which case and part of it that is.
+    pub worst: Where,
+    /// What no choice of the listed poses can exceed, where that misses the limit.
+    pub out_of_reach: Option<Value>,
+}
+
+/// A part of a case, by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Where {
+    /// Number of the case among those of its condition.
+    pub case: usize,
+    /// Which part; `None` where the case has no value, or nobody comes near.
+    pub part: Option<Part>,
+}
+
+/// A part of a case, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// A moment.
+    Moment(usize),
+    /// A passage.
+    Passage(usize),
+}
+
+impl Judgement<'_> {
+    /// The verdict in a word.
+    pub fn word(&self) -> &'static str {
+        if self.is_met { "PASS" } else { "FAIL" }
+    }
+}
+
+/// Decides each requirement under each of its conditions that is known. `baselines` are those of each snapshot and
+/// region.
+pub fn judgements<'a>(
+    requirements: &'a [Requirement],
+    baselines: &[Vec<Baselines>],
+    conditions: &Conditions,
+) -> Vec<Judgement<'a>> {
+    let of = |requirement: &'a Requirement| {
+        let is_known = move |condition: &&Condition| {
+            conditions.of(**condition).first().is_some_and(|case| match requirement.measure {
+                Measure::Counted(_) => true,
+                Measure::Nearness(_) => !case.near.is_empty(),
+                Measure::Controller(_) => !case.measured.is_empty(),
+            })
+        };
+        let known = requirement.under.iter().filter(is_known);
+        known.map(move |&condition| judgement(requirement, baselines, condition, conditions))
+    };
+    requirements.iter().flat_map(of).collect()
+}
+
+fn judgement<'a>(
+    requirement: &'a Requirement,
+    baselines: &[Vec<Baselines>],
+    condition: Condition,
+    conditions: &Conditions,
+) -> Judgement<'a> {
+    let cases = conditions.of(condition);
+    let parts = |case: &Case| part_values(requirement, case, conditions);
+    let values: Vec<Option<Value>> =
+        cases.iter().map(|case| case_value(requirement, case, conditions)).collect();
+    let is_met = |value: &Option<Value>| value.as_ref().is_some_and(|value| value.meets(&requirement.limit));
+    let failed = values.iter().filter(|value| !is_met(value)).count();
+    let mut worst = 0;
+    for (case, value) in values.iter().enumerate() {
+        let is_worse = match (value, &values[worst]) {
+            (Some(new), Some(old)) => requirement.limit.is_worse(new, old),
+            (new, old) => new.is_none() && old.is_some(),
+        };
+        if is_worse {
+            worst = case;
+        }
+    }
+    let part = worst_part(requirement, parts(&cases[worst]));
+    let all: Vec<_> = cases.iter().flat_map(parts).collect();
+    // Mounts that are off may see what no listed pose does, and other people may be easier to see.
+    let is_bound = !matches!(condition, Condition::MountingError | Condition::Postures);
+    let bound = is_bound.then(|| best_possible(requirement, baselines)).flatten();
+    Judgement {
+        requirement,
+        condition,
+        is_met: failed == 0,
+        failed,
+        cases: cases.len(),
+        values: all.iter().filter(|(_, value)| value.is_some()).count(),
+        of: all.len(),
+        kept: cases.iter().filter(|case| !case.kept.is_empty()).count(),
+        value: values[worst].clone(),
+        worst: Where { case: worst, part },
+        out_of_reach: bound.filter(|bound| !bound.meets(&requirement.limit)),
+    }
+}
+
+/// What a case is worth to a requirement.
+fn case_value(requirement: &Requirement, case: &Case, conditions: &Conditions) -> Option<Value> {
+    match &requirement.measure {
+        Measure::Counted(counted) => counted_value(requirement, counted, &case.counts[counted.region]),
+        Measure::Controller(ControllerScore::NeedlessStops) => needless_share(&case.measured, conditions),
+        Measure::Nearness(_) | Measure::Controller(ControllerScore::MissedM) => {
+            let each = part_values(requirement, case, conditions).into_iter().filter_map(|(_, value)| value);
+            each.reduce(|old, new| if requirement.limit.is_worse(&new, &old) { new } else { old })
+        }
+    }
+}
+
+/// What counts are worth to a requirement, moment by moment.
+pub(super) fn counted_value(
+    requirement: &Requirement,
+    counted: &Counted,
+    counts: &[Confusion],
+) -> Option<Value> {
+    Value::of(counted.score, counted.over, &requirement.limit, counts)
+}
+
+/// The parts of a case that a requirement asks, with the value of each.
+fn part_values(
+    requirement: &Requirement,
+    case: &Case,
+    conditions: &Conditions,
+) -> Vec<(Part, Option<Value>)> {
+    match &requirement.measure {
+        Measure::Counted(Counted { score, region, .. }) => {
+            let moments = case.counts[*region].iter().enumerate();
+            let value = |counts| Ratio::of_score(*score, counts).map(Value::exactly);
+            moments.map(|(moment, counts)| (Part::Moment(moment), value(counts))).collect()
+        }
+        Measure::Nearness(nearness) => {
+            let each = conditions.passages.iter().zip(&case.near).enumerate();
+            let asked = each.filter(|(_, (passage, _))| passage.is_asked(nearness));
+            let value = |near| near_value(nearness.score, near, conditions);
+            asked.map(|(number, (_, near))| (Part::Passage(number), value(near))).collect()
+        }
+        Measure::Controller(score) => {
+            let moments = case.measured.iter().enumerate();
+            let value = |separation| controller_value(*score, separation, conditions);
+            moments.map(|(moment, separation)| (Part::Moment(moment), value(separation))).collect()
+        }
+    }
+}
+
+/// The part that is worst for a requirement; the first of several.
+fn worst_part(requirement: &Requirement, parts: Vec<(Part, Option<Value>)>) -> Option<Part> {
+    let each = parts.into_iter().filter_map(|(part, value)| Some((part, value?)));
+    let worst = each.reduce(|old, new| if requirement.limit.is_worse(&new.1, &old.1) { new } else { old });
+    // Who never comes near has no way.
+    let is_nowhere = |value: &Value| requirement.is_of_nearness() && matches!(value, Value::Endless);
+    worst.filter(|(_, value)| !is_nowhere(value)).map(|(part, _)| part)
+}
+
+/// The best that any choice of the listed poses could have.
+fn best_possible(requirement: &Requirement, baselines: &[Vec<Baselines>]) -> Option<Value> {
+    let counted = requirement.counted()?;
+    let best: Vec<Confusion> = baselines.iter().map(|snapshot| snapshot[counted.region].ceiling).collect();
+    // The ceiling is the best by the score: of a limit on the wrong side nothing is known.
+    let is_bound = matches!(requirement.limit, Limit::AtMost(_)) == counted.score.less_is_better();
+    is_bound.then(|| counted_value(requirement, counted, &best)).flatten()
+}
+
+/// A score of what a body can do; the edge of a voxel is taken to nine digits after the point. `None` of a margin where
+/// it is not said how far people must be.
+pub(super) fn near_value(score: ApproachScore, near: &Nearest, conditions: &Conditions) -> Option<Value> {
+    let edge = Ratio::of(conditions.voxel_size_m);
+    let in_m2 = |voxels: u64| Ratio {
+        numerator: i128::from(voxels) * edge.numerator.pow(2),
+        denominator: edge.denominator.pow(2),
+    };
+    let square = near.squared.map(|squared| in_m2(squared.into()));
+    Some(match score {
+        ApproachScore::NearestUnnoticedM => square.map_or(Value::Endless, Value::Root),
+        ApproachScore::ApproachMarginM => {
+            let needed = conditions.needed?.needed();
+            square.map_or(Value::Endless, |square| Value::Beyond(square, needed))
+        }
+        ApproachScore::UnnoticedM2 => Value::exactly(in_m2(near.unnoticed)),
+        ApproachScore::JoinedM2 => Value::exactly(in_m2(near.joined)),
+    })
+}
+
+/// A score of what a controller measures at a moment, if there is anything to score.
+pub(super) fn controller_value(
+    score: ControllerScore,
+    separation: &Separation,
+    conditions: &Conditions,
+) -> Option<Value> {
+    let voxel_size_m = conditions.voxel_size_m;
+    match score {
+        ControllerScore::MissedM => {
+            let truly = separation.truly?;
+            let excess = |measured: u32| Excess { measured: measured.max(truly), truly, voxel_size_m };
+            Some(separation.unknown_free.map_or(Value::Endless, |measured| Value::Excess(excess(measured))))
+        }
+        ControllerScore::NeedlessStops => {
+            let Separation { truly, unknown_occupied, has_robot, .. } = *separation;
+            if !has_robot {
+                return None;
+            }
+            let decision = Decision::at(unknown_occupied, truly, conditions.needed?.needed_m, voxel_size_m);
+            let numerator = i128::from(decision == Decision::NeedlessStop);
+            Some(Value::exactly(Ratio { numerator, denominator: 1 }))
+        }
+    }
+}
+
+/// At which share of moments with a robot it is stopped needlessly.
+fn needless_share(measured: &[Separation], conditions: &Conditions) -> Option<Value> {
+    let at = |separation| controller_value(ControllerScore::NeedlessStops, separation, conditions);
+    let values: Vec<Value> = measured.iter().filter_map(at).collect();
+    let stops = values.iter().filter(|value| value.cmp_ratio(Ratio::of(0.0)).is_gt()).count();
+    let denominator = values.len() as i128;
+    (denominator > 0).then(|| Value::exactly(Ratio { numerator: stops as i128, denominator }))
+}

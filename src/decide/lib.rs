@@ -1,0 +1,11 @@
+#![doc = include_str!("README.md")]
+// The pages of rooms are read by developers, who build them with private items.
+#![allow(rustdoc::private_intra_doc_links)]
+
+pub mod approach;
+pub mod choose;
+pub mod judge;
+#[cfg(test)]
+#[path = "../thorough.rs"]
+mod thorough;
+pub mod view;

@@ -1,0 +1,86 @@
+//! Finds in a study what a user names as results.csv does: a choice of poses, a representation, a scene.
+
+use super::Choice;
+use super::names::{ChoiceNames, find_choices, unknown};
+use perirobot_march::error::{Argument, Site, Words};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Combination, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::columns::representation_names;
+
+/// Which choice, in which scene; the default is the first of each.
+#[derive(Clone, Debug, Default)]
+pub struct Names {
+    /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will
+    /// do.
+    pub poses: String,
+    /// The combination's name, where several have such a choice.
+    pub combination: Option<String>,
+    /// As in the column `representation`.
+    pub representation: Option<String>,
+    /// The scene's name.
+    pub scene: Option<String>,
+    /// Which moment of it, counted from 0.
+    pub snapshot: usize,
+    /// Which repeat, counted from 0.
+    pub repeat: usize,
+}
+
+/// Finds the world (among those of the study, or at least of the scene) and the choice. The error for an
+/// unknown name lists the known ones.
+pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&'w World, Choice)> {
+    let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
+    let found = find_choices(&all, &wanted.poses, wanted.combination.as_deref())?;
+    let (combination, choice) = found[0];
+    if let Some((other, _)) = found.get(1) {
+        let [a, b] = [combination, *other].map(|number| &study.combinations[number].name);
+        let cure = Words::from("say which with ") + Argument::Combination;
+        let place = Site::Argument(Argument::Pose, wanted.poses.clone());
+        return Err(Error::input(place, format!("is a choice of {a:?} and of {b:?}")).wanted(cure));
+    }
+    let names = representation_names(study, &study.combinations[combination]);
+    let representation = match &wanted.representation {
+        None => 0,
+        Some(name) => names
+            .iter()
+            .position(|known| known == name)
+            .ok_or_else(|| unknown(Argument::Representation, Some(name), &names))?,
+    };
+    below(Argument::Repeat, wanted.repeat, study.repeats as usize)?;
+    let scene = find_scene(study, wanted)?;
+    let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
+    let world = worlds.iter().find(here).expect("worlds are those of the study's scenes");
+    Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
+}
+
+/// Finds only the scene, and checks that it has such a snapshot.
+pub fn find_scene(study: &Study, wanted: &Names) -> Result<usize> {
+    let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let scene = match &wanted.scene {
+        None => 0,
+        Some(name) => scenes
+            .iter()
+            .position(|known| known == name)
+            .ok_or_else(|| unknown(Argument::Scene, Some(name), &scenes))?,
+    };
+    below(Argument::Snapshot, wanted.snapshot, study.scenes[scene].snapshots)?;
+    Ok(scene)
+}
+
+fn below(argument: Argument, number: usize, of: usize) -> Result<()> {
+    let place = Site::Argument(argument, number.to_string());
+    match number < of {
+        true => Ok(()),
+        false => Err(Error::input(place, format!("must be from 0 to {}", of - 1))),
+    }
+}
+
+/// The names of a combination's choices.
+pub(super) fn choice_names<'a>(study: &'a Study, combination: &'a Combination) -> ChoiceNames<'a> {
+    let members = combination.members.iter().map(|member| {
+        let sensor = &study.sensors[member.sensor];
+        let poses = member.candidates.iter().map(|&candidate| sensor.candidates[candidate].name.as_str());
+        (sensor.name.as_str(), poses.collect())
+    });
+    ChoiceNames { combination: &combination.name, members: members.collect() }
+}

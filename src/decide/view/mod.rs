@@ -1,0 +1,197 @@
+//! A view: one choice of poses in one scene at one moment, voxel by voxel, with each sensor's evidence, the
+//! fused labels, and whether they are right. Pictures, exports and reasons are made from views; sweeps count
+//! without them.
+//!
+//! # Practice
+//! A view is made on the host from what a backend reads back. One over the whole grid, with the end of every
+//! ray, costs as much as some dozen scored poses. Where only the regions matter, many choices are cast at
+//! once, and only as far as a sweep casts them. Either way the counts in a region are those of the sweep.
+
+mod find;
+pub mod names;
+mod outline;
+mod recorded;
+mod returns;
+mod set;
+mod viewer;
+pub mod watched;
+pub mod why;
+
+use std::sync::{Arc, OnceLock};
+
+pub use find::{Names, find, find_scene};
+pub use outline::Outline;
+use perirobot_march::Result;
+use perirobot_march::backend::cpu::BlockerSearch;
+use perirobot_march::backend::{Backend, Evidence, GridPose, Planes, Rays};
+use perirobot_march::metrics::Confusion;
+use perirobot_march::voxel::BitGrid;
+use perirobot_scene::truth::Truth;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+pub use recorded::{Overlooked, Oversight, RecordedMap};
+pub use returns::ReturnPoint;
+pub use set::with_set;
+pub use viewer::Viewer;
+
+/// What is looked at; numbers are those of the study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Index of the combination.
+    pub combination: usize,
+    /// Number of the choice of poses ([`perirobot_study::study::Combination::choice`]).
+    pub choice: usize,
+    /// Number of the choice of representations ([`perirobot_study::study::Combination::representations`]).
+    pub representation: usize,
+    /// Which repeat, counted from 0.
+    pub repeat: usize,
+}
+
+/// A sensor of a choice.
+#[derive(Clone, Debug)]
+pub struct SensorView {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Index of its candidate.
+    pub candidate: usize,
+    /// Where it stands in the grid; at the origin if it has no pose.
+    pub placement: GridPose,
+    /// Whether it casts rays in this representation.
+    pub casts: bool,
+    /// What they tell, in a view over the whole grid: planes, and how each ray ended.
+    pub cast: Option<Evidence>,
+    /// What it says in this representation, at least over the voxels of the view; `occupied` wins where both
+    /// are set.
+    pub says: Planes,
+    /// Whether its hits are voxels of people that it feels.
+    pub presence: bool,
+}
+
+/// A choice of poses, voxel by voxel.
+#[derive(Debug)]
+pub struct View<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// The scene at its moment.
+    pub world: &'a World,
+    /// The truth of that scene.
+    pub truth: Arc<Truth>,
+    /// What is looked at.
+    pub choice: Choice,
+    /// Its sensors, in the order they speak.
+    pub members: Vec<SensorView>,
+    /// Their labels, over the grid or over the window of the regions; no voxel is both occupied and free, and
+    /// a voxel that is neither is unknown.
+    pub labels: Planes,
+    /// The rays of the study's sensors.
+    tables: Arc<Vec<Option<Rays>>>,
+    /// Finds what ends single rays; made when it is first asked.
+    search: Arc<OnceLock<BlockerSearch>>,
+}
+
+/// A label compared with the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// Occupied, and called so.
+    Tp,
+    /// Free, but called occupied.
+    Fp,
+    /// Occupied, but called free.
+    Fn,
+    /// Free, and called so.
+    Tn,
+    /// Occupied, and not known.
+    Uo,
+    /// Free, and not known.
+    Uf,
+}
+
+impl Verdict {
+    /// All of them, in the order of the counts.
+    pub const ALL: [Verdict; 6] =
+        [Verdict::Tp, Verdict::Fp, Verdict::Fn, Verdict::Tn, Verdict::Uo, Verdict::Uf];
+
+    /// As in the columns of results.csv.
+    pub fn name(self) -> &'static str {
+        ["tp", "fp", "fn", "tn", "uo", "uf"][self as usize]
+    }
+}
+
+impl<'a> View<'a> {
+    /// Makes the view of a choice over the whole grid. The backend forgets what it had loaded.
+    pub fn new(
+        study: &'a Study,
+        world: &'a World,
+        choice: Choice,
+        backend: &mut dyn Backend,
+    ) -> Result<View<'a>> {
+        Viewer::new(study, backend)?.view(world, choice)
+    }
+
+    /// The labels of the grid, a byte for each voxel, x the fastest: 1 occupied, 0 free, 255 (as a signed byte −1) unknown.
+    pub fn label_bytes(&self) -> Vec<u8> {
+        let [nx, ny, nz] = self.world.grid.size.map(|n| n as usize);
+        let mut bytes = vec![u8::MAX; nx * ny * nz];
+        for (plane, label) in [(&self.labels.free, 0), (&self.labels.occupied, 1)] {
+            for [x, y, z] in plane.voxels() {
+                bytes[x as usize + nx * (y as usize + ny * z as usize)] = label;
+            }
+        }
+        bytes
+    }
+
+    /// The label of a voxel of the view, compared with the truth.
+    pub fn verdict(&self, voxel: [i32; 3]) -> Verdict {
+        let is_there = self.truth.occupied.get(voxel);
+        match (self.labels.occupied.get(voxel), self.labels.free.get(voxel)) {
+            (true, _) if is_there => Verdict::Tp,
+            (true, _) => Verdict::Fp,
+            (_, true) if is_there => Verdict::Fn,
+            (_, true) => Verdict::Tn,
+            _ if is_there => Verdict::Uo,
+            _ => Verdict::Uf,
+        }
+    }
+
+    /// The voxels of the view with this verdict.
+    pub fn voxels(&self, verdict: Verdict) -> BitGrid {
+        let Planes { occupied, free, .. } = &self.labels;
+        let truth = &*self.truth.occupied;
+        let mut voxels = match verdict {
+            Verdict::Tp | Verdict::Fp => occupied.clone(),
+            Verdict::Fn | Verdict::Tn => free.clone(),
+            Verdict::Uo | Verdict::Uf => BitGrid::full(occupied.window()),
+        };
+        match verdict {
+            Verdict::Tp | Verdict::Fn | Verdict::Uo => voxels.keep(truth),
+            Verdict::Fp | Verdict::Tn | Verdict::Uf => voxels.remove(truth),
+        }
+        if matches!(verdict, Verdict::Uo | Verdict::Uf) {
+            voxels.remove(occupied);
+            voxels.remove(free);
+        }
+        voxels
+    }
+
+    /// The counts in a region, as a sweep has them.
+    pub fn counts(&self, region: usize) -> Confusion {
+        let of_region = &*self.world.regions[region].voxels;
+        let truth = &self.truth;
+        let count = |verdict: Verdict, of: Option<&BitGrid>| {
+            let mut voxels = self.voxels(verdict);
+            [Some(of_region), of].into_iter().flatten().for_each(|plane| voxels.keep(plane));
+            voxels.count()
+        };
+        let mut counts = Verdict::ALL.map(|verdict| count(verdict, None)).to_vec();
+        for of in [&truth.human, &truth.robot] {
+            let all = [Verdict::Tp, Verdict::Fn, Verdict::Uo];
+            counts.extend(all.map(|verdict| count(verdict, Some(of))));
+        }
+        let sensed = |voxel| self.members.iter().any(|member| member.presence && member.says.hits.get(voxel));
+        let detection = self.world.people.detection(of_region, |voxel| self.labels.hits.get(voxel), sensed);
+        Confusion::from_counts(std::array::from_fn(|i| counts[i])).with(detection)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,122 @@
+//! Finds the choice of poses that a user's name means.
+
+use perirobot_march::error::{Argument, Issue, Site};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Choices, slug};
+use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
+
+/// Names that are so near to what was written that they may be meant.
+const NEAR: f64 = 0.7;
+
+/// The choices of poses of a combination, by name.
+#[derive(Clone, Debug)]
+pub struct ChoiceNames<'a> {
+    /// The combination's name.
+    pub combination: &'a str,
+    /// Its sensors in the order they speak, each with the names of its poses that take part, in their order.
+    pub members: Vec<(&'a str, Vec<&'a str>)>,
+}
+
+/// Combinations and the number of their choice that is meant by a name: as in the column `poses` of
+/// results.csv, or spelled another way (`South wall/2/0` for `south-wall/2/0`); of a sensor that is scored
+/// alone, the pose's own name will do. Several combinations may have such a choice. An unknown name is an
+/// [`Error::Input`] that names the nearest.
+pub fn find_choices(
+    all: &[ChoiceNames],
+    poses: &str,
+    combination: Option<&str>,
+) -> Result<Vec<(usize, usize)>> {
+    let asked: Vec<(usize, &ChoiceNames)> = all
+        .iter()
+        .enumerate()
+        .filter(|(_, names)| combination.is_none_or(|c| c == names.combination))
+        .collect();
+    if asked.is_empty() {
+        let names: Vec<_> = all.iter().map(|names| names.combination).collect();
+        return Err(unknown(Argument::Combination, combination, &names));
+    }
+    let meant = |(number, names): &(usize, &ChoiceNames)| {
+        Some((*number, names.written(poses).or_else(|| names.spelled(poses))?))
+    };
+    let found: Vec<(usize, usize)> = asked.iter().filter_map(meant).collect();
+    if !found.is_empty() {
+        return Ok(found);
+    }
+    let near = |(_, names): &(usize, &ChoiceNames)| Some(names.name(names.nearest(poses)?));
+    let mut near: Vec<String> = asked.iter().filter_map(near).collect();
+    near.dedup();
+    let meant = match near.is_empty() {
+        true => String::new(),
+        false => format!(" (did you mean {}?)", near.join(", ")),
+    };
+    let (_, first) = asked[0];
+    let rule = format!(
+        "must be sensor:pose as `perirobot check` lists poses, or as in the column `poses` of results.csv, as in {}",
+        first.name(0)
+    );
+    let place = Site::Argument(Argument::Pose, poses.into());
+    Err(Error::input(place, format!("no such choice of poses{meant}")).wanted(rule))
+}
+
+/// The error of a name that is not there.
+pub fn unknown(argument: Argument, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
+    Issue::unknown(known).at(Site::Argument(argument, name.unwrap_or_default().into())).into()
+}
+
+impl ChoiceNames<'_> {
+    /// The choice with exactly this name; of equal sensors the poses may be in any order.
+    fn written(&self, poses: &str) -> Option<usize> {
+        self.each(poses, |known, own| known.iter().position(|name| *name == own))
+    }
+
+    /// The choice whose name differs in spelling only.
+    fn spelled(&self, poses: &str) -> Option<usize> {
+        self.each(poses, |known, own| {
+            let own = plain(own);
+            let mut alike = (0..known.len()).filter(|&i| plain(known[i]) == own);
+            // If two names differ in spelling only, neither is meant.
+            alike.next().filter(|_| alike.next().is_none())
+        })
+    }
+
+    /// The choice whose name is nearest, if each of its poses is near.
+    fn nearest(&self, poses: &str) -> Option<usize> {
+        self.each(poses, |known, own| {
+            let own = plain(own);
+            let near = |i: &usize| strsim::normalized_damerau_levenshtein(&plain(known[*i]), &own);
+            // The first of equally near ones.
+            let best = (0..known.len()).rev().max_by(|a, b| near(a).total_cmp(&near(b)))?;
+            (near(&best) >= NEAR).then_some(best)
+        })
+    }
+
+    /// The choice of what is found for each sensor among the names of its poses; a sensor's own name may be
+    /// left out.
+    fn each(&self, poses: &str, find: impl Fn(&[&str], &str) -> Option<usize>) -> Option<usize> {
+        let parts: Vec<&str> = poses.split(BETWEEN_MEMBERS).collect();
+        if parts.len() != self.members.len() {
+            return None;
+        }
+        let members = parts.into_iter().zip(&self.members);
+        let found = members.map(|(part, (sensor, known))| {
+            let own = part.strip_prefix(sensor).and_then(|rest| rest.strip_prefix(':')).unwrap_or(part);
+            find(known, own)
+        });
+        self.choices().number(&found.collect::<Option<Vec<_>>>()?)
+    }
+
+    fn choices(&self) -> Choices {
+        Choices::of(self.members.iter().map(|(sensor, known)| (sensor, known.as_slice())))
+    }
+
+    fn name(&self, choice: usize) -> String {
+        let names = self.members.iter().zip(self.choices().nth(choice));
+        let names = names.map(|((sensor, known), place)| format!("{sensor}:{}", known[place]));
+        names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
+    }
+}
+
+/// A name with each of its parts as names of groups are spelled.
+pub(super) fn plain(name: &str) -> String {
+    name.split('/').map(slug).collect::<Vec<_>>().join("/")
+}

@@ -1,0 +1,66 @@
+//! A recorded map, looked at as a sensor of its own: what it says of one moment of a scene, and what that scores.
+
+mod overlooked;
+
+use glam::DVec3;
+
+use super::{Choice, View, Viewer};
+pub use overlooked::{Overlooked, Oversight};
+use perirobot_march::Result;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_scene::recording::{Anchor, Recording};
+use perirobot_study::sensor::recorded::{Recorded, RecordedMoment};
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::Row;
+
+/// A recording, laid into the voxels of one moment of a scene.
+pub struct RecordedMap {
+    /// The study with the recording as its only sensor.
+    pub study: Study,
+    world: World,
+    /// Where the sensors were that recorded it, as far as that is known.
+    places_m: Vec<DVec3>,
+}
+
+impl RecordedMap {
+    /// A recording whose frame stands somewhere in a world of a study.
+    ///
+    /// # Errors
+    /// When it says nothing inside the grid, or is too fine for it.
+    pub fn new(study: &Study, world: &World, recording: Recording, anchor: Anchor) -> Result<RecordedMap> {
+        let places_m = recording.places_m(&anchor);
+        let moment = RecordedMoment::new([world.scene, world.snapshot], recording, anchor);
+        let study = study.of_recording(Recorded { moments: vec![moment] });
+        world.examine_sensors(&study).map_err(|e| e.at(&study.path))?;
+        Ok(RecordedMap { world: world.with_sensors(&study.sensors), study, places_m })
+    }
+
+    /// Whether it is known where a sensor was.
+    pub fn knows_places(&self) -> bool {
+        !self.places_m.is_empty()
+    }
+
+    /// What it says in the whole grid. Nothing is cast.
+    pub fn view(&self) -> Result<View<'_>> {
+        let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
+        let mut backend = Cpu::new(None)?;
+        Ok(Viewer::new(&self.study, &mut backend)?.over_grid(&self.world, &[choice])?.swap_remove(0))
+    }
+
+    /// The counts of its view, region by region, as a sweep has them.
+    pub fn rows(&self, view: &View) -> Vec<Row> {
+        let World { scene, snapshot, .. } = &self.world;
+        let row = |region| Row {
+            scene: *scene,
+            snapshot: *snapshot,
+            repeat: 0,
+            combination: 0,
+            choice: 0,
+            representation: 0,
+            region,
+            counts: view.counts(region),
+        };
+        (0..self.study.regions.len()).map(row).collect()
+    }
+}

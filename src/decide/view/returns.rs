@@ -1,0 +1,50 @@
+//! The point cloud of a sensor: where its rays return.
+
+use glam::DVec3;
+
+use super::{SensorView, View};
+use perirobot_march::march::{self, RETURN};
+use perirobot_study::sensor::look::{self, Way};
+use perirobot_study::world::ray_table;
+
+/// A return of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReturnPoint {
+    /// Number of the ray in the sensor's table.
+    pub ray: usize,
+    /// Where it is read, in world metres: along the ray, as far as the voxel's near side and with the noise
+    /// it drew, and from there at least 1/1024 voxel into the voxel.
+    pub at_m: DVec3,
+    /// The voxel where it is read.
+    pub voxel: [i32; 3],
+}
+
+/// How far inside its voxel a return is at least, in voxels.
+const INSIDE: f64 = 1.0 / 1024.0;
+
+impl View<'_> {
+    /// The returns of a sensor's rays, in ray order; none if it casts none.
+    pub fn returns(&self, member: &SensorView) -> Vec<ReturnPoint> {
+        let (Some(cast), Some(rays)) = (&member.cast, &ray_table(self.study, member.sensor)) else {
+            return Vec::new();
+        };
+        let (from, grid) = (&member.placement, &self.world.grid);
+        let returned = cast.ends.iter().enumerate().filter(|(_, end)| end.kind == RETURN);
+        let found = returned.filter_map(|(ray, _)| {
+            let way = Way::of(from, rays.dirs_q15[ray]);
+            let found = look::look(&self.truth.blockers, rays, from, way, ray as u32)?;
+            let drawn = march::draw(from.draws, ray as u32);
+            let step_q16 = rays.noise.step_q16(rays.gates.slant(way.z_q15), drawn, found.distance_q16);
+            let voxels = f64::from(march::noisy_q16(found.distance_q16, step_q16)) / 65536.0;
+            let along = way.believed_q16.map(|d| f64::from(d) / 65536.0);
+            let begin = from.origin_q16.map(|o| f64::from(o) / 65536.0);
+            let at = DVec3::from_array(begin) + DVec3::from_array(along) * voxels;
+            // A voxel's near side belongs to the voxel before as often as not: read back, the point is in its own.
+            let low = DVec3::from_array(found.read.map(f64::from));
+            let at = at.clamp(low + INSIDE, low + 1.0 - INSIDE);
+            let at_m = grid.corner_m([0; 3]) + at * grid.voxel_size_m;
+            Some(ReturnPoint { ray, at_m, voxel: found.read })
+        });
+        found.collect()
+    }
+}

@@ -1,0 +1,188 @@
+//! Makes views: what the sensors of a choice say by themselves, what a backend casts for them, and their
+//! labels.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, OnceLock};
+
+use rayon::prelude::*;
+
+use super::{Choice, SensorView, View};
+use perirobot_march::Result;
+use perirobot_march::backend::cpu::BlockerSearch;
+use perirobot_march::backend::{Backend, GridPose, Planes, Rays, Shot, Slot, fused};
+use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_scene::truth::Truth;
+use perirobot_scene::truth::region::window_of;
+use perirobot_study::sensor::{Claim, Station};
+use perirobot_study::study::Study;
+use perirobot_study::world::{World, ray_tables};
+use perirobot_sweep::sweep::BatchSize;
+
+/// Makes views of many choices on a backend; what choices and worlds share is made ready once.
+pub struct Viewer<'a, 'b> {
+    study: &'a Study,
+    tables: Arc<Vec<Option<Rays>>>,
+    backend: &'b mut dyn Backend,
+    loaded: Option<LoadedWorld<'a>>,
+}
+
+/// A world that the backend has loaded with evidence over a window, and what its views share.
+#[derive(Clone)]
+struct LoadedWorld<'a> {
+    study: &'a Study,
+    tables: Arc<Vec<Option<Rays>>>,
+    world: &'a World,
+    window: Window,
+    truth: Arc<Truth>,
+    search: Arc<OnceLock<BlockerSearch>>,
+}
+
+/// A sensor at a candidate in a repeat, by their numbers.
+type Standpoint = [usize; 3];
+
+impl<'a, 'b> Viewer<'a, 'b> {
+    /// For the choices of a study. The backend forgets what it had loaded.
+    pub fn new(study: &'a Study, backend: &'b mut dyn Backend) -> Result<Viewer<'a, 'b>> {
+        let tables = ray_tables(study);
+        backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
+        Ok(Viewer { study, tables: tables.into(), backend, loaded: None })
+    }
+
+    /// Makes the view of a choice over the whole grid. Views of the same world, one after another, are
+    /// quicker.
+    pub fn view(&mut self, world: &'a World, choice: Choice) -> Result<View<'a>> {
+        let loaded = self.load(world, world.grid.window())?;
+        let mut members = loaded.members(choice);
+        for member in members.iter_mut().filter(|member| member.casts) {
+            let cast = self.backend.read(self.table(member.sensor), &member.placement)?;
+            member.says.add(&cast.planes);
+            member.cast = Some(cast);
+        }
+        Ok(loaded.view(choice, members))
+    }
+
+    /// Makes views of choices in a world that hold only for the voxels of regions, all of them together: each
+    /// sensor is cast once at each candidate, as in a sweep, and nothing is kept of single rays.
+    pub fn in_regions(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+        self.within(world, window_of(&world.regions), choices)
+    }
+
+    /// The same for all voxels of the grid.
+    pub fn over_grid(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+        self.within(world, world.grid.window(), choices)
+    }
+
+    fn within(&mut self, world: &'a World, window: Window, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+        let loaded = self.load(world, window)?;
+        let said: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
+        let standpoint = |choice: &Choice, member: &SensorView| -> Standpoint {
+            [member.sensor, member.candidate, choice.repeat]
+        };
+        let mut wanted = BTreeMap::new();
+        for (choice, members) in choices.iter().zip(&said) {
+            let casting = members.iter().filter(|member| member.casts);
+            wanted.extend(casting.map(|member| (standpoint(choice, member), member.placement)));
+        }
+        let told = self.cast(&wanted.into_iter().collect::<Vec<_>>())?;
+        let view = |(choice, mut members): (&Choice, Vec<SensorView>)| {
+            for member in members.iter_mut().filter(|member| member.casts) {
+                member.says.add(&told[&standpoint(choice, member)]);
+            }
+            loaded.view(*choice, members)
+        };
+        Ok(choices.par_iter().zip(said).map(view).collect())
+    }
+
+    /// What rays tell from some standpoints, sorted by sensor.
+    fn cast(&mut self, wanted: &[(Standpoint, GridPose)]) -> Result<HashMap<Standpoint, Planes>> {
+        let mut told = HashMap::new();
+        for of_sensor in wanted.chunk_by(|(a, _), (b, _)| a[0] == b[0]) {
+            let [sensor, ..] = of_sensor[0].0;
+            let rays = self.tables[sensor].as_ref().map_or(1, |table| table.dirs_q15.len().max(1));
+            let most = (BatchSize::FULL.rays / rays).clamp(1, self.backend.slots().max(1));
+            for some in of_sensor.chunks(most) {
+                let slots: Vec<Slot> = (0..some.len() as Slot).collect();
+                let shots =
+                    slots.iter().zip(some).map(|(&slot, (_, placement))| Shot::once(slot, *placement));
+                let table = self.table(sensor);
+                self.backend.sense(table, &shots.collect::<Vec<_>>())?;
+                told.extend(some.iter().map(|(of, _)| *of).zip(self.backend.planes(&slots)?));
+            }
+        }
+        Ok(told)
+    }
+
+    /// Loads a world with evidence over a window, unless it is loaded.
+    fn load(&mut self, world: &'a World, window: Window) -> Result<LoadedWorld<'a>> {
+        let before = self.loaded.take().filter(|known| std::ptr::eq(known.world, world));
+        if before.as_ref().is_none_or(|known| known.window != window) {
+            let mut scene = world.scene(window);
+            if window == world.grid.window() {
+                // Backends decide the voxels of regions only.
+                scene.regions = vec![BitGrid::full(window)];
+            }
+            self.backend.load(&scene)?;
+        }
+        let (study, tables) = (self.study, self.tables.clone());
+        let loaded = match before {
+            Some(known) => LoadedWorld { window, ..known },
+            None => {
+                LoadedWorld { study, tables, world, window, truth: world.truth(), search: Arc::default() }
+            }
+        };
+        self.loaded = Some(loaded.clone());
+        Ok(loaded)
+    }
+
+    /// The number by which the backend knows a sensor's table of rays.
+    fn table(&self, sensor: usize) -> usize {
+        self.tables[..sensor].iter().flatten().count()
+    }
+}
+
+impl<'a> LoadedWorld<'a> {
+    /// The sensors of a choice in the order they speak, with what they say besides what their rays tell.
+    fn members(&self, choice: Choice) -> Vec<SensorView> {
+        let study = self.study;
+        let combination = &study.combinations[choice.combination];
+        let candidates = combination.choice(choice.choice);
+        let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
+        let each = combination.members.iter().zip(candidates).zip(representations);
+        let member = |((member, candidate), way): ((&perirobot_study::study::Member, usize), usize)| {
+            let (sensor, kind) = (member.sensor, &study.sensors[member.sensor].kind);
+            let rays = self.tables[sensor].as_ref();
+            let station = Station {
+                rays,
+                ..self.world.station(study, &self.truth, [sensor, candidate, choice.repeat])
+            };
+            let Claim { cast, planes } = kind.claims(&station).swap_remove(way);
+            let casts = cast && rays.is_some();
+            // What casts nothing is told from the whole of its volume whether it says anything at all.
+            let mut says = Planes::blank(if casts { self.window } else { station.window });
+            planes.iter().for_each(|planes| says.add(planes));
+            SensorView {
+                sensor,
+                candidate,
+                placement: station.placement(&**kind),
+                casts,
+                cast: None,
+                says,
+                presence: kind.feels_presence(way),
+            }
+        };
+        each.map(member).collect()
+    }
+
+    /// The view of a choice whose sensors have said all.
+    fn view(&self, choice: Choice, members: Vec<SensorView>) -> View<'a> {
+        let LoadedWorld { study, tables, world, window, truth, search } = self.clone();
+        let combination = &study.combinations[choice.combination];
+        let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
+        let voice = |(member, way): (&SensorView, usize)| {
+            (member.says.clone(), study.sensors[member.sensor].kind.log_odds(way))
+        };
+        let voices: Vec<_> = members.iter().zip(representations).map(voice).collect();
+        let labels = fused(window, combination.fusion, &voices);
+        View { study, world, truth, choice, members, labels, tables, search }
+    }
+}

@@ -1,0 +1,136 @@
+//! What a choice of poses watches at one moment of a scene, as it is or without its people, and which object
+//! stands before what it does not watch. [`perirobot_study::sensor::watch`] says what *watched* means.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Choice;
+use super::why::sight::Sight;
+use perirobot_march::backend::cpu::BlockerSearch;
+use perirobot_march::backend::{GridPose, Rays};
+use perirobot_march::march::leap;
+use perirobot_march::voxel::BitGrid;
+use perirobot_scene::truth::Truth;
+use perirobot_study::sensor::look::Way;
+use perirobot_study::sensor::{Station, watch};
+use perirobot_study::study::Study;
+use perirobot_study::world::{World, ray_tables_of};
+
+/// A sensor of a choice: its number, its candidate, and which of its representations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Watcher {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Index of its candidate.
+    pub candidate: usize,
+    /// Number of its representation.
+    pub representation: usize,
+}
+
+/// The sensors of a choice, and their rays.
+#[derive(Debug)]
+pub struct Watchers<'a> {
+    study: &'a Study,
+    repeat: usize,
+    each: Vec<Watcher>,
+    /// For each sensor of the study, its rays, if it takes part and casts.
+    tables: Vec<Option<Rays>>,
+}
+
+/// What they watch at a moment.
+#[derive(Debug)]
+pub struct Watch {
+    /// What is where; without people if they are left out.
+    pub truth: Arc<Truth>,
+    /// The voxels in which a body would be noticed, over the grid.
+    pub voxels: BitGrid,
+    /// For each sensor that casts, its number and where it stands.
+    placements: Vec<(usize, GridPose)>,
+}
+
+impl<'a> Watchers<'a> {
+    /// Those of a choice.
+    pub fn new(study: &'a Study, choice: Choice) -> Watchers<'a> {
+        let combination = &study.combinations[choice.combination];
+        let candidates = combination.choice(choice.choice);
+        let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
+        let members = combination.members.iter().zip(candidates).zip(representations);
+        let each: Vec<_> = members
+            .map(|((member, candidate), representation)| Watcher {
+                sensor: member.sensor,
+                candidate,
+                representation,
+            })
+            .collect();
+        Watchers::of(study, each, choice.repeat)
+    }
+
+    /// Some sensors in a repeat.
+    pub fn of(study: &'a Study, each: Vec<Watcher>, repeat: usize) -> Watchers<'a> {
+        let tables = ray_tables_of(study, |sensor| each.iter().any(|one| one.sensor == sensor));
+        Watchers { study, repeat, each, tables }
+    }
+
+    /// The sensors.
+    pub fn each(&self) -> &[Watcher] {
+        &self.each
+    }
+
+    /// What they watch in a scene; `truth` is that of this world, with its people or without.
+    pub fn watch(&self, world: &World, truth: Arc<Truth>) -> Watch {
+        let mut voxels = BitGrid::new(world.grid.window());
+        let mut placements = Vec::new();
+        for one in &self.each {
+            voxels.add(&self.watched(one, world, &truth));
+            if self.tables[one.sensor].is_some() {
+                let station = self.station(one, world, &truth);
+                placements.push((one.sensor, station.placement(&*self.study.sensors[one.sensor].kind)));
+            }
+        }
+        Watch { truth, voxels, placements }
+    }
+
+    /// The voxels in which one of them would notice a body, over the grid or a part of it.
+    pub fn watched(&self, one: &Watcher, world: &World, truth: &Truth) -> BitGrid {
+        let kind = &*self.study.sensors[one.sensor].kind;
+        watch::watched(kind, one.representation, &self.station(one, world, truth))
+    }
+
+    fn station<'t>(&'t self, one: &Watcher, world: &World, truth: &'t Truth) -> Station<'t> {
+        let at = world.station(self.study, truth, [one.sensor, one.candidate, self.repeat]);
+        Station { rays: self.tables[one.sensor].as_ref(), ..at }
+    }
+
+    /// The objects that stand before voxels which nothing watches: for each index in [`Truth::objects`], how
+    /// often the ray of a sensor nearest to a voxel ends in it before the voxel, within its range.
+    pub fn before(&self, watch: &Watch, voxels: impl Iterator<Item = [i32; 3]>) -> BTreeMap<usize, u64> {
+        let (search, objects) = (BlockerSearch::new(&watch.truth.blockers), &watch.truth.objects);
+        let sights = watch.placements.iter().filter_map(|(sensor, from)| {
+            let rays = self.tables[*sensor].as_ref()?;
+            let field = self.study.sensors[*sensor].kind.field_of_view();
+            let begin = search.from(from.caster().origin_q16);
+            Some((rays, from, begin, Sight::new(rays, from, field)))
+        });
+        let sights: Vec<_> = sights.collect();
+        let mut found = BTreeMap::new();
+        for voxel in voxels.filter(|&voxel| !watch.voxels.get(voxel)) {
+            for (rays, from, begin, sight) in &sights {
+                let Some(ray) = sight.look(voxel).ray else { continue };
+                let Some(entered_q16) = leap::entry_q16(&sight.start(ray), voxel) else { continue };
+                let way = Way::of(from, rays.dirs_q15[ray as usize]);
+                let gates = rays.gates_of(ray as usize);
+                let Some(hit) = search.first(begin, way.truly_q16, &gates) else { continue };
+                let is_before = hit.t_q16 < entered_q16 && entered_q16 <= gates.range_max_q16;
+                let stops =
+                    |object: usize| objects[object].stops_rays && objects[object].voxels.get(hit.voxel);
+                if let Some(object) = (0..objects.len()).find(|&object| is_before && stops(object)) {
+                    *found.entry(object).or_default() += 1;
+                }
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests;

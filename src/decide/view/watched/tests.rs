@@ -1,0 +1,245 @@
+//! A body that is put into a watched voxel is hit or felt, and one that has no watched voxel is not: random
+//! cells and every kind of sensor, bodies put into the truth and cast again.
+
+use super::*;
+use crate::view::why::Reason;
+use crate::view::why::tests::proof::{CaseRandom, random_ring, random_scene, random_study};
+use crate::view::why::tests::ready;
+use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::backend::oracle::Oracle;
+use perirobot_march::backend::{Backend, VoxelScene};
+use perirobot_march::voxel::Window;
+use perirobot_study::study::{Member, Overrides};
+
+/// How often what was met.
+#[derive(Debug, Default)]
+struct Met {
+    voxels_hit: u64,
+    voxels_missed: u64,
+    bodies_hit: u64,
+    bodies_missed: u64,
+    blinded: u64,
+}
+
+/// The voxels of a body that are hit or felt if it stands in a world.
+fn hits(
+    watchers: &Watchers,
+    world: &World,
+    truth: &Truth,
+    body: &BitGrid,
+    backend: &mut dyn Backend,
+) -> BitGrid {
+    let with = |plane: &BitGrid| {
+        let mut plane = plane.over(truth.grid.window());
+        plane.add(body);
+        plane
+    };
+    let truth = Truth {
+        occupied: Arc::new(with(&truth.occupied)),
+        blockers: Arc::new(with(&truth.blockers)),
+        human: with(&truth.human),
+        ..truth.clone()
+    };
+    let window = truth.grid.window();
+    let scene = VoxelScene { blockers: truth.blockers.clone(), over_time: None, ..world.scene(window) };
+    backend.load(&scene).unwrap();
+    let mut hits = BitGrid::new(window);
+    for &Watcher { sensor, candidate, representation } in &watchers.each {
+        let kind = &*watchers.study.sensors[sensor].kind;
+        let rays = watchers.tables[sensor].as_ref();
+        let station =
+            Station { rays, ..world.station(watchers.study, &truth, [sensor, candidate, watchers.repeat]) };
+        // What is always on says the same whoever comes.
+        if watch::is_always_on(kind, representation, &station) {
+            continue;
+        }
+        let claim = kind.claims(&station).swap_remove(representation);
+        if claim.cast && rays.is_some() {
+            let table = watchers.tables[..sensor].iter().flatten().count();
+            hits.add(&backend.read(table, &station.placement(kind)).unwrap().planes.hits);
+        }
+        claim.planes.iter().for_each(|planes| hits.add(&planes.hits));
+    }
+    hits.keep(body);
+    hits
+}
+
+/// Voxels and bodies here and there in a world, each put into it alone.
+fn check(
+    study: &Study,
+    world: &World,
+    choice: Choice,
+    backend: &mut dyn Backend,
+    random: &mut CaseRandom,
+    met: &mut Met,
+    rerun: &str,
+) {
+    let watchers = Watchers::new(study, choice);
+    backend.tables(&watchers.tables.iter().flatten().cloned().collect::<Vec<_>>()).unwrap();
+    for truth in [world.truth(), Arc::new(world.truth_without_people())] {
+        let watch = watchers.watch(world, truth.clone());
+        let may_be_blind = |rays: &Rays| rays.gates.range_min_q16 > rays.gates.near_ignore_q16;
+        let may_be_blind = watchers.tables.iter().flatten().any(may_be_blind);
+        // Half of them begin in a voxel that is watched, if there is one to stand in.
+        let mut free = watch.voxels.clone();
+        free.remove(&truth.occupied);
+        let free: Vec<_> = free.voxels().collect();
+        for number in 0..12 {
+            let at = match free.len() as u32 {
+                count if number % 2 == 0 && count > 0 => free[random.below(count) as usize],
+                _ => world.grid.size.map(|n| random.below(n) as i32),
+            };
+            let large = if number < 6 { 1 } else { 5 };
+            let to: [i32; 3] = std::array::from_fn(|r| at[r] + random.below(large) as i32);
+            let mut body = BitGrid::full(Window::between(at, to)).over(world.grid.window());
+            body.remove(&truth.occupied);
+            let watched = body.voxels().filter(|&voxel| watch.voxels.get(voxel)).count();
+            let hit = hits(&watchers, world, &truth, &body, backend).count() as usize;
+            let what = format!("{watched} watched, {hit} hit, {at:?} to {to:?} of {choice:?}\n{rerun}");
+            assert!(hit <= watched, "{what}");
+            match (body.count(), watched, hit) {
+                (1, 0, _) => met.voxels_missed += 1,
+                (1, _, hit) => {
+                    assert!(hit == 1, "{what}");
+                    met.voxels_hit += 1;
+                }
+                (_, 0, _) => met.bodies_missed += 1,
+                (_, _, 0) => {
+                    assert!(may_be_blind, "{what}");
+                    met.blinded += 1;
+                }
+                _ => met.bodies_hit += 1,
+            }
+        }
+    }
+}
+
+fn check_all(study: &Study, worlds: &[World], every: usize, seed: u32, met: &mut Met, rerun: &str) {
+    let random = &mut CaseRandom(seed);
+    let backends: [Box<dyn Backend>; 2] = [Box::new(Cpu::new(Some(1)).unwrap()), Box::new(Oracle::default())];
+    let mut turn = 0;
+    let mut backends = backends;
+    for world in worlds {
+        for (number, combination) in study.combinations.iter().enumerate() {
+            for choice in (0..combination.choices()).step_by(every) {
+                for representation in 0..combination.representation_count(&study.sensors) {
+                    turn += 1;
+                    let repeat = study.repeats as usize - 1;
+                    let choice = Choice { combination: number, choice, representation, repeat };
+                    check(study, world, choice, &mut *backends[turn % 2], random, met, rerun);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn in_random_cells_bodies_are_noticed_where_they_are_watched() {
+    let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
+    let mut met = Met::default();
+    for seed in asked.map_or(0..24, |seed: u32| seed..seed + 1) {
+        let random = &mut CaseRandom(seed);
+        let (scene, ring) = (random_scene(random), random_ring(random));
+        let (study, worlds) = ready(&random_study(random), &scene, &[("ring.csv", ring)]);
+        let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --lib view::watched");
+        check_all(&study, &worlds, 1, seed, &mut met, &rerun);
+    }
+    let Met { voxels_hit, voxels_missed, bodies_hit, bodies_missed, blinded } = met;
+    let least = [voxels_hit, voxels_missed, bodies_hit, bodies_missed].into_iter().min();
+    assert!(asked.is_some() || (least > Some(100) && blinded * 20 < bodies_hit), "{met:?}");
+}
+
+/// What `why` says of a voxel that no sensor knows: nothing stopped the ray that looks there, so it is watched;
+/// it is neither watched nor known where that ray was stopped before, and no other ray comes.
+#[test]
+fn what_nothing_returns_from_is_watched() {
+    let (mut silent, mut hidden) = (0, [0; 2]);
+    for seed in 0..60 {
+        let random = &mut CaseRandom(seed);
+        let (scene, ring) = (random_scene(random), random_ring(random));
+        let (study, worlds) = ready(&random_study(random), &scene, &[("ring.csv", ring)]);
+        let mut cpu = Cpu::new(Some(1)).unwrap();
+        // The camera, the LIDAR and the table of rays, each alone.
+        for combination in 0..3 {
+            let choice = Choice { combination, choice: 0, representation: 0, repeat: 0 };
+            let view = crate::view::View::new(&study, &worlds[0], choice, &mut cpu).unwrap();
+            let watchers = Watchers::new(&study, choice);
+            let watch = watchers.watch(&worlds[0], worlds[0].truth());
+            let rays = watchers.tables.iter().flatten().next().unwrap();
+            let is_lossy = rays.noise.lost_below > 0 || view.members[0].placement.truly.is_some();
+            if is_lossy {
+                continue;
+            }
+            // A ray tells nothing of its first voxel, nor of what is nearer than it can measure.
+            let own = view.members[0].placement.origin_q16.map(|x| x >> 16);
+            let least = rays.gates.range_min_q16.max(rays.gates.near_ignore_q16) >> 16;
+            let apart = |voxel: [i32; 3]| (0..3).map(|r| voxel[r].abs_diff(own[r]).pow(2)).sum::<u32>();
+            let is_near = |voxel: [i32; 3]| apart(voxel) <= (least + 3).pow(2);
+            for missed in view.why_in_regions() {
+                for voxel in missed.voxels.voxels().filter(|&voxel| !is_near(voxel)) {
+                    let is_watched = watch.voxels.get(voxel);
+                    match missed.cause.reason {
+                        Reason::NoReturn => {
+                            assert!(is_watched, "{voxel:?} of {combination}, case {seed}");
+                            silent += 1;
+                        }
+                        Reason::Hidden => hidden[usize::from(is_watched)] += 1,
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    assert!(silent > 500 && hidden[0] > 1000 && hidden[0] > 10 * hidden[1], "{silent}, {hidden:?}");
+}
+
+/// `scenes/sensors.toml`, each sensor by itself.
+fn every_kind() -> (Study, Vec<World>) {
+    let path =
+        std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/sensors.toml");
+    let overrides = Overrides { voxel_size_m: Some(0.2), noiseless: false };
+    let mut study = Study::load(&path, &overrides).unwrap();
+    let alone = |sensor: usize| perirobot_study::study::Combination {
+        name: study.sensors[sensor].name.clone(),
+        fusion: perirobot_march::backend::Fusion::OccupiedWins,
+        members: vec![Member { sensor, candidates: (0..study.sensors[sensor].candidates.len()).collect() }],
+    };
+    study.combinations = (0..study.sensors.len()).map(alone).collect();
+    let worlds = World::prepare_all(&study).unwrap();
+    (study, worlds)
+}
+
+#[test]
+fn every_kind_of_sensor_notices_where_it_watches() {
+    let (study, worlds) = every_kind();
+    for (number, sensor) in study.sensors.iter().enumerate() {
+        let mut met = Met::default();
+        let mut alone = study.clone();
+        alone.combinations = vec![study.combinations[number].clone()];
+        check_all(&alone, &worlds, 3, number as u32, &mut met, &sensor.name);
+        let is_met = met.voxels_hit + met.bodies_hit > 0;
+        let none = ["rgb", "known_robot"].contains(&sensor.kind.name());
+        assert_eq!(is_met, !none, "{}: {met:?}", sensor.name);
+    }
+}
+
+/// Joints trip a zone camera, and a body has none: it watches nothing even where people trip it.
+#[test]
+fn a_zone_camera_watches_nothing() {
+    let (study, worlds) = every_kind();
+    let mut tripped = 0;
+    for (number, sensor) in study.sensors.iter().enumerate().filter(|(_, s)| s.kind.name() == "rgb") {
+        for world in &worlds {
+            for candidate in 0..sensor.candidates.len() {
+                let choice = Choice { combination: number, choice: candidate, representation: 0, repeat: 0 };
+                let watchers = Watchers::new(&study, choice);
+                let truth = world.truth();
+                let station = world.station(&study, &truth, [number, candidate, 0]);
+                let claim = sensor.kind.claims(&station).swap_remove(0);
+                tripped += usize::from(claim.planes.is_some_and(|planes| !planes.hits.is_empty()));
+                assert!(watchers.watch(world, truth).voxels.is_empty(), "{}/{candidate}", sensor.name);
+            }
+        }
+    }
+    assert!(tripped > 0, "a zone is tripped somewhere");
+}

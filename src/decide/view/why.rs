@@ -1,0 +1,326 @@
+//! Finds why a voxel stays unknown: how the ray nearest to its centre ended, and which object stood in its
+//! way. `report` makes tables and advice from the reasons.
+//!
+//! # Theory
+//! The paper splits unknown space into what is monitored but occluded and what is not monitored. For a sensor
+//! that casts rays, the ray nearest to the voxel's centre decides: for a camera that of the pixel into which
+//! the centre falls, for any other table the ray whose direction is nearest to that of the centre, the first
+//! of equals. The first reason that applies is the voxel's:
+//!
+//! | reason | holds where | monitored |
+//! |---|---|---|
+//! | `out_of_view` | the centre is outside the field of view, and the ray does not cross the voxel; for a sensor without rays: the voxel is none of those that it speaks of | no |
+//! | `out_of_range` | the ray enters the voxel beyond the longest range, or, if it misses it, the centre is beyond | no |
+//! | `silent` | a switch speaks of the voxel, is off, and that certifies nothing | yes |
+//! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
+//! | `hidden` | the ray returned from an object before it came to the voxel | yes |
+//! | `blind` | the ray ended, before or behind the voxel, in an object nearer than the shortest range | yes |
+//! | `no_return` | the ray ended in nothing, or its return was lost, and that certifies nothing | yes |
+//! | `misread` | the ray returned from the voxel or from behind it, and noise, or a mount that is off, had it read before it; a cover's noise read the voxel elsewhere | yes |
+//! | `cancelled` | some sensor knows the voxel, and the others' votes weigh exactly as much against it | yes |
+//!
+//! The table is complete. A voxel is unknown if no sensor labels it, or if votes cancel. A sensor that casts
+//! leaves a voxel that the ray crosses without a label only if the ray was blind, was silent, or returned and
+//! was read before the voxel; in the last case its blocker lies before the voxel, or noise misread it.
+//! Keypoint volumes only add to what rays say. So the voxels of all reasons together are those that a sweep
+//! counts as `uo` and `uf`.
+//!
+//! * Where a mount is off, rays are looked at as they are believed to go. What ended one is what the true ray
+//!   ended in; it lies before the voxel if it was nearer than the believed ray enters the voxel.
+//! * A field of view ([`perirobot_study::sensor::FieldOfView`]) is a camera's image to the outer edges of its pixels;
+//!   of a LIDAR what lies within half a step of its outermost angles; of other tables what is as near to a
+//!   ray as the middle of four neighbours would be. A voxel that the ray crosses is in view wherever its
+//!   centre is: a scanner of one ring monitors all of its layer.
+//! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the
+//!   first in the scene's order. Tags and see-through objects end no ray. What hides may be the voxel's own
+//!   object: its far side, or its inside.
+//! * Of several sensors, the voxel's reason is that of the sensor which came nearest to knowing it, that of
+//!   the latest row in the table; of equals, of the first to speak. So a switch that is silent takes no
+//!   reason from a ray that looked there, and a voxel is out of view only if it is so for all.
+//! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.
+//!
+//! A voxel is *watched* ([`perirobot_study::sensor::watch`]) if a body in it would be noticed: what is monitored, less
+//! what something stands before or blinds.
+//!
+//! # Practice
+//! For each unknown voxel, as many closed forms as there are sensors; where a ray crosses the voxel within
+//! range, what ended it is searched again, in leaps. Voxels are looked at in parallel and each for itself, so
+//! that every machine finds the same.
+
+mod nearest;
+pub(super) mod sight;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{SensorView, View};
+use perirobot_march::backend::Rays;
+use perirobot_march::backend::cpu::{BlockerSearch, RaysFrom};
+use perirobot_march::march::{self, leap};
+use perirobot_march::voxel::BitGrid;
+use perirobot_scene::truth::{ObjectVoxels, Truth};
+use perirobot_study::sensor::Extent;
+use perirobot_study::sensor::look::Way;
+use sight::{Look, Sight};
+
+/// Why a voxel is unknown; reasons of sensors that came nearer to knowing it come later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Reason {
+    /// No sensor looks there.
+    OutOfView,
+    /// It is too far away.
+    OutOfRange,
+    /// A switch watches it and is off, which certifies nothing.
+    Silent,
+    /// No ray crosses it.
+    BetweenRays,
+    /// Something stands before it.
+    Hidden,
+    /// Something stands too near to the sensor.
+    Blind,
+    /// Nothing behind it returns the ray, or the return is lost, which certifies nothing.
+    NoReturn,
+    /// Noise read the sensor's return elsewhere.
+    Misread,
+    /// The votes of several sensors cancel each other.
+    Cancelled,
+}
+
+impl Reason {
+    /// All of them, in their order.
+    pub const ALL: [Reason; 9] = [
+        Reason::OutOfView,
+        Reason::OutOfRange,
+        Reason::Silent,
+        Reason::BetweenRays,
+        Reason::Hidden,
+        Reason::Blind,
+        Reason::NoReturn,
+        Reason::Misread,
+        Reason::Cancelled,
+    ];
+
+    /// As in the column `reason` of reasons.csv.
+    pub fn name(self) -> &'static str {
+        match self {
+            Reason::OutOfView => "out_of_view",
+            Reason::OutOfRange => "out_of_range",
+            Reason::Silent => "silent",
+            Reason::BetweenRays => "between_rays",
+            Reason::Hidden => "hidden",
+            Reason::Blind => "blind",
+            Reason::NoReturn => "no_return",
+            Reason::Misread => "misread",
+            Reason::Cancelled => "cancelled",
+        }
+    }
+
+    /// Whether some sensor watches the voxel all the same: what the paper calls monitored, but occluded.
+    pub fn is_monitored(self) -> bool {
+        !matches!(self, Reason::OutOfView | Reason::OutOfRange | Reason::BetweenRays)
+    }
+}
+
+/// A reason, and the object to blame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Cause {
+    /// The reason.
+    pub reason: Reason,
+    /// The object that a hidden or a blind voxel's ray ended in, by its index in [`Truth::objects`].
+    pub object: Option<usize>,
+}
+
+/// Voxels that are unknown for the same cause.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Missed {
+    /// Why.
+    pub cause: Cause,
+    /// Which, over the smallest window that holds them.
+    pub voxels: BitGrid,
+}
+
+/// How many voxels are unknown for a cause.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CauseTally {
+    /// Why.
+    pub cause: Cause,
+    /// Those that are truly occupied.
+    pub occupied: u64,
+    /// Those that are truly free.
+    pub free: u64,
+    /// Those of the occupied that are a person's.
+    pub human: u64,
+}
+
+impl CauseTally {
+    /// Occupied and free.
+    pub fn voxels(&self) -> u64 {
+        self.occupied + self.free
+    }
+}
+
+impl View<'_> {
+    /// Why voxels of a set are unknown: each cause that occurs, in order, with its voxels.
+    pub(crate) fn why(&self, of: &BitGrid) -> Vec<Missed> {
+        let mut unknown = of.clone();
+        unknown.remove(&self.labels.occupied);
+        unknown.remove(&self.labels.free);
+        let witnesses: Vec<_> = self.members.iter().map(|member| Witness::new(self, member)).collect();
+        let voxels: Vec<_> = unknown.voxels().collect();
+        let causes: Vec<_> = voxels.par_iter().map(|&voxel| cause(&witnesses, voxel)).collect();
+        let mut planes = BTreeMap::new();
+        for (voxel, cause) in voxels.into_iter().zip(causes) {
+            planes.entry(cause).or_insert_with(|| BitGrid::new(unknown.window())).set(voxel);
+        }
+        planes.into_iter().map(|(cause, plane)| Missed { cause, voxels: plane.trimmed() }).collect()
+    }
+
+    /// Why voxels of all regions are unknown.
+    pub fn why_in_regions(&self) -> Vec<Missed> {
+        self.why(&self.world.in_regions())
+    }
+
+    /// How many of the missed voxels lie in a region; together, as many as are unknown there.
+    pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<CauseTally> {
+        let truth = &self.truth;
+        let of = |Missed { cause, voxels }: &Missed| {
+            let mut inside = voxels.clone();
+            inside.keep(&self.world.regions[region].voxels);
+            let all = inside.count();
+            inside.keep(&truth.occupied);
+            let occupied = inside.count();
+            inside.keep(&truth.human);
+            CauseTally { cause: *cause, occupied, free: all - occupied, human: inside.count() }
+        };
+        missed.iter().map(of).filter(|tally| tally.voxels() > 0).collect()
+    }
+
+    /// The name of the object to blame.
+    pub fn object(&self, cause: &Cause) -> Option<&str> {
+        cause.object.map(|index| self.truth.objects[index].name.as_str())
+    }
+}
+
+/// The cause of the sensor that came nearest to knowing a voxel.
+fn cause(witnesses: &[Witness], voxel: [i32; 3]) -> Cause {
+    let all = witnesses.iter().map(|witness| witness.cause(voxel));
+    // The first of equals, so that the object does not depend on later sensors.
+    let latest = all.reduce(|best, next| if next.reason > best.reason { next } else { best });
+    latest.unwrap_or(Cause { reason: Reason::OutOfView, object: None })
+}
+
+/// Finds why one sensor does not know a voxel.
+struct Witness<'a> {
+    truth: &'a Truth,
+    member: &'a SensorView,
+    means: Means<'a>,
+}
+
+enum Means<'a> {
+    /// A sensor with rays, and what finds how they ended.
+    Rays { sight: Sight<'a>, rays: &'a Rays, search: &'a BlockerSearch, from: RaysFrom },
+    /// A sensor that labels a volume, and the reason for voxels in it that it left without a label.
+    Volume { voxels: BitGrid, otherwise: Reason },
+}
+
+impl<'a> Witness<'a> {
+    fn new(view: &'a View, member: &'a SensorView) -> Self {
+        let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
+        let means = match &view.tables[member.sensor] {
+            Some(rays) if member.casts => {
+                let sight = Sight::new(rays, &member.placement, kind.field_of_view());
+                let search = view.search.get_or_init(|| BlockerSearch::new(&truth.blockers));
+                let from = search.from(member.placement.caster().origin_q16);
+                Means::Rays { sight, rays, search, from }
+            }
+            _ => {
+                let station = view.world.station(
+                    view.study,
+                    truth,
+                    [member.sensor, member.candidate, view.choice.repeat],
+                );
+                let mut voxels = BitGrid::new(truth.grid.window());
+                if let Extent::Only(volume) | Extent::RaysAnd(volume) = kind.reach(&station) {
+                    voxels.add(&volume);
+                }
+                if let Some(volume) = kind.wherever_it_stands(truth) {
+                    voxels.add(&volume);
+                }
+                let says_nothing = member.says.occupied.is_empty() && member.says.free.is_empty();
+                let otherwise = if says_nothing { Reason::Silent } else { Reason::Misread };
+                Means::Volume { voxels, otherwise }
+            }
+        };
+        Witness { truth, member, means }
+    }
+
+    fn cause(&self, voxel: [i32; 3]) -> Cause {
+        let because = |reason| Cause { reason, object: None };
+        if self.member.says.occupied.get(voxel) || self.member.says.free.get(voxel) {
+            return because(Reason::Cancelled);
+        }
+        match &self.means {
+            Means::Volume { voxels, otherwise } if voxels.get(voxel) => because(*otherwise),
+            Means::Volume { .. } => because(Reason::OutOfView),
+            Means::Rays { sight, rays, search, from } => {
+                let Look { in_view, ray, squared_q32 } = sight.look(voxel);
+                let begin = ray.map(|ray| (ray, sight.start(ray)));
+                let crosses =
+                    begin.and_then(|(ray, begin)| Some((ray, begin, leap::entry_q16(&begin, voxel)?)));
+                // Of a voxel that no ray crosses, the ray nearest to it.
+                let gates = ray.map_or(rays.gates, |ray| rays.gates_of(ray as usize));
+                let range_q16 = gates.range_max_q16;
+                match crosses {
+                    None if !in_view => because(Reason::OutOfView),
+                    None if squared_q32 > i128::from(range_q16).pow(2) => because(Reason::OutOfRange),
+                    None => because(Reason::BetweenRays),
+                    Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
+                    Some((ray, begin, entered_q16)) => {
+                        let way = Way::of(&self.member.placement, rays.dirs_q15[ray as usize]);
+                        let hit = search.first(from, way.truly_q16, &gates);
+                        self.ended((ray, hit), &begin, rays, (voxel, entered_q16))
+                    }
+                }
+            }
+        }
+    }
+
+    /// Why a voxel stays unknown that a ray, as it is believed to go, crosses within its range, and that truly
+    /// hit something or nothing.
+    fn ended(
+        &self,
+        (ray, hit): (u32, Option<march::Crossing>),
+        begin: &march::March,
+        rays: &Rays,
+        (voxel, entered_q16): ([i32; 3], u32),
+    ) -> Cause {
+        let because = |reason| Cause { reason, object: None };
+        let from = &self.member.placement;
+        let Some(hit) = hit else { return because(Reason::NoReturn) };
+        let reason = if hit.t_q16 < rays.gates_of(ray as usize).range_min_q16 {
+            Reason::Blind
+        } else if march::is_lost(march::draw(from.draws, ray), rays.noise.lost_below) {
+            return because(Reason::NoReturn);
+        } else {
+            // All rays from one voxel to another cross the same number of boundaries; where a mount is off,
+            // distances are compared instead.
+            let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
+            let is_before = match from.truly {
+                None => crossings(voxel) > crossings(hit.voxel),
+                Some(_) => entered_q16 > hit.t_q16,
+            };
+            if !is_before {
+                return because(Reason::Misread);
+            }
+            Reason::Hidden
+        };
+        let objects = &self.truth.objects;
+        let stands = |object: &Arc<ObjectVoxels>| object.stops_rays && object.voxels.get(hit.voxel);
+        Cause { reason, object: objects.iter().position(stands) }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,91 @@
+//! Writes a view as files for other programs: octovis, CloudCompare, numpy, Blender. Each format has a file
+//! here, with a function from a view to bytes.
+
+pub mod glb;
+pub mod npz;
+pub mod octomap;
+pub mod points;
+mod ros;
+
+use perirobot_decide::view::View;
+use perirobot_march::Result;
+use perirobot_scene::scene::Scene;
+use perirobot_sweep::results::columns::{pose_names, representation_names};
+
+/// A file, and what is in it, for people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct File {
+    /// Its name in the folder.
+    pub name: String,
+    /// What is in it.
+    pub bytes: Vec<u8>,
+    /// What that is, in a few words.
+    pub holds: String,
+}
+
+/// What a view is of: its poses, its scene, its representation, and the repeat where there are several.
+pub(crate) fn title(view: &View) -> [String; 4] {
+    let (study, choice) = (view.study, &view.choice);
+    let combination = &study.combinations[choice.combination];
+    let repeat = if study.repeats > 1 { format!("repeat {}", choice.repeat) } else { String::new() };
+    [
+        pose_names(study, combination, choice.choice),
+        view.world.title(study),
+        representation_names(study, combination).swap_remove(choice.representation),
+        repeat,
+    ]
+}
+
+/// A name for the folder of a view, different for each: letters, digits, hyphens and dots.
+pub fn folder_name(view: &View) -> String {
+    let parts = title(view).into_iter().filter(|part| !part.is_empty());
+    parts.map(|part| file_name(&part)).collect::<Vec<_>>().join(".")
+}
+
+/// Hands over every file of a view, one after the other. `scene` is what its world was made of.
+pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(File) -> Result<()>) -> Result<()> {
+    let mut out = |name: String, bytes, holds: String| take(File { name, bytes, holds });
+    let counts = |(occupied, free)| format!("{occupied} voxels occupied, {free} free");
+    let (octree, held) = octomap::labels(view)?;
+    out("labels.bt".into(), octree.clone(), counts(held))?;
+    let (bytes, held) = octomap::truth(view)?;
+    out("truth.bt".into(), bytes, counts(held))?;
+    let names = sensor_file_names(view);
+    for (member, name) in view.members.iter().zip(&names) {
+        let (bytes, held) = octomap::evidence(view, member)?;
+        out(format!("evidence-{name}.bt"), bytes, counts(held))?;
+    }
+    for (member, name) in view.members.iter().zip(&names).filter(|(member, _)| member.cast.is_some()) {
+        let returns = view.returns(member);
+        let holds = format!("{} points", returns.len());
+        out(format!("points-{name}.ply"), points::ply(view, member, &returns), holds.clone())?;
+        out(format!("points-{name}.pcd"), points::pcd(view, member, &returns), holds)?;
+    }
+    let [x, y, z] = view.world.grid.size;
+    out("view.npz".into(), npz::bytes(view)?, format!("{x} × {y} × {z} voxels"))?;
+    let (bytes, nodes) = glb::bytes(view, scene)?;
+    out("cell.glb".into(), bytes, format!("{nodes} objects and sensors"))?;
+    ros::files(view, &octree)?.into_iter().try_for_each(take)
+}
+
+/// A name for the files of each sensor; no two are the same.
+fn sensor_file_names(view: &View) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for member in &view.members {
+        let name = file_name(&view.study.sensors[member.sensor].name);
+        let again = (2..).map(|n| format!("{name}-{n}"));
+        let free = std::iter::once(name.clone()).chain(again).find(|name| !names.contains(name));
+        names.extend(free);
+    }
+    names
+}
+
+/// A name that every file system takes: letters, digits, hyphens and underscores.
+pub(crate) fn file_name(name: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '-' };
+    let plain: String = name.chars().map(plain).collect();
+    plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+#[cfg(test)]
+mod tests;

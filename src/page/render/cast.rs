@@ -1,0 +1,124 @@
+//! Casts the rays of a picture on a backend like those of any sensor: in which voxel each ends, where, and on
+//! which face.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::eye::PictureCamera;
+use perirobot_march::Result;
+use perirobot_march::backend::{Backend, GridPose, Noise, Rays, VoxelScene};
+use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
+use perirobot_march::voxel::grid::MAX_VOXELS_PER_AXIS;
+use perirobot_march::voxel::{BitGrid, Grid, People, Window};
+use perirobot_study::sensor::quantise_q15;
+
+/// Rays that are cast in one go, so that a large picture fits any device.
+const MOST_RAYS: usize = 1 << 20;
+
+/// Where a ray of the picture ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Hit {
+    /// The voxel, in the grid of the scene.
+    pub(super) voxel: [i32; 3],
+    /// The axis across which it was entered.
+    pub(super) axis: usize,
+    /// −1 or 1: the way of the ray along it, so that the face looks the other way.
+    pub(super) step: i32,
+    /// How far away.
+    pub(super) distance_q16: u32,
+}
+
+/// Casts every ray of a picture at a plane of voxels of a grid.
+pub(super) fn cast(
+    plane: &BitGrid,
+    grid: &Grid,
+    camera: &PictureCamera,
+    backend: &mut dyn Backend,
+) -> Result<Vec<Option<Hit>>> {
+    let (scene, shift, around) = around(plane, grid, camera.eye_m)?;
+    let row = |r: usize| std::array::from_fn(|a| quantise_q15(camera.rotation.col(a)[r]));
+    let placement = GridPose {
+        origin_q16: around.position_q16(camera.eye_m).map(|x| x as i32),
+        axis_q15: std::array::from_fn(row),
+        truly: None,
+        draws: 0,
+    };
+    let [width, height] = camera.size;
+    let pixels = (0..height).flat_map(|v| (0..width).map(move |u| [u, v]));
+    let dirs: Vec<[i32; 3]> =
+        pixels.map(|pixel| camera.direction(pixel).normalize().to_array().map(quantise_q15)).collect();
+    let mut hits = Vec::with_capacity(dirs.len());
+    for dirs_q15 in dirs.chunks(MOST_RAYS) {
+        backend.tables(&[rays(dirs_q15)])?;
+        backend.load(&scene)?;
+        let ends = backend.read(0, &placement)?.ends;
+        hits.par_extend(ends.par_iter().zip(dirs_q15).map(|(end, dir_q15)| {
+            (end.kind == RETURN).then(|| hit(&placement, *dir_q15, end.crossings, shift))
+        }));
+    }
+    Ok(hits)
+}
+
+/// The plane in a grid that holds the eye as well, how far its voxels are moved there, and that grid.
+fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i32; 3], Grid)> {
+    let eye = Grid::voxel_of(grid.position_q16(eye_m));
+    let window = plane.window().union(&Window::between(eye, eye));
+    if let Some(axis) = (0..3).find(|&r| window.size[r] > MAX_VOXELS_PER_AXIS) {
+        let DVec3 { x, y, z } = eye_m;
+        let what = format!(
+            "the eye at {x:.2}, {y:.2}, {z:.2} and the cell are {} voxels along {}, at \
+                    most {MAX_VOXELS_PER_AXIS} fit",
+            window.size[axis],
+            ["x", "y", "z"][axis]
+        );
+        let cure = Words::from("come nearer (a wider ")
+            + Argument::FovDeg
+            + " does, too), or take larger voxels ("
+            + Argument::VoxelSize
+            + ")";
+        return Err(Issue::too_large(what).wanted(cure).at(Argument::From).into());
+    }
+    let shift = window.min.map(|low| -low);
+    let whole = Window { min: [0; 3], size: window.size };
+    let moved = BitGrid::from_words(plane.window().moved(shift), plane.words().to_vec())
+        .expect("a plane has the words of its window");
+    let one = Window::between([0; 3], [0; 3]);
+    let none = BitGrid::new(one);
+    let scene = VoxelScene {
+        blockers: moved.over(whole).into(),
+        over_time: None,
+        // Only how rays end is looked at.
+        window: one,
+        truth: none.clone(),
+        human: none.clone(),
+        robot: none.clone(),
+        regions: vec![none],
+        people: People::default(),
+    };
+    let origin = std::array::from_fn(|r| grid.origin[r] - shift[r]);
+    Ok((scene, shift, Grid { origin, size: window.size, ..*grid }))
+}
+
+/// Rays that go as far as any can, without noise.
+fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
+    let gates = Gates {
+        range_min_q16: 0,
+        range_max_q16: MAX_RANGE_VOXELS << 16,
+        along_axis: false,
+        near_ignore_q16: 0,
+        no_return_is_free: false,
+        backdrop: false,
+    };
+    Rays { dirs_q15: dirs_q15.to_vec(), image: None, gates, noise: Noise::default() }
+}
+
+/// Follows a ray that returned to its end once more.
+fn hit(from: &GridPose, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
+    let ray = from.launch(dir_q15);
+    let at_start = march::Crossing { t_q16: 0, axis: 0, voxel: ray.voxel };
+    let march::Crossing { t_q16: distance_q16, axis, voxel } =
+        march::last_crossing(ray, crossings).unwrap_or(at_start);
+    let voxel = std::array::from_fn(|r| voxel[r] - shift[r]);
+    Hit { voxel, axis, step: ray.step[axis], distance_q16 }
+}

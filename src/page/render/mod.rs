@@ -1,0 +1,179 @@
+//! Draws a cell and what a choice of poses sees in it. Each pixel is a few rays of a camera, cast by the same
+//! backend that scores.
+//!
+//! # Practice
+//! The voxel in which a ray ends is the same on every backend, and colours are computed on the host, so the
+//! CPU and any GPU draw the same bytes.
+
+mod above;
+mod canvas;
+mod cast;
+mod colour;
+mod cut;
+mod eye;
+mod legend;
+mod overlay;
+pub mod plan;
+pub(crate) mod scale;
+pub mod svg;
+
+pub use canvas::Canvas;
+pub use colour::Colour;
+pub(crate) use colour::Palette;
+#[cfg(feature = "report")]
+pub(crate) use colour::ramp;
+pub use eye::{Eye, point};
+use perirobot_decide::approach::Way;
+use perirobot_decide::view::{Verdict, View};
+use perirobot_march::backend::Backend;
+use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::voxel::BitGrid;
+use perirobot_march::{Error, Result};
+use perirobot_study::world::World;
+
+use cast::Hit;
+use cut::Cut;
+use eye::PictureCamera;
+use glam::DVec3;
+
+/// Rays along each side of a pixel.
+const FINE: u32 = 2;
+
+/// Most pixels on a side, and least.
+pub const SIDES_PX: std::ops::RangeInclusive<u32> = 64..=4096;
+
+/// Full horizontal angles of view, in degrees.
+pub const ANGLES_DEG: std::ops::RangeInclusive<f64> = 1.0..=150.0;
+
+/// What a picture is to show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    /// Where it is seen from.
+    pub eye: Eye,
+    /// The point in the middle of the picture, in world metres; the middle of the cell unless said.
+    pub look_at_m: Option<DVec3>,
+    /// Full horizontal angle of view in radians.
+    pub fov_rad: f64,
+    /// Width and height in pixels, the legend included.
+    pub size_px: [u32; 2],
+    /// What the colours say.
+    pub colour: Colour,
+    /// Only the voxels of this region are drawn.
+    pub only_region: Option<usize>,
+    /// Nothing is drawn above this height in the world.
+    pub cut_above_m: Option<f64>,
+    /// Sides of the cell between it and the eye are taken off, so thick.
+    pub open_m: f64,
+    /// About so many returns of each sensor are drawn as dots, or all.
+    pub points: usize,
+    /// Ways of bodies that are drawn, visible through everything.
+    pub ways: Vec<Way>,
+}
+
+impl Default for Wish {
+    /// The whole cell from a corner, by role, with walls before it taken off: as `render` draws where nothing else is
+    /// said.
+    fn default() -> Wish {
+        Wish {
+            eye: Eye::ISO,
+            look_at_m: None,
+            fov_rad: 45f64.to_radians(),
+            size_px: [960, 600],
+            colour: Colour::Role,
+            only_region: None,
+            cut_above_m: None,
+            open_m: 0.1,
+            points: 3000,
+            ways: Vec::new(),
+        }
+    }
+}
+
+/// Draws a cell, or what a view of it sees. The backend forgets what it had loaded.
+///
+/// # Errors
+/// When the picture cannot be made as wished, with what would work, and those of the backend.
+pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn Backend) -> Result<Canvas> {
+    let palette = colour::Palette::new(world, view, wish.colour)?;
+    let whole = Cut { open_m: 0.0, ..Cut::of(wish) }.solid(world, DVec3::ZERO);
+    if whole.is_empty() {
+        let both =
+            Words::from(Argument::OnlyRegion) + " and " + Argument::CutAbove + " leave nothing to draw";
+        return Err(Issue::says(both).wanted("widen them").into());
+    }
+    let haze = view
+        .filter(|_| wish.colour == Colour::Label)
+        .map(|view| Cut::of(wish).plane(world, beyond_returns(view)));
+    let haze = haze.filter(|haze| !haze.is_empty());
+    let mut entries = palette.entries(&whole, haze.is_some(), view.filter(|_| wish.points > 0));
+    entries.extend(wish.ways.iter().map(|way| colour::Entry::Patch(colour::WAY, way.words())));
+    let legend = legend::Legend::new(legend::title(world, view), entries, wish.size_px[0]);
+    let height = wish.size_px[1].saturating_sub(legend.height_px());
+    if height < 32 {
+        let least = legend.height_px() + 32;
+        let rule = format!("at least {least} pixels high");
+        return Err(Error::input(Argument::Size, "the legend leaves no room").wanted(rule));
+    }
+    let size = [wish.size_px[0] * FINE, height * FINE];
+    let camera = PictureCamera::new(wish, size, &world.grid, &whole)?;
+    let solid = Cut::of(wish).solid(world, camera.eye_m);
+    let mut samples = paint(world, &palette, &solid, haze.as_ref(), &camera, backend)?;
+    if let Some(view) = view {
+        let dots = Cut::of(wish).dots(world, camera.eye_m);
+        overlay::points(&mut samples, view, wish.points, &dots, &camera);
+        overlay::sensors(&mut samples, view, &camera);
+    }
+    overlay::ways(&mut samples, &wish.ways, &camera);
+    let mut canvas = Canvas::white(wish.size_px);
+    canvas.paste(&samples.colours, size, FINE);
+    if wish.eye.is_above() {
+        above::draw(&mut canvas, world, &camera, height, wish.cut_above_m);
+    }
+    legend.draw(&mut canvas, height);
+    Ok(canvas)
+}
+
+/// Free space that is called occupied though no ray was read there: volumes around what was detected, zones.
+/// Returns that noise puts beside what they hit are dots.
+fn beyond_returns(view: &View) -> BitGrid {
+    let mut voxels = view.voxels(Verdict::Fp);
+    let cast = view.members.iter().filter_map(|member| member.cast.as_ref());
+    cast.for_each(|cast| voxels.remove(&cast.planes.occupied));
+    voxels
+}
+
+/// The rays of a picture, row by row.
+struct Samples {
+    colours: Vec<[u8; 3]>,
+    /// How far each sees, in 1/65536 voxels.
+    depths_q16: Vec<u32>,
+}
+
+fn paint(
+    world: &World,
+    palette: &colour::Palette,
+    solid: &BitGrid,
+    haze: Option<&BitGrid>,
+    camera: &PictureCamera,
+    backend: &mut dyn Backend,
+) -> Result<Samples> {
+    let grid = &world.grid;
+    let hits = cast::cast(solid, grid, camera, backend)?;
+    let mut colours: Vec<[u8; 3]> = hits
+        .iter()
+        .map(|hit| hit.map_or(colour::SKY, |hit| colour::shaded(palette.of(hit.voxel), &hit, solid)))
+        .collect();
+    let far = |hit: &Option<Hit>| hit.map_or(u32::MAX, |hit| hit.distance_q16);
+    if let Some(haze) = haze {
+        let before = cast::cast(haze, grid, camera, backend)?;
+        for ((colour, hit), before) in colours.iter_mut().zip(&hits).zip(&before) {
+            if let Some(veil) = before.filter(|veil| veil.distance_q16 < far(hit)) {
+                *colour = colour::veiled(*colour, &veil, haze);
+            }
+        }
+    }
+    Ok(Samples { colours, depths_q16: hits.iter().map(far).collect() })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,180 @@
+//! The best sets of sensors: the tables of the front, of a set and of places, and all of it as text.
+
+use super::table::{NONE, Table};
+use perirobot_decide::choose::{Asked, AskedScore, Chosen, ToldRefined, ToldSet, ToldStep};
+use perirobot_march::metrics::Score;
+use perirobot_study::study::Across;
+
+/// The question and the front.
+pub fn overview(chosen: &Chosen) -> String {
+    format!("asked: {}\n\n{}{}\n", question(chosen, &AS_IN_FILES), front(chosen).text(), how_to_read(chosen))
+}
+
+/// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
+pub fn render(chosen: &Chosen) -> String {
+    let score = chosen.asked.objective.title();
+    let mut text = overview(chosen);
+    text += &places(chosen).text();
+    if let Some(best) = chosen.told.best() {
+        text += &format!("\nbest set: {}\n{}", scored(&best.best, score), set(&best.best, score).text());
+    }
+    for refined in chosen.told.refined.iter().flatten() {
+        text += &format!("\n{}\n", refined_words(refined, score));
+        if let Some(best) = &refined.best {
+            text += &set(best, score).text();
+        }
+    }
+    if chosen.told.refined.iter().flatten().any(|refined| refined.best.is_some()) {
+        text += &format!("\n{HOW_TO_LIST}\n");
+    }
+    for tie in &chosen.told.ties {
+        text += &format!("\nnearly as good elsewhere: {}\n{}", scored(tie, score), set(tie, score).text());
+    }
+    text
+}
+
+/// How scores are called.
+pub(super) struct Spelling {
+    pub(super) score: fn(Score) -> String,
+    /// Of which counts.
+    pub(super) over: fn(Across) -> &'static str,
+    /// The least that a score must be.
+    pub(super) least: fn(Score, f64) -> String,
+}
+
+/// Scores by their names in files.
+const AS_IN_FILES: Spelling =
+    Spelling { score: |score| score.title().into(), over: Across::name, least: |_, least| least.to_string() };
+
+/// What was asked, in a sentence or two.
+pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
+    let Chosen { candidates, asked, .. } = chosen;
+    let Asked { objective, over, region, at_most, .. } = asked;
+    let (score, over) = ((spelling.score)(*objective), (spelling.over)(*over));
+    let mut text = format!(
+        "the highest {score} ({over}) in region {region}, by at most {at_most} {}",
+        if *at_most == 1 { "sensor" } else { "sensors" }
+    );
+    if let Some(budget) = asked.budget {
+        text += &format!(" for {budget} together");
+    }
+    if asked.apart_m > 0.0 {
+        text += &format!(", {} m apart", asked.apart_m);
+    }
+    if !asked.always.is_empty() {
+        text += &format!(", always with {}", asked.always.join(", "));
+    }
+    for AskedScore { score, over, at_least } in &asked.require {
+        let (name, over, least) =
+            ((spelling.score)(*score), (spelling.over)(*over), (spelling.least)(*score, *at_least));
+        text += &format!(", with {name} ({over}) {least} or more");
+    }
+    let sensors: Vec<&str> = asked.sensors.keys().map(String::as_str).collect();
+    text + &format!("; among {candidates} poses of {}", sensors.join(", "))
+}
+
+/// What the front's columns say, and what is certified.
+pub(super) fn how_to_read(chosen: &Chosen) -> String {
+    let score = chosen.asked.objective.title();
+    let proven = chosen.told.steps.iter().filter(|step| step.proven).count();
+    let of = match proven {
+        0 => "nothing is proven".into(),
+        _ if proven == chosen.told.steps.len() => format!("proven for {}", chosen.certified),
+        _ => format!("what is proven is so for {}", chosen.certified),
+    };
+    let costs = if is_priced(chosen) { " for that cost or less" } else { "" };
+    format!(
+        "bound: no set of at most so many sensors{costs} has a higher {score}; {of}.\n\
+         gain: by how much it is above the best set of fewer sensors{costs}.\n"
+    )
+}
+
+fn is_priced(chosen: &Chosen) -> bool {
+    chosen.told.steps.iter().any(|step| step.best.cost.is_some())
+}
+
+/// The front, a row for each step.
+pub(super) fn front(chosen: &Chosen) -> Table {
+    let priced = is_priced(chosen);
+    let cost: &[&str] = if priced { &["cost"] } else { &[] };
+    let score = chosen.asked.objective.title();
+    let mut table = Table::new(&[&["at most"], cost, &[score, "<bound", "gain", "<set"]].concat());
+    for step in &chosen.told.steps {
+        let cost = step.best.cost.map(|cost| cost.to_string()).filter(|_| priced);
+        let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
+        let cells = [four(step.best.score), bound(step), gain, step.best.name()];
+        table.row([step.at_most.to_string()].into_iter().chain(cost).chain(cells));
+    }
+    table
+}
+
+/// What no set of a step is above, in words.
+fn bound(step: &ToldStep) -> String {
+    match step.no_set_is_above {
+        Some(bound) if step.proven => format!("{} proven", four(bound)),
+        // Rounded up, since it is a bound.
+        Some(bound) => {
+            let up = |value: f64| (value * 1e4).ceil() / 1e4;
+            format!("{} ({:+.4})", four(up(bound)), up(bound - step.best.score))
+        }
+        None => "no bound".into(),
+    }
+}
+
+/// Where the poses of the front are, in words.
+pub(super) fn places(chosen: &Chosen) -> Table {
+    let mut table = Table::new(&["<pose", "<place"]);
+    let mut told: Vec<&String> = Vec::new();
+    for best in chosen.told.steps.iter().map(|step| &step.best) {
+        for (pose, one) in best.poses.iter().zip(&best.sensors) {
+            if !told.contains(&pose) {
+                told.push(pose);
+                table.row([pose.clone(), one.place.clone()]);
+            }
+        }
+    }
+    table
+}
+
+/// A set in words: its score and its cost.
+pub(super) fn scored(set: &ToldSet, score: &str) -> String {
+    let cost = set.cost.map_or(String::new(), |cost| format!(", cost {cost}"));
+    format!("{score} {}{cost}", four(set.score))
+}
+
+/// A set sensor by sensor: what each is worth, and where it is.
+pub(super) fn set(set: &ToldSet, score: &str) -> Table {
+    let cost: &[&str] = if set.cost.is_some() { &["cost"] } else { &[] };
+    let without = format!("{score} without it");
+    let mut table = Table::new(&[&["<sensor", "<pose"], cost, &[&without, "<place"]].concat());
+    for one in &set.sensors {
+        let cost = one.cost.map(|cost| cost.to_string()).filter(|_| set.cost.is_some());
+        let without = one.score_without.map_or(NONE.into(), four);
+        let names = [one.sensor.clone(), one.pose.clone()];
+        table.row(names.into_iter().chain(cost).chain([without, one.place.clone()]));
+    }
+    table
+}
+
+/// What was found around the best set of a size, in words.
+pub(super) fn refined_words(refined: &ToldRefined, score: &str) -> String {
+    let ToldRefined { at_most, score_before, rounds, cast, stays, .. } = refined;
+    let found = match (&refined.best, refined.gain) {
+        (Some(best), Some(gain)) => format!("{}, {gain:+.4} by finer poses, not proven", scored(best, score)),
+        _ => format!("{score} {}, nothing gained by finer poses", four(*score_before)),
+    };
+    let stay = match stays.as_slice() {
+        [] => String::new(),
+        [pose] => format!("; {pose} stays as listed"),
+        poses => format!("; {} stay as listed", poses.join(", ")),
+    };
+    format!("refined, at most {at_most}: {found} ({cast} poses cast in {rounds} rounds{stay})")
+}
+
+/// How the poses that refining found get into a study.
+pub(super) const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them as [[sensor.poses]] name = \"refined\", \
+                                      csv = \"refined.csv\".";
+
+fn four(value: f64) -> String {
+    format!("{value:.4}")
+}

@@ -1,0 +1,97 @@
+//! How scores are distributed over the choices of poses: a box for each representation of each combination, over all
+//! scenes and in each.
+
+use super::axis::{Scale, axis_name, columns, score_name, span};
+use super::part::Part;
+use super::sheet::{EDGE, Sheet, WIDTH, colour, cut, width_of};
+use crate::report::distribution::{Distribution, distribution};
+use perirobot_march::Result;
+use perirobot_sweep::results::Results;
+
+/// The height of a box with the room around it, of a line with the name of scenes, and of the box alone.
+const ROW: f64 = 21.0;
+const HEAD: f64 = 22.0;
+const BOX: f64 = 13.0;
+
+/// The caption and the file of the figure of a region.
+pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(String, Vec<u8>)> {
+    let titles: Vec<String> = part.series.iter().map(|series| series.title(results)).collect();
+    let name = &results.regions[region];
+    let scores = part.scores.iter().map(|score| score_name(*score)).collect::<Vec<_>>().join(" and ");
+    let caption =
+        format!("How {scores} in region {name} are distributed over all choices of poses, by representation");
+    let notes = format!(
+        "A choice of poses counts with {}{}. Box: the middle half of the choices; thick line: the median; thin lines end \
+         at the least and the largest. Dotted line: the best answer that needs no sensor, where it lies on the axis.",
+        part.whole().is_mean_of(results),
+        if part.extents.len() > 1 { ", below it each scene for itself" } else { "" },
+    );
+    let mut sheet = Sheet::new(&caption, &notes);
+    let left = titles.iter().map(|title| width_of(title)).fold(60.0, f64::max).min(230.0);
+    let places = columns(part.scores.len(), [EDGE + left + 10.0, WIDTH - EDGE]);
+    let top = sheet.y;
+    let mut end = top;
+    for (&score, &places) in part.scores.iter().zip(&places) {
+        let mut found: Vec<Vec<Option<Distribution>>> = Vec::new();
+        for extent in &part.extents {
+            let of = part.series.iter().map(|series| {
+                let values = series.over(results, &extent.moments, region, score)?;
+                Ok(distribution(values.into_iter().flatten().map(|over| over.mean).collect()))
+            });
+            found.push(of.collect::<Result<_>>()?);
+        }
+        let Some(ends) = span(found.iter().flatten().flatten().flat_map(|d| [d.min, d.max])) else {
+            sheet.words("soft", [places[0], top + HEAD], "no choice of poses has a value here");
+            continue;
+        };
+        let scale = Scale { ends, places };
+        sheet.y = top + part.extents.len() as f64 * (HEAD + part.series.len() as f64 * ROW) + 4.0;
+        scale.below(&mut sheet, top + HEAD - 4.0, &axis_name(score));
+        end = end.max(sheet.y + 40.0);
+        let mut y = top;
+        for (extent, row) in part.extents.iter().zip(&found) {
+            sheet.words("soft over", [places[0], y + 15.0], &extent.bounds(results, region, score));
+            y += HEAD;
+            let rows_end = y + row.len() as f64 * ROW;
+            for ((number, found), title) in row.iter().enumerate().zip(&titles) {
+                if let Some(found) = found {
+                    spread(&mut sheet, &scale, y, found, (colour(number), title));
+                }
+                y += ROW;
+            }
+            let without = extent.without(results, region, score).filter(|(_, value)| scale.holds(*value));
+            if let Some((_, value)) = without {
+                sheet.path(
+                    "without",
+                    &format!("M{} {}V{rows_end}", scale.at(value), rows_end - row.len() as f64 * ROW),
+                );
+            }
+        }
+    }
+    sheet.y = top;
+    for extent in &part.extents {
+        sheet.words("strong", [EDGE, sheet.y + 15.0], &cut(&extent.name, left));
+        sheet.y += HEAD;
+        for title in &titles {
+            sheet.words("end", [EDGE + left, sheet.y + 14.0], &cut(title, left));
+            sheet.y += ROW;
+        }
+    }
+    sheet.y = end.max(sheet.y);
+    Ok((caption + ".", sheet.finish().into_bytes()))
+}
+
+/// Draws one row.
+fn spread(sheet: &mut Sheet, scale: &Scale, y: f64, found: &Distribution, (fill, title): (&str, &str)) {
+    let Distribution { min, lower_quartile, median, upper_quartile, max, values } = *found;
+    let [least, lower, middle, upper, most] =
+        [min, lower_quartile, median, upper_quartile, max].map(|value| scale.at(value));
+    let (top, bottom, at) = (y + (ROW - BOX) / 2.0, y + (ROW + BOX) / 2.0, y + ROW / 2.0);
+    let ends = [least, most].map(|x| format!("M{x} {}v6", at - 3.0)).concat();
+    sheet.path("whisker", &format!("M{least} {at}H{lower}M{upper} {at}H{most}{ends}"));
+    let told = format!(
+        "{title}: {min:.3} to {max:.3}, quartiles {lower_quartile:.3} and {upper_quartile:.3}, median {median:.3}, {values} choices"
+    );
+    sheet.filled("box", fill, [lower, top, upper - lower, BOX], &told);
+    sheet.path("median", &format!("M{middle} {top}V{bottom}"));
+}

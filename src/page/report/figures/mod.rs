@@ -1,0 +1,256 @@
+//! Figures for print from finished sweeps, of any study: those that the paper shows of its experiments. Each is an SVG
+//! file without scripts, or a picture as `render` draws it; a page lists them with what they show.
+//!
+//! # Practice
+//! The numbers are those of `summary`: they come from the same functions. A figure's bytes depend on the sweep alone.
+
+mod axis;
+mod distributions;
+mod map;
+mod maxima;
+mod page;
+mod part;
+mod pictures;
+mod placements;
+mod sheet;
+mod snapshots;
+mod unfolded;
+
+use crate::export::file_name;
+pub use page::{PAGE, Page};
+pub use part::Wanted;
+use part::{Extent, Part};
+use perirobot_march::Result;
+use perirobot_march::backend::Backend;
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::manifest::Manifest;
+use pictures::Pictured;
+use placements::Placed;
+
+/// A finished sweep, its study and its scenes.
+pub struct FiguredSweep {
+    /// What it is called, which is the name of the folder of its figures.
+    pub name: String,
+    /// What was counted.
+    pub results: Results,
+    /// How.
+    pub manifest: Manifest,
+    /// The study, as it was swept.
+    pub study: Study,
+    /// Its scenes at all moments.
+    pub worlds: Vec<World>,
+}
+
+/// A kind of figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// How scores are distributed over the choices of poses.
+    Distributions,
+    /// Which places have which score.
+    Placements,
+    /// The best score of each combination.
+    Maxima,
+    /// Scores of the best choices over the moments of a scene.
+    Snapshots,
+    /// Scenes, and what the best choices make of them.
+    Pictures,
+}
+
+impl Kind {
+    /// All of them, in the order of the page.
+    pub const ALL: [Kind; 5] =
+        [Kind::Distributions, Kind::Placements, Kind::Maxima, Kind::Snapshots, Kind::Pictures];
+
+    /// Its name in the names of files.
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Distributions => "distributions",
+            Kind::Placements => "placements",
+            Kind::Maxima => "maxima",
+            Kind::Snapshots => "snapshots",
+            Kind::Pictures => "picture",
+        }
+    }
+}
+
+/// A figure, ready to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Its kind.
+    pub kind: Kind,
+    /// The name of its file.
+    pub file: String,
+    /// What it shows, in a sentence or two.
+    pub caption: String,
+    /// The file.
+    pub bytes: Vec<u8>,
+}
+
+/// Figures that are not drawn, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Their kind.
+    pub kind: Kind,
+    /// The reason.
+    pub why: String,
+}
+
+/// The figures of a sweep that will be drawn.
+pub struct Plan<'a> {
+    sweep: &'a FiguredSweep,
+    part: Part,
+    jobs: Vec<(String, Job)>,
+    /// What will not be drawn.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// What one figure shows.
+enum Job {
+    Distributions { region: usize },
+    Placements { region: usize, placed: Placed },
+    Maxima { region: usize },
+    Snapshots { region: usize, scene: usize },
+    Picture(Pictured),
+}
+
+impl Job {
+    fn kind(&self) -> Kind {
+        match self {
+            Job::Distributions { .. } => Kind::Distributions,
+            Job::Placements { .. } => Kind::Placements,
+            Job::Maxima { .. } => Kind::Maxima,
+            Job::Snapshots { .. } => Kind::Snapshots,
+            Job::Picture(_) => Kind::Pictures,
+        }
+    }
+}
+
+/// Why no scene is drawn by itself.
+const TOO_MANY: &str = "there are more than 12 scenes: name one of them to have it drawn by itself";
+
+impl<'a> Plan<'a> {
+    /// What is to be drawn of a sweep.
+    ///
+    /// # Errors
+    /// Where something wanted is not in the sweep, with what there is.
+    pub fn new(sweep: &'a FiguredSweep, wanted: &Wanted) -> Result<Plan<'a>> {
+        let part = Part::of(&sweep.results, wanted)?;
+        let mut plan = Plan { sweep, part, jobs: Vec::new(), left_out: Vec::new() };
+        for kind in Kind::ALL.into_iter().filter(|kind| wanted.kinds.contains(kind)) {
+            match kind {
+                Kind::Distributions => plan.each_region(|region| Job::Distributions { region }),
+                Kind::Placements => plan.placements(),
+                Kind::Maxima if sweep.results.combinations.len() < 2 => {
+                    plan.leave_out(kind, "the study has one combination of sensors only");
+                }
+                Kind::Maxima => plan.each_region(|region| Job::Maxima { region }),
+                Kind::Snapshots => plan.snapshots(),
+                Kind::Pictures => plan.pictures()?,
+            }
+        }
+        Ok(plan)
+    }
+
+    /// How many figures there are.
+    pub fn count(&self) -> usize {
+        self.jobs.len()
+    }
+
+    /// Draws the figure of a number.
+    pub fn draw(&self, number: usize, backend: &mut dyn Backend) -> Result<Figure> {
+        let (file, job) = &self.jobs[number];
+        let (sweep, part) = (self.sweep, &self.part);
+        let (caption, bytes) = match job {
+            Job::Distributions { region } => distributions::draw(&sweep.results, part, *region)?,
+            Job::Placements { region, placed } => placements::draw(sweep, part, *region, placed)?,
+            Job::Maxima { region } => maxima::draw(&sweep.results, part, *region)?,
+            Job::Snapshots { region, scene } => snapshots::draw(&sweep.results, part, *region, *scene)?,
+            Job::Picture(pictured) => pictures::draw(sweep, pictured, backend)?,
+        };
+        Ok(Figure { kind: job.kind(), file: file.clone(), caption, bytes })
+    }
+
+    fn add(&mut self, words: &[&str], job: Job) {
+        let ending = if job.kind() == Kind::Pictures { "png" } else { "svg" };
+        let all: Vec<String> = words.iter().map(|word| file_name(word)).collect();
+        let name = format!("{}-{}", job.kind().name(), all.join("-"));
+        let again = (2..).map(|n| format!("{name}-{n}.{ending}"));
+        // Some file systems do not tell A from a.
+        let is_free =
+            |file: &String| !self.jobs.iter().any(|(known, _)| known.to_lowercase() == file.to_lowercase());
+        let file = std::iter::once(format!("{name}.{ending}")).chain(again).find(is_free);
+        self.jobs.extend(file.map(|file| (file, job)));
+    }
+
+    fn leave_out(&mut self, kind: Kind, why: impl Into<String>) {
+        self.left_out.push(LeftOut { kind, why: why.into() });
+    }
+
+    fn each_region(&mut self, job: impl Fn(usize) -> Job) {
+        for region in self.part.regions.clone() {
+            self.add(&[&self.sweep.results.regions[region]], job(region));
+        }
+    }
+
+    fn placements(&mut self) {
+        let (results, mut without) = (&self.sweep.results, Vec::new());
+        for series in self.part.series.clone() {
+            let combination = &results.combinations[series.combination];
+            let Some(placed) = Placed::of(&self.sweep.study, &self.sweep.worlds[0], series) else {
+                if !without.contains(&combination.name) {
+                    without.push(combination.name.clone());
+                }
+                continue;
+            };
+            let representation = &combination.representations[series.representation];
+            for region in self.part.regions.clone() {
+                let words = [&results.regions[region], &combination.name, representation];
+                self.add(&words.map(String::as_str), Job::Placements { region, placed: placed.clone() });
+            }
+        }
+        if !without.is_empty() {
+            let names = without.join(", ");
+            let why =
+                format!("a map shows one sensor that stands at several places in the world, not so: {names}");
+            self.leave_out(Kind::Placements, why);
+        }
+    }
+
+    fn snapshots(&mut self) {
+        let results = &self.sweep.results;
+        let scenes: Vec<usize> = self.part.extents.iter().filter_map(|extent| extent.scene).collect();
+        let too_many = scenes.is_empty();
+        let moves = |scene: &usize| results.scenes[*scene].moments.len() > 1;
+        let moving: Vec<usize> = scenes.into_iter().filter(moves).collect();
+        if moving.is_empty() {
+            let why = if too_many { TOO_MANY } else { "no scene moves" };
+            self.leave_out(Kind::Snapshots, why);
+        }
+        for region in self.part.regions.clone() {
+            for &scene in &moving {
+                let words = [&results.regions[region], &results.scenes[scene].name];
+                self.add(&words.map(String::as_str), Job::Snapshots { region, scene });
+            }
+        }
+    }
+
+    fn pictures(&mut self) -> Result<()> {
+        let scenes: Vec<usize> = self.part.extents.iter().filter_map(|extent| extent.scene).collect();
+        if scenes.is_empty() {
+            self.leave_out(Kind::Pictures, format!("of the scenes, {TOO_MANY}"));
+        }
+        for scene in scenes {
+            self.add(
+                &["scene", &self.sweep.results.scenes[scene].name],
+                Job::Picture(Pictured::Scene(scene)),
+            );
+        }
+        for (words, pictured) in pictures::best(&self.sweep.results, &self.part)? {
+            let words: Vec<&str> = words.iter().map(String::as_str).collect();
+            self.add(&words, Job::Picture(pictured));
+        }
+        Ok(())
+    }
+}

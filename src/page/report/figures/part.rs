@@ -1,0 +1,131 @@
+//! Which part of a sweep figures are about, and over which scenes.
+
+use std::ops::Range;
+
+use super::Kind;
+use crate::report::best::extent;
+use crate::report::{ReportSelection, Series};
+use perirobot_decide::view::names::unknown;
+use perirobot_march::Result;
+use perirobot_march::error::Argument;
+use perirobot_march::metrics::Score;
+use perirobot_sweep::results::Results;
+
+/// More scenes than these are shown by their mean only.
+const MOST_SCENES: usize = 12;
+
+/// What is wanted of a sweep; all of what is not named.
+#[derive(Clone, Debug)]
+pub struct Wanted<'a> {
+    /// Kinds of figures.
+    pub kinds: Vec<Kind>,
+    /// The region.
+    pub region: Option<&'a str>,
+    /// The combination.
+    pub combination: Option<&'a str>,
+    /// The representation.
+    pub representation: Option<&'a str>,
+    /// The scene.
+    pub scene: Option<&'a str>,
+    /// Scores, which lie side by side.
+    pub scores: &'a [Score],
+}
+
+/// The same as numbers of a sweep.
+pub(super) struct Part {
+    pub(super) regions: Vec<usize>,
+    pub(super) combinations: Vec<usize>,
+    pub(super) series: Vec<Series>,
+    pub(super) scores: Vec<Score>,
+    /// All scenes together if there are several, then each; or the one that is wanted.
+    pub(super) extents: Vec<Extent>,
+}
+
+/// Scenes that scores are over.
+#[derive(Clone, Debug)]
+pub(super) struct Extent {
+    /// As it stands in figures.
+    pub(super) name: String,
+    pub(super) moments: Range<usize>,
+    /// The scene, if it is one.
+    pub(super) scene: Option<usize>,
+}
+
+impl Part {
+    pub(super) fn of(results: &Results, wanted: &Wanted) -> Result<Part> {
+        let selection = ReportSelection::named(results, wanted.region, wanted.combination, wanted.scores)?;
+        let name = |one: &Series| &results.combinations[one.combination].representations[one.representation];
+        let all = selection.series(results);
+        let asked = |one: &&Series| wanted.representation.is_none_or(|wanted| wanted == name(one));
+        let series: Vec<Series> = all.iter().filter(asked).copied().collect();
+        if series.is_empty() {
+            let mut known: Vec<&String> = all.iter().map(name).collect();
+            known.dedup();
+            return Err(unknown(Argument::Representation, wanted.representation, &known));
+        }
+        let ReportSelection { regions, combinations, scores } = selection;
+        Ok(Part { regions, combinations, series, scores, extents: extents(results, wanted.scene)? })
+    }
+
+    /// What all that is shown is over.
+    pub(super) fn whole(&self) -> &Extent {
+        &self.extents[0]
+    }
+}
+
+fn extents(results: &Results, wanted: Option<&str>) -> Result<Vec<Extent>> {
+    let of_scene = |scene: usize| {
+        let found = &results.scenes[scene];
+        Extent { name: found.name.clone(), moments: found.moments.clone(), scene: Some(scene) }
+    };
+    if let Some(name) = wanted {
+        let known: Vec<&str> = results.scenes.iter().map(|scene| scene.name.as_str()).collect();
+        let found = known.iter().position(|known| *known == name);
+        let found = found.ok_or_else(|| unknown(Argument::Scene, Some(name), &known))?;
+        return Ok(vec![of_scene(found)]);
+    }
+    let count = results.scenes.len();
+    if count == 1 {
+        return Ok(vec![of_scene(0)]);
+    }
+    let name = format!("mean of {count} scenes");
+    let all = Extent { name, moments: results.moments(), scene: None };
+    let each = (0..count).map(of_scene).filter(|_| count <= MOST_SCENES);
+    Ok([all].into_iter().chain(each).collect())
+}
+
+impl Extent {
+    /// What a score of it is the mean of: `3 scenes, 10 repeats`.
+    pub(super) fn is_mean_of(&self, results: &Results) -> String {
+        let Some(scene) = self.scene else { return format!("the mean over {}", extent(results)) };
+        let (name, moments) = (&results.scenes[scene].name, self.moments.len());
+        let several = [(moments, "snapshots"), (results.repeats, "repeats")];
+        let several: Vec<String> =
+            several.iter().filter(|(n, _)| *n > 1).map(|(n, what)| format!("{n} {what}")).collect();
+        match several.is_empty() {
+            true => format!("what is counted in scene {name}"),
+            false => format!("the mean over {} of scene {name}", several.join(" and ")),
+        }
+    }
+
+    /// What is possible at most and the best answer without a sensor, in words.
+    pub(super) fn bounds(&self, results: &Results, region: usize, score: Score) -> String {
+        let [(_, bound), ..] = results.baselines_over(self.moments.clone(), region, score);
+        let bound = bound.map(|over| format!("possible at most {:.3}", over.mean));
+        let without = self.without(results, region, score);
+        let without = without.map(|(name, value)| format!("without a sensor {value:.3} ({name})"));
+        bound.into_iter().chain(without).collect::<Vec<_>>().join(" · ")
+    }
+
+    /// The best of the answers that need no sensor.
+    pub(super) fn without(
+        &self,
+        results: &Results,
+        region: usize,
+        score: Score,
+    ) -> Option<(&'static str, f64)> {
+        let [_, trivial @ ..] = results.baselines_over(self.moments.clone(), region, score);
+        let known = trivial.into_iter().filter_map(|(name, over)| Some((name, over?.mean)));
+        known.reduce(|best, next| if score.merit(next.1) > score.merit(best.1) { next } else { best })
+    }
+}

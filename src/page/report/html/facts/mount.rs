@@ -1,0 +1,82 @@
+//! Mounting sheets of a choice of poses. The section that asks what instead explains their numbers.
+
+use super::{run, sketch};
+use crate::report::html::ReportedSweep;
+use crate::report::html::surroundings::{Surroundings, WAYS};
+use perirobot_study::sensor::turned::Turned;
+use perirobot_study::sensor::{Setting, Stance};
+use perirobot_study::world::place::room_m;
+
+/// How to mount one sensor.
+#[derive(Debug)]
+pub(in crate::report::html) struct Sheet {
+    pub(in crate::report::html) sensor: String,
+    pub(in crate::report::html) pose: String,
+    /// What is measured, and its value.
+    pub(in crate::report::html) lines: Vec<(String, String)>,
+    /// Plan and elevation of what is mounted in the cell.
+    pub(in crate::report::html) sketches: Vec<String>,
+    /// What the study says of the sensor.
+    pub(in crate::report::html) device: String,
+}
+
+/// A sheet for each sensor of a choice that is mounted somewhere or has a setting.
+pub(super) fn sheets(
+    sweep: &ReportedSweep,
+    surroundings: &Surroundings,
+    combination: usize,
+    choice: usize,
+) -> Vec<Sheet> {
+    let asked = &sweep.study.combinations[combination];
+    let candidates = asked.choice(choice);
+    let members = asked.members.iter().zip(candidates);
+    members.filter_map(|(member, candidate)| sheet(sweep, surroundings, member.sensor, candidate)).collect()
+}
+
+fn sheet(
+    sweep: &ReportedSweep,
+    surroundings: &Surroundings,
+    number: usize,
+    candidate: usize,
+) -> Option<Sheet> {
+    let sensor = &sweep.study.sensors[number];
+    let named = &sensor.candidates[candidate];
+    let mut sketches = Vec::new();
+    let text = |name: &str, value: String| (name.to_string(), value);
+    let lines = match (named.setting, &sensor.on) {
+        (Setting::Fixed, _) => return None,
+        (Setting::Inflation(metres), _) => vec![text("senses up to", format!("{metres:.3} m"))],
+        (Setting::Pose(pose), on) => {
+            let p = pose.position_m;
+            let level = sensor.kind.stance() == Stance::Level;
+            let what = if level { "corner" } else { "position" };
+            let mut lines = vec![text(what, format!("x {:.3} m, y {:.3} m, z {:.3} m", p.x, p.y, p.z))];
+            match on {
+                Some(link) => lines.push(text("mounted on", format!("{}, link {}", link.object, link.link))),
+                None => {
+                    let objects = surroundings.objects();
+                    let found = |next: Option<(f64, usize)>| match next {
+                        Some((metres, object)) => format!("{metres:.3} m to {}", objects[object]),
+                        None => "nothing".into(),
+                    };
+                    let around = surroundings.around(p);
+                    let lengths = WAYS.iter().zip(around.map(found));
+                    lines.extend(lengths.map(|(way, next)| text(way, next)));
+                    let room = room_m(&sweep.worlds[0].truth());
+                    sketches = sketch::sketches(&pose, sensor.kind.stance(), room, &around, &objects).into();
+                }
+            }
+            let turned = Turned::of(&pose);
+            let turns = [
+                ("pan, from x to y", turned.pan_deg),
+                ("tilt, up", turned.tilt_deg),
+                ("roll", turned.roll_deg),
+            ];
+            let turns = turns.into_iter().take(if level { 1 } else { 3 });
+            lines.extend(turns.map(|(name, degrees)| text(name, format!("{degrees:.1}°"))));
+            lines
+        }
+    };
+    let device = run::keys_of(&sweep.study.text, &sensor.name);
+    Some(Sheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines, sketches, device })
+}

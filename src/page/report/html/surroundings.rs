@@ -1,0 +1,194 @@
+//! Measures the distance from a place to the next surface of the cell along each axis, as with a tape
+//! measure, and names its object. Surfaces are those of the scene's files, not voxels; people and robots are
+//! left out.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use perirobot_march::Result;
+use perirobot_scene::scene::build::build;
+use perirobot_scene::scene::{Mesh, Role, Scene, Surface};
+use perirobot_study::study::Study;
+
+/// A surface as near as this touches the place, and counts as below or before it, never as above or behind.
+const TOUCHING_M: f64 = 1e-6;
+
+/// The directions that are measured, in order.
+pub(super) const WAYS: [&str; 6] = ["towards −x", "towards +x", "towards −y", "towards +y", "down", "up"];
+
+/// For each way, how far it is in metres, and to which object by its index; `None` where nothing is.
+pub(super) type Around = [Option<(f64, usize)>; 6];
+
+/// The surfaces of a scene's first snapshot.
+#[derive(Debug)]
+pub(super) struct Surroundings {
+    scene: Scene,
+}
+
+impl Surroundings {
+    /// Of the study's first scene.
+    ///
+    /// # Errors
+    /// When its files cannot be read any more.
+    pub(super) fn of(study: &Study) -> Result<Surroundings> {
+        let scene = build(&study.scenes[0], &study.sources, study.voxel_size_m)?.swap_remove(0);
+        Ok(Surroundings { scene })
+    }
+
+    /// The names of the objects.
+    pub(super) fn objects(&self) -> Vec<String> {
+        self.scene.objects.iter().map(|object| object.name.clone()).collect()
+    }
+
+    /// What is around many places, each of them measured once.
+    pub(super) fn around_all(&self, places: impl Iterator<Item = DVec3>) -> HashMap<[u64; 3], Around> {
+        let all: HashMap<[u64; 3], DVec3> = places.map(|at| (key(at), at)).collect();
+        all.into_par_iter().map(|(key, at)| (key, self.around(at))).collect()
+    }
+
+    /// What is around a place.
+    pub(super) fn around(&self, at: DVec3) -> Around {
+        let mut around = [None; 6];
+        let objects = self.scene.objects.iter().enumerate();
+        for (index, object) in
+            objects.filter(|(_, object)| object.role == Role::Environment && !object.tag_only)
+        {
+            for axis in 0..3 {
+                let mut hit = |metres: f64| {
+                    let beyond = metres - at[axis];
+                    let way = 2 * axis + usize::from(beyond > TOUCHING_M);
+                    let nearest: &mut Option<(f64, usize)> = &mut around[way];
+                    if nearest.is_none_or(|(known, _)| beyond.abs() < known) {
+                        *nearest = Some((beyond.abs(), index));
+                    }
+                };
+                match &object.surface {
+                    Surface::Mesh(mesh) => hit_triangles(mesh, at, axis, &mut hit),
+                    Surface::Voxels { resolution_m, keys } => {
+                        hit_voxels(keys, at / *resolution_m, axis, &mut |edges| hit(edges * resolution_m));
+                    }
+                }
+            }
+        }
+        around
+    }
+}
+
+/// A place to look up.
+pub(super) fn key(at: DVec3) -> [u64; 3] {
+    at.to_array().map(f64::to_bits)
+}
+
+/// Where a line through a place along an axis meets triangles, their edges included. Triangles that contain
+/// the line do not count: their neighbours do.
+fn hit_triangles(mesh: &Mesh, at: DVec3, axis: usize, hit: &mut impl FnMut(f64)) {
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|corner| mesh.vertices[corner as usize]);
+        let inside = |n: usize| {
+            let values = corners.map(|corner| corner[n]);
+            values.iter().any(|&x| x <= at[n]) && values.iter().any(|&x| x >= at[n])
+        };
+        if !inside(u) || !inside(v) {
+            continue;
+        }
+        // Twice the areas, with sign, of the triangles that the place makes with each edge.
+        let area = |a: DVec3, b: DVec3| (a[u] - at[u]) * (b[v] - at[v]) - (a[v] - at[v]) * (b[u] - at[u]);
+        let [a, b, c] = corners;
+        let weights = [area(b, c), area(c, a), area(a, b)];
+        let whole: f64 = weights.iter().sum();
+        let is_met = weights.iter().all(|&w| w >= 0.0) || weights.iter().all(|&w| w <= 0.0);
+        if is_met && whole != 0.0 {
+            hit((weights[0] * a[axis] + weights[1] * b[axis] + weights[2] * c[axis]) / whole);
+        }
+    }
+}
+
+/// The same for voxels, in edges of a voxel: where the line comes in and goes out.
+fn hit_voxels(keys: &[[i32; 3]], at: DVec3, axis: usize, hit: &mut impl FnMut(f64)) {
+    let cell = at.floor();
+    for key in keys {
+        let others = (0..3).filter(|&other| other != axis);
+        if others.into_iter().all(|other| f64::from(key[other]) == cell[other]) {
+            hit(f64::from(key[axis]));
+            hit(f64::from(key[axis]) + 1.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use perirobot_scene::scene::{Interior, Object, Optical};
+
+    fn object(name: &str, role: Role, surface: Surface) -> Arc<Object> {
+        let (interior, optical) = (Interior::Free, Optical::Opaque);
+        let (keypoints, linkage, warnings) = (None, None, Vec::new());
+        let name = name.into();
+        Arc::new(Object {
+            name,
+            role,
+            interior,
+            optical,
+            tag_only: false,
+            takes_unit: false,
+            surface,
+            keypoints,
+            linkage,
+            warnings,
+        })
+    }
+
+    /// A rectangle of two triangles at a height.
+    fn level(low: [f64; 2], high: [f64; 2], z: f64) -> Surface {
+        let corner = |x: f64, y: f64| DVec3::new(x, y, z);
+        let vertices = vec![
+            corner(low[0], low[1]),
+            corner(high[0], low[1]),
+            corner(high[0], high[1]),
+            corner(low[0], high[1]),
+        ];
+        Surface::Mesh(Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] })
+    }
+
+    fn cell() -> Surroundings {
+        let objects = vec![
+            object("slab", Role::Environment, level([-2.0, -2.0], [2.0, 2.0], -0.1)),
+            object("floor", Role::Environment, level([-2.0, -2.0], [2.0, 2.0], 0.0)),
+            object("robot", Role::Robot, level([-2.0, -2.0], [2.0, 2.0], 0.5)),
+            // One voxel of 0.25 m from (1, 0, 1).
+            object("map", Role::Environment, Surface::Voxels { resolution_m: 0.25, keys: vec![[4, 0, 4]] }),
+        ];
+        Surroundings { scene: Scene { name: "cell".into(), snapshot: 0, objects } }
+    }
+
+    #[test]
+    fn the_next_surface_counts_and_no_robot() {
+        // On the diagonal of the rectangles, and level with the voxel.
+        let around = cell().around(DVec3::new(0.125, 0.125, 1.125));
+        assert_eq!(around, [None, Some((0.875, 3)), None, None, Some((1.125, 1)), None]);
+        // Above the voxel, beyond the floor's edge in y.
+        let around = cell().around(DVec3::new(1.125, 0.125, 2.0));
+        assert_eq!(around, [None, None, None, None, Some((0.75, 3)), None]);
+        assert_eq!(cell().around(DVec3::new(0.0, 2.5, 1.0)), [None; 6]);
+    }
+
+    #[test]
+    fn what_lies_on_the_floor_touches_it() {
+        let around = cell().around(DVec3::new(0.5, -0.5, 0.0));
+        assert_eq!(around, [None, None, None, None, Some((0.0, 1)), None]);
+        assert_eq!(cell().objects()[1], "floor");
+    }
+
+    #[test]
+    fn places_are_measured_once() {
+        let places = [DVec3::X, DVec3::X, DVec3::Z];
+        let all = cell().around_all(places.into_iter());
+        assert_eq!(all.len(), 2);
+        assert_eq!(all[&key(DVec3::Z)], cell().around(DVec3::Z));
+    }
+}

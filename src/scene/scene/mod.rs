@@ -1,0 +1,173 @@
+//! Surfaces with a role, in world metres: what the cell is made of before it becomes voxels. Loaders turn
+//! files into [`Object`]s once, at the edge.
+
+pub mod build;
+pub mod bvh;
+pub mod collada;
+pub mod gltf;
+pub mod joint_table;
+pub mod keypoints;
+pub mod mannequin;
+pub mod obj;
+pub mod octomap;
+pub mod primitive;
+pub mod sdf;
+pub mod spec;
+pub mod stl;
+pub mod urdf;
+
+pub mod loaded;
+mod mesh;
+pub mod mesh_file;
+mod moving;
+mod parts;
+pub mod polygon;
+mod xml;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::pose::Pose;
+use keypoints::Keypoints;
+use perirobot_march::error::Issue;
+
+/// What an object is to the study (paper, section III).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Walls, tables, fences.
+    Environment,
+    /// The robot.
+    Robot,
+    /// A person.
+    Human,
+}
+
+/// What the inside of a watertight body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Interior {
+    /// Belongs to no region and stops no ray.
+    Ignored,
+    /// Free space like any other, as in the paper.
+    Free,
+    /// Filled.
+    Occupied,
+}
+
+/// Whether a sensor's ray stops at the object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Optical {
+    /// Rays stop.
+    Opaque,
+    /// Wire fence, polycarbonate: it is there, and rays pass.
+    SeeThrough,
+}
+
+/// Triangles in metres, z up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners; loaders refuse NaN and infinities.
+    pub vertices: Vec<DVec3>,
+    /// Indices into `vertices`, always in range.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Up {
+    /// The first; the second points to the left.
+    X,
+    /// The second, as most programs that draw have it.
+    Y,
+    /// The third, as in a cell.
+    Z,
+}
+
+/// What an object is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Surface {
+    /// Triangles in world metres.
+    Mesh(Mesh),
+    /// Occupied voxels of an OctoMap, as world keys floor(x / resolution) at this resolution.
+    Voxels {
+        /// Edge of the map's voxels in metres.
+        resolution_m: f64,
+        /// Occupied voxels, each once.
+        keys: Vec<[i32; 3]>,
+    },
+}
+
+/// One thing in the cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// Unique in the scene.
+    pub name: String,
+    /// What it is to the study.
+    pub role: Role,
+    /// What its inside is.
+    pub interior: Interior,
+    /// Whether rays stop at it.
+    pub optical: Optical,
+    /// Gives its role to voxels without adding truth.
+    pub tag_only: bool,
+    /// Whether `unit` may be written beside its file.
+    pub takes_unit: bool,
+    /// Its surface, in the world.
+    pub surface: Surface,
+    /// A human's joints in world metres, where they are known.
+    pub keypoints: Option<Keypoints>,
+    /// Where its links are, for a robot from a URDF.
+    pub linkage: Option<Arc<Linkage>>,
+    /// What was assumed while it was read that its author may not expect.
+    pub warnings: Vec<String>,
+}
+
+/// The links of a robot where its joint values put them, for what is mounted on them or measured from them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linkage {
+    /// Each link's name and its frame in the world; the root is the first.
+    pub links: Vec<(String, Pose)>,
+    /// Where the robot begins, in the world: what `reach_m` is measured from.
+    pub base_m: DVec3,
+    /// The farthest from there that the frame of any link can get, whatever the joint values, in metres.
+    pub reach_m: f64,
+}
+
+impl Linkage {
+    /// The frame of a link in the world.
+    ///
+    /// # Errors
+    /// Names the links there are.
+    pub fn link(&self, name: &str) -> Result<&Pose, Issue> {
+        let found = self.links.iter().find(|(link, _)| link == name).map(|(_, pose)| pose);
+        found.ok_or_else(|| {
+            let names: Vec<&str> = self.links.iter().map(|(link, _)| link.as_str()).collect();
+            Issue::says(format!("there is no link {name:?}")).cure(format!("there are {}", names.join(", ")))
+        })
+    }
+
+    /// The same robot, standing somewhere else.
+    pub(crate) fn carried_by(&self, frame: &Pose) -> Linkage {
+        let links = self.links.iter().map(|(name, pose)| (name.clone(), pose.carried_by(frame)));
+        let base = Pose { position_m: self.base_m, ..Pose::ORIGIN };
+        Linkage { links: links.collect(), base_m: base.carried_by(frame).position_m, reach_m: self.reach_m }
+    }
+}
+
+/// Everything in the cell at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Name in the result table: the scene file's stem, or its `name`.
+    pub name: String,
+    /// Which moment it is, counted from 0.
+    pub snapshot: usize,
+    /// Objects in file order, the same ones in every snapshot of a scene. What does not move from one snapshot to
+    /// another is one allocation in both, so that it is voxelized once.
+    pub objects: Vec<Arc<Object>>,
+}

@@ -1,0 +1,187 @@
+//! The parts of an object: reads the meshes and tessellates the bodies.
+
+use std::sync::Arc;
+
+use wildmatch::WildMatch;
+
+use super::gltf::NodeMesh;
+use super::keypoints::Keypoints;
+use super::loaded::{SceneFiles, at};
+use super::mesh_file::{MeshFormat, undo_z_up};
+use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
+use super::{
+    Mesh, Object, Optical, Role, Surface, keypoints as joints, mannequin, octomap, primitive, sdf, urdf,
+};
+use crate::pose::Pose;
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+
+/// The parts of an object at one moment, in its own frame. What was odd about its files is a warning of the first.
+pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<Object>> {
+    let mut parts = read(object, files, sag_m)?;
+    if let Some(first) = parts.first_mut() {
+        let remarks = files.sources.take_remarks().into_iter();
+        first.warnings.extend(remarks.map(|remark| format!("is read from {remark}")));
+    }
+    Ok(parts)
+}
+
+fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<Object>> {
+    let sources = files.sources;
+    let keypoints = object.keypoints.as_ref().map(|file| file.read(sources));
+    let mut keypoints = keypoints.transpose().map_err(at("keypoints"))?;
+    let mesh = match &object.surface {
+        SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
+        SurfaceSpec::Room { size_m } => primitive::room(*size_m),
+        SurfaceSpec::Plane { size_m } => primitive::plane(*size_m),
+        SurfaceSpec::Sphere { radius_m } => primitive::sphere(*radius_m, sag_m),
+        SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
+        SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
+        SurfaceSpec::Mannequin(person) => {
+            let person = files.person(person).map_err(at("mannequin"))?;
+            keypoints = (object.role == Role::Human).then_some(person);
+            mannequin::body(&person, sag_m)
+        }
+        SurfaceSpec::Shipped(person) => {
+            let person = joints::shipped(person)?;
+            keypoints = Some(person);
+            mannequin::body(&person, sag_m)
+        }
+        SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => {
+            let mut nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?;
+            let is_z_up = file.breaks_up_rule(sources);
+            for NodeMesh { mesh, .. } in &mut nodes {
+                *mesh = std::mem::take(mesh).scaled(file.scale);
+                if is_z_up {
+                    mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
+                }
+            }
+            return parts_by_rules(object, nodes, keypoints);
+        }
+        SurfaceSpec::Mesh(file) => file.load(sources).map_err(at("mesh"))?,
+        SurfaceSpec::Octomap(path) => {
+            let map = octomap::read(path, sources).map_err(at("octomap"))?;
+            let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
+            let part = part(object, object.name.clone(), object.role, object.optical, surface);
+            return Ok(vec![Object { keypoints, ..part }]);
+        }
+        SurfaceSpec::Sdf(file) => {
+            let world = sdf::load(file, sources, sag_m).map_err(at("sdf"))?;
+            let warning = world.warning();
+            let mut objects = parts_by_rules(object, world.links, keypoints)?;
+            if let Some(first) = objects.first_mut() {
+                first.warnings.extend(warning);
+            }
+            return Ok(objects);
+        }
+        SurfaceSpec::Urdf(robot) => return Ok(vec![urdf_robot(object, robot, files, sag_m)?]),
+    };
+    let surface = Surface::Mesh(mesh);
+    let part = part(object, object.name.clone(), object.role, object.optical, surface);
+    Ok(vec![Object { keypoints, ..part }])
+}
+
+/// The objects that a file of named nodes becomes.
+fn parts_by_rules(
+    object: &ObjectSpec,
+    nodes: Vec<NodeMesh>,
+    keypoints: Option<Keypoints>,
+) -> Result<Vec<Object>> {
+    let mut objects = Vec::new();
+    by_rules(object, nodes, &mut objects)?;
+    // Parts may have other roles; the joints go with the person.
+    let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
+    if let (Some(person), Some(_)) = (people.next(), &keypoints) {
+        if let Some(other) = people.next() {
+            let what =
+                "are both human, and keypoints belong to one body: let one rule match all of the person";
+            return Err(Error::input("nodes", format!("{:?} and {:?} {what}", person.name, other.name)));
+        }
+        person.keypoints = keypoints;
+    }
+    Ok(objects)
+}
+
+/// Nodes become one object for the nodes that no rule names, under the object's own name, and one for
+/// each rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
+fn by_rules(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
+    let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
+    let mut rest = Mesh::default();
+    let mut parts = vec![Mesh::default(); rules.len()];
+    let mut matched = vec![false; rules.len()];
+    for node in &nodes {
+        let covers = |rule: &WildMatch| node.names.iter().any(|name| rule.matches(name));
+        for (seen, rule) in matched.iter_mut().zip(&rules) {
+            *seen |= covers(rule);
+        }
+        match rules.iter().position(covers) {
+            Some(rule) => parts[rule].append(&node.mesh),
+            None => rest.append(&node.mesh),
+        }
+    }
+    if let Some(rule) = matched.iter().position(|&seen| !seen) {
+        let mut names: Vec<&str> =
+            nodes.iter().filter_map(|node| node.names.last()).map(String::as_str).collect();
+        names.truncate(12);
+        return Err(Issue::value(
+            "nodes.match",
+            format!("{:?}", object.nodes[rule].r#match),
+            format!("no node with triangles has such a name; there are {}", names.join(", ")),
+        )
+        .into());
+    }
+    if let Some(rule) = parts.iter().position(|mesh| mesh.triangles.is_empty()) {
+        return Err(Issue::value(
+            "nodes.match",
+            format!("{:?}", object.nodes[rule].r#match),
+            "every node that it names already follows a rule above it; the first that \
+                matches counts, so put it first",
+        )
+        .into());
+    }
+    if !rest.triangles.is_empty() {
+        let rest = Surface::Mesh(rest);
+        objects.push(part(object, object.name.clone(), object.role, object.optical, rest));
+    }
+    for (NodeRule { r#match, role, optical, ignore }, mesh) in object.nodes.iter().zip(parts) {
+        if !ignore {
+            let name = format!("{}/{match}", object.name);
+            let (role, optical) = (role.unwrap_or(object.role), optical.unwrap_or(object.optical));
+            objects.push(part(object, name, role, optical, Surface::Mesh(mesh)));
+        }
+    }
+    Ok(())
+}
+
+fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: Surface) -> Object {
+    Object {
+        name,
+        role,
+        interior: spec.interior,
+        optical,
+        tag_only: spec.tag_only,
+        takes_unit: spec.surface.takes_unit(),
+        surface,
+        keypoints: None,
+        linkage: None,
+        warnings: Vec::new(),
+    }
+}
+
+/// All links of a robot as one object, which keeps where they are.
+fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Object> {
+    let sources = files.sources;
+    let model = urdf::load(&robot.path, &robot.xacro_args, &robot.packages, sources).map_err(at("urdf"))?;
+    let mut joints = robot.joints.clone();
+    if let Some((file, time_s)) = &robot.recorded {
+        let at = at("snapshots.animation.joints");
+        let table = files.joint_table(&file.path).map_err(&at)?;
+        let now = model.recorded(table.at(*time_s, |joint| model.turn(joint, file.angles)), file.angles);
+        joints.extend(now.map_err(|issue| at(issue.at(&file.path).into()))?);
+    }
+    let root_from_link = model.pose(&joints)?;
+    let meshes = model.meshes(robot.geometry, &robot.packages, sources, sag_m).map_err(at("urdf"))?;
+    let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
+    let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));
+    Ok(Object { linkage, ..part(object, object.name.clone(), object.role, object.optical, surface) })
+}

@@ -1,0 +1,182 @@
+//! The tree of models of a world, and where the frames of each are: a pose may be relative to any frame beside it.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+use glam::DAffine3;
+use roxmltree::Node;
+
+use super::File;
+use super::geometry::Body;
+use super::pose::Pose;
+use perirobot_march::error::Issue;
+
+/// The name of a model's own frame.
+pub(super) const OWN: &str = "__model__";
+/// More frames in a row than any file has; a ring has no end.
+const LONGEST_CHAIN: usize = 256;
+
+/// A model, or the whole world, which has no name.
+#[derive(Clone, Debug)]
+pub(super) struct Model {
+    pub(super) name: Option<String>,
+    /// The file that it is in.
+    pub(super) file: File,
+    pub(super) pose: Pose,
+    /// The frame that its pose places; its own if there is none.
+    pub(super) placement_frame: Option<String>,
+    /// Whether its frames are those of the model around it, too.
+    pub(super) is_merged: bool,
+    pub(super) links: Vec<Link>,
+    /// Joints and frames: name, pose, and what that is relative to by default.
+    pub(super) frames: Vec<(String, Pose, String)>,
+    pub(super) models: Vec<Model>,
+    /// Empty until [`Model::index`] was called.
+    pub(super) names: Names,
+}
+
+/// What a model has, by its names.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Names {
+    models: HashMap<String, usize>,
+    frames: HashMap<String, Frame>,
+    /// Where frames are in the model's own, as far as that was asked for.
+    placed: RefCell<HashMap<String, DAffine3>>,
+}
+
+/// Of what a frame is that of.
+#[derive(Clone, Copy, Debug)]
+enum Frame {
+    Link(usize),
+    /// A joint, or a frame of its own.
+    Own(usize),
+    Model(usize),
+}
+
+/// A link with the bodies that count.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub(super) name: String,
+    pub(super) pose: Pose,
+    pub(super) bodies: Vec<Body>,
+}
+
+impl Model {
+    /// Indexes the names of its frames and of those of the models in it, so that each is found at once. Of several of a
+    /// name a link comes first, then a joint or a frame, then a model; of each the first.
+    pub(super) fn index(&mut self) {
+        let models = self.models.iter().enumerate().rev();
+        let models: Vec<(String, usize)> =
+            models.filter_map(|(i, model)| Some((model.name.clone()?, i))).collect();
+        let own = self.frames.iter().enumerate().rev().map(|(i, (name, ..))| (name.clone(), Frame::Own(i)));
+        let links = self.links.iter().enumerate().rev().map(|(i, link)| (link.name.clone(), Frame::Link(i)));
+        let frames = models.iter().map(|(name, i)| (name.clone(), Frame::Model(*i))).chain(own).chain(links);
+        // What comes later takes the place of what came before.
+        self.names.frames = frames.collect();
+        self.names.models = models.into_iter().collect();
+        self.models.iter_mut().for_each(Model::index);
+    }
+
+    /// How many models there are from this one down to the deepest in it.
+    pub(super) fn height(&self) -> usize {
+        1 + self.models.iter().map(Model::height).max().unwrap_or(0)
+    }
+
+    /// Its place in a message.
+    pub(super) fn place(&self) -> String {
+        self.name.as_ref().map_or("world".into(), |name| format!("model {name:?}"))
+    }
+
+    /// Where a pose of one of its elements is in its own frame.
+    pub(super) fn pose(&self, pose: &Pose, default: &str) -> Result<DAffine3, Issue> {
+        self.posed(pose, default, 0)
+    }
+
+    /// Where the frame of a model in it is in its own.
+    pub(super) fn place_of(&self, inner: &Model) -> Result<DAffine3, Issue> {
+        self.placed(inner, 0)
+    }
+
+    fn posed(&self, pose: &Pose, default: &str, steps: usize) -> Result<DAffine3, Issue> {
+        let name = pose.relative_to.as_deref().unwrap_or(default);
+        if steps > LONGEST_CHAIN {
+            let what = format!(
+                "poses relative to {name:?} lead back to themselves, or are over {LONGEST_CHAIN} in a row"
+            );
+            return Err(Issue::says(what).wanted("write the last of them relative to its model"));
+        }
+        let frame = self.frame(name, steps + 1)?;
+        let frame = frame.ok_or_else(|| {
+            Issue::says(format!("a pose is relative to {name:?}"))
+                .wanted("there is no such link, joint, frame or model")
+        })?;
+        Ok(frame * pose.parent_from_own)
+    }
+
+    fn placed(&self, inner: &Model, steps: usize) -> Result<DAffine3, Issue> {
+        let placed = self.posed(&inner.pose, OWN, steps)?;
+        let Some(name) = &inner.placement_frame else { return Ok(placed) };
+        let frame = inner.frame(name, steps + 1)?;
+        let frame = frame.ok_or_else(|| {
+            Issue::value("placement_frame", format!("{name:?}"), "there is no such link, joint or frame")
+                .at(inner.place())
+        })?;
+        Ok(placed * frame.inverse())
+    }
+
+    /// Where a frame is in the model's own, if there is one of that name: a link, a joint, a frame, a model, or, behind
+    /// a model's name and `::`, one of that.
+    fn frame(&self, name: &str, steps: usize) -> Result<Option<DAffine3>, Issue> {
+        if name == OWN || (self.name.is_none() && name == "world") {
+            return Ok(Some(DAffine3::IDENTITY));
+        }
+        let placed = self.names.placed.borrow().get(name).copied();
+        if placed.is_some() {
+            return Ok(placed);
+        }
+        let found = match self.names.frames.get(name) {
+            Some(Frame::Link(link)) => Some(self.posed(&self.links[*link].pose, OWN, steps)?),
+            Some(Frame::Own(frame)) => {
+                let (_, pose, default) = &self.frames[*frame];
+                Some(self.posed(pose, default, steps)?)
+            }
+            Some(Frame::Model(model)) => Some(self.placed(&self.models[*model], steps)?),
+            None => self.frame_within(name, steps)?,
+        };
+        if let Some(place) = found {
+            self.names.placed.borrow_mut().insert(name.into(), place);
+        }
+        Ok(found)
+    }
+
+    /// The same of a frame that has its name within a model of this one: behind that model's name and `::`, or in one
+    /// that is merged.
+    fn frame_within(&self, name: &str, steps: usize) -> Result<Option<DAffine3>, Issue> {
+        if let Some((outer, rest)) = name.split_once("::") {
+            let Some(model) = self.names.models.get(outer).map(|&i| &self.models[i]) else { return Ok(None) };
+            let frame = model.frame(rest, steps + 1)?;
+            return frame.map(|frame| Ok(self.placed(model, steps)? * frame)).transpose();
+        }
+        for model in self.models.iter().filter(|model| model.is_merged) {
+            if let Some(frame) = model.frame(name, steps + 1)? {
+                return Ok(Some(self.placed(model, steps)? * frame));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// The first child of that name.
+pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Option<Node<'a, 'i>> {
+    children(node, name).next()
+}
+
+/// The children of that name.
+pub(super) fn children<'a, 'i>(node: Node<'a, 'i>, name: &str) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child| child.has_tag_name(name))
+}
+
+/// The text of the first child of that name.
+pub(super) fn text<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
+    child(node, name).and_then(|child| child.text()).map(str::trim).filter(|text| !text.is_empty())
+}

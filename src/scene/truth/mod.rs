@@ -1,0 +1,12 @@
+//! What is where in a scene, in voxels: the voxelizer, interiors, people, regions.
+
+mod objects;
+mod people;
+pub mod region;
+mod snapshots;
+pub mod voxelize;
+
+pub use objects::{ObjectVoxels, RobotReach, Truth};
+pub use people::people;
+pub use region::{Region, RegionShape};
+pub use snapshots::{GoOn, Snapshots, voxelize_all};

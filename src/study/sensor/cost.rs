@@ -1,0 +1,103 @@
+//! What sensors cost, in whole thousandths of any currency, so that sums are exact.
+
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// On which terms a sensor can be had.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Terms {
+    /// What one of them costs, if the study says so.
+    pub cost: Option<Cost>,
+    /// How many a set may have, if the study says so.
+    pub at_most: Option<u32>,
+}
+
+/// An amount of money.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Cost {
+    thousandths: u64,
+}
+
+/// No amount of a study is larger.
+const MOST: f64 = 1e9;
+
+/// No sum of a study's amounts is larger.
+const MOST_OF_A_SET: f64 = 16.0 * MOST;
+
+impl Cost {
+    /// Nothing.
+    pub const ZERO: Cost = Cost { thousandths: 0 };
+
+    /// An amount from 0 to 1,000,000,000 with at most three digits after the point; `None` of any other.
+    pub(crate) fn new(amount: f64) -> Option<Cost> {
+        let thousandths = (amount * 1e3).round();
+        let fits = (0.0..=MOST).contains(&amount) && (thousandths / 1e3 == amount);
+        fits.then_some(Cost { thousandths: thousandths as u64 })
+    }
+
+    /// From thousandths.
+    pub fn from_thousandths(thousandths: u64) -> Cost {
+        Cost { thousandths }
+    }
+
+    /// In thousandths.
+    pub fn thousandths(self) -> u64 {
+        self.thousandths
+    }
+
+    /// As a number, for drawings.
+    pub fn amount(self) -> f64 {
+        self.thousandths as f64 / 1e3
+    }
+
+    /// The sum of both.
+    pub fn plus(self, other: Cost) -> Cost {
+        Cost { thousandths: self.thousandths + other.thousandths }
+    }
+}
+
+/// A number, as in a study.
+impl Serialize for Cost {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.amount().serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for Cost {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Cost, D::Error> {
+        let amount = f64::deserialize(from)?;
+        let is_amount = (0.0..=MOST_OF_A_SET).contains(&amount);
+        let wrong = || serde::de::Error::custom(format!("{amount} is no amount of money"));
+        is_amount.then(|| Cost { thousandths: (amount * 1e3).round() as u64 }).ok_or_else(wrong)
+    }
+}
+
+impl fmt::Display for Cost {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (whole, rest) = (self.thousandths / 1000, self.thousandths % 1000);
+        match rest {
+            0 => write!(f, "{whole}"),
+            _ => write!(f, "{whole}.{}", format!("{rest:03}").trim_end_matches('0')),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amounts_are_exact_and_read_as_they_were_written() {
+        for (amount, text) in
+            [(0.0, "0"), (450.0, "450"), (0.1, "0.1"), (12.345, "12.345"), (1e9, "1000000000")]
+        {
+            assert_eq!(Cost::new(amount).unwrap().to_string(), text);
+        }
+        let tenth = Cost::new(0.1).unwrap();
+        assert_eq!((0..10).fold(Cost::ZERO, |sum, _| sum.plus(tenth)), Cost::new(1.0).unwrap());
+        for wrong in [-1.0, 0.0001, 1e9 + 1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(Cost::new(wrong), None, "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Single rays, cast on the host: towards a keypoint, or round a scanner's field. They are few, so the host
+//! casts them for all backends, with the same arithmetic as theirs.
+
+use perirobot_march::backend::{GridPose, Rays};
+use perirobot_march::march;
+use perirobot_march::voxel::BitGrid;
+
+/// A return.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Return {
+    /// The voxel that stopped the ray.
+    pub hit: [i32; 3],
+    /// Distance at which it was entered, in 1/65536 voxels.
+    pub distance_q16: u32,
+    /// The voxel where the return is read: `hit`, unless there is noise or the sensor's mount is off.
+    pub read: [i32; 3],
+}
+
+/// The direction of a ray in the grid, Q16.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Way {
+    /// Where it truly goes.
+    pub truly_q16: [i32; 3],
+    /// Where it is believed to go; the same, unless the sensor's mount is off.
+    pub believed_q16: [i32; 3],
+    /// How much of it goes along the sensor's third axis, Q15.
+    pub z_q15: i32,
+}
+
+impl Way {
+    /// The direction of a ray of a table.
+    pub fn of(from: &GridPose, dir_q15: [i32; 3]) -> Way {
+        let way = |from: &GridPose| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
+        Way { truly_q16: way(&from.caster()), believed_q16: way(from), z_q15: dir_q15[2] }
+    }
+}
+
+/// Casts a ray with the gates and the noise of a table, as ray number `ray` of it.
+pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32) -> Option<Return> {
+    let (gates, size) = (rays.gates.of_ray(way.z_q15), blockers.window().size);
+    let inside = |crossing: &march::Crossing| {
+        crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.voxel)
+    };
+    let mut entered =
+        march::crossings(march::start(from.caster().origin_q16, way.truly_q16)).take_while(inside);
+    let to = entered.find(|to| to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.voxel))?;
+    let drawn = march::draw(from.draws, ray);
+    if to.t_q16 < gates.range_min_q16 || march::is_lost(drawn, rays.noise.lost_below) {
+        return None;
+    }
+    let read = read(rays, from, way, drawn, &to, size);
+    Some(Return { hit: to.voxel, distance_q16: to.t_q16, read })
+}
+
+/// The voxel where a return is read that comes from the voxel into which a crossing leads, in a grid of some
+/// size; `drawn` is what its ray drew.
+pub(super) fn read(
+    rays: &Rays,
+    from: &GridPose,
+    way: Way,
+    drawn: u32,
+    to: &march::Crossing,
+    size: [u32; 3],
+) -> [i32; 3] {
+    match rays.noise.step_q16(rays.gates.slant(way.z_q15), drawn, to.t_q16) {
+        0 if from.truly.is_none() => to.voxel,
+        step => {
+            let begin = march::start(from.origin_q16, way.believed_q16);
+            let read_q16 = march::noisy_q16(to.t_q16, step);
+            march::voxel_after(begin, march::crossings_at(&begin, march::room(&begin, size), read_q16))
+        }
+    }
+}
+
+/// All returns of a table from a placement.
+pub(crate) fn returns<'a>(
+    blockers: &'a BitGrid,
+    rays: &'a Rays,
+    from: &'a GridPose,
+) -> impl Iterator<Item = Return> + 'a {
+    rays.dirs_q15
+        .iter()
+        .zip(0..)
+        .filter_map(move |(&dir_q15, ray)| look(blockers, rays, from, Way::of(from, dir_q15), ray))
+}

@@ -1,0 +1,91 @@
+//! Which voxels a sensor watches: those in which a body would be noticed if it were there.
+//!
+//! | sensor | watches |
+//! |---|---|
+//! | one that casts: `rgbd`, `rays`, `lidar` by its points | each voxel that a ray enters from its shortest to its longest range, up to its first blocker and with it, but within `near_ignore_m`; not the voxel that the sensor is in |
+//! | `lidar` by its field | of those the ones whose return would be read in the field |
+//! | `pad`, `gate`, `cover` | the voxels in which it feels: the column's first layer, the gate's box, the shell around the robot |
+//! | a switch that the environment trips | nothing: it is always on, so nobody changes what it says |
+//! | `rgb` by its zone | nothing: joints trip it, and a body has none |
+//! | `known_robot`, `recorded` | nothing: they tell of nobody who comes |
+//!
+//! It follows that a person who has a voxel in a watched one is hit or felt, and one who has none is not:
+//!
+//! * A ray ends in the first voxel of a body that it enters, so a body that has more watched voxels need not
+//!   have more hits, but it has one.
+//! * What is nearer to the sensor than its shortest range hides what is behind: a body that reaches there
+//!   may blind the rays that come to its watched voxels.
+//! * A ray ends in nothing before it has come to the longest range; whether that certifies that it passed free
+//!   space does not matter for what it would have hit.
+//! * A return that is lost in a repeat is lost whatever it comes from. Noise moves where a return is read, not
+//!   where it comes from; rays are those of the true mount.
+//! * A zone camera would notice a person whose joints it finds; which these are, a body does not say.
+//!
+//! The reasons of `src/decide/view/why.rs` say more of what is not watched: whoever stands in a voxel that is
+//! monitored and not watched has something before them, or too near to the lens, or a return is lost.
+
+use rayon::prelude::*;
+
+use super::look::{self, Way};
+use super::{Extent, Kind, Station};
+use perirobot_march::backend::{GridPose, Rays};
+use perirobot_march::march;
+use perirobot_march::voxel::BitGrid;
+
+/// The voxels that a sensor watches in a representation, over the grid or a part of it.
+pub fn watched(kind: &dyn Kind, representation: usize, at: &Station) -> BitGrid {
+    if is_always_on(kind, representation, at) {
+        return BitGrid::nowhere();
+    }
+    if let Some(voxels) = kind.watches(representation, at) {
+        return voxels;
+    }
+    match (kind.feels(at), at.rays) {
+        (Extent::Only(voxels), _) => voxels,
+        (_, Some(rays)) => by_rays(rays, &at.placement(kind), &at.truth.blockers, None),
+        (_, None) => BitGrid::nowhere(),
+    }
+}
+
+/// Whether a sensor is, in a representation, a switch that the environment alone trips.
+pub fn is_always_on(kind: &dyn Kind, representation: usize, at: &Station) -> bool {
+    kind.feels_presence(representation) && !kind.stuck_by(at).is_empty()
+}
+
+/// The voxels that rays watch; only those whose return would be read in a field, if one is given.
+pub(super) fn by_rays(rays: &Rays, from: &GridPose, blockers: &BitGrid, field: Option<&BitGrid>) -> BitGrid {
+    let window = blockers.window();
+    let follow = |plane: &mut BitGrid, ray: u32| {
+        let drawn = march::draw(from.draws, ray);
+        if march::is_lost(drawn, rays.noise.lost_below) {
+            return;
+        }
+        let (way, gates) = (Way::of(from, rays.dirs_q15[ray as usize]), rays.gates_of(ray as usize));
+        let entered = march::crossings(march::start(from.caster().origin_q16, way.truly_q16));
+        for to in entered.take_while(|to| to.t_q16 <= gates.range_max_q16 && window.contains(to.voxel)) {
+            if to.t_q16 < gates.near_ignore_q16 {
+                continue;
+            }
+            let is_read = |field: &BitGrid| field.get(look::read(rays, from, way, drawn, &to, window.size));
+            if to.t_q16 >= gates.range_min_q16 && field.is_none_or(is_read) {
+                plane.set(to.voxel);
+            }
+            if blockers.get(to.voxel) {
+                break;
+            }
+        }
+    };
+    // A plane for each thread.
+    let count = rays.dirs_q15.len() as u32;
+    let share = count.div_ceil(rayon::current_num_threads() as u32).max(1);
+    let parts = (0..count.div_ceil(share)).into_par_iter().map(|part| {
+        let mut plane = BitGrid::new(window);
+        (part * share..(part * share + share).min(count)).for_each(|ray| follow(&mut plane, ray));
+        plane
+    });
+    let all = parts.reduce_with(|mut all, part| {
+        all.add(&part);
+        all
+    });
+    all.unwrap_or_else(BitGrid::nowhere)
+}

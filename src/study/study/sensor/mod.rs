@@ -1,0 +1,384 @@
+//! Sensors of a study, checked. The keys that all kinds share are read here, those of a kind in its own file.
+
+mod camera_info;
+mod cover;
+mod gate;
+mod lidar;
+mod pad;
+mod range;
+mod rays;
+mod recorded;
+mod rgb;
+mod rgbd;
+#[cfg(test)]
+mod schema;
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+use super::catalogue::{self, FromModel};
+use super::poses::PosesFile;
+use super::reader::read;
+use super::region_file::BoxFile;
+use super::unreadable::{Unread, Unreadable};
+use super::written::{LineOf, Step, in_words};
+use super::{Place, Problems, poses};
+use crate::sensor::known_robot::KnownRobot;
+use crate::sensor::prism::Prism;
+use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Spread, Terms};
+use perirobot_march::{Error, Result};
+use perirobot_scene::scene::spec::SceneSpec;
+use perirobot_scene::source::Sources;
+#[cfg(test)]
+pub(super) use schema::AnySensor;
+
+/// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
+pub const MAX_RAYS: usize = (128 << 20) / 12;
+
+/// The keys of every sensor.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct CommonFile {
+    /// Its name in results.
+    name: String,
+    /// What it is.
+    kind: KindName,
+    /// The link of a robot that carries it; poses are then in the link's frame.
+    on: Option<LinkFile>,
+    /// An earlier sensor whose poses it has, too.
+    same_poses_as: Option<String>,
+    /// What one of them costs, in any currency, for `perirobot choose`.
+    cost: Option<f64>,
+    /// How many of them a set of `perirobot choose` may have. Default as many as the set may have sensors.
+    at_most: Option<u32>,
+    /// Where it may stand.
+    #[serde(default)]
+    poses: Vec<PosesFile>,
+}
+
+const COMMON_KEYS: [&str; 7] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "poses"];
+
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+enum KindName {
+    Rgbd,
+    Rgb,
+    Lidar,
+    Rays,
+    Pad,
+    Gate,
+    Cover,
+    KnownRobot,
+    Recorded,
+}
+
+/// A link of a robot.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+struct LinkFile {
+    /// The robot's object in the scene.
+    object: String,
+    /// The link's name in the URDF.
+    link: String,
+}
+
+/// What a sensor without a return or a detection says about the voxels that it watches.
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+enum Silence {
+    Unknown,
+    Free,
+}
+
+impl BoxFile {
+    /// The box as a volume in the sensor's frame.
+    fn prism(&self, at: &Place, key: &str) -> Result<Prism> {
+        let at = at.key(key);
+        let (min, max) = (at.vector("min_m", self.min_m)?, at.vector("max_m", self.max_m)?);
+        if !min.cmplt(max).all() {
+            return Err(at.wrong("max_m", format!("{:?}", self.max_m), "must be above min_m on every axis"));
+        }
+        Ok(Prism::between(min, max))
+    }
+}
+
+/// A kind without keys of its own.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+struct NoKeys {}
+
+/// The context in which a sensor is checked.
+#[derive(Clone, Copy)]
+pub(super) struct Context<'a> {
+    /// The study's seed.
+    pub(super) seed: u64,
+    /// Whether noise is switched off.
+    pub(super) noiseless: bool,
+    /// Its place in the study.
+    pub(super) index: usize,
+    /// The sensors before it that are right.
+    pub(super) earlier: &'a [Sensor],
+    /// How many poses those have together.
+    pub(super) poses: usize,
+    /// The sources through which its files are read.
+    pub(super) sources: &'a Sources,
+    /// The study's scenes.
+    pub(super) scenes: &'a [SceneSpec],
+    /// On which line of the study a key stands.
+    pub(super) line_of: LineOf<'a>,
+}
+
+impl Context<'_> {
+    /// Why the keys of this sensor cannot be read, with an example of the key that is wrong or missing.
+    fn unreadable(&self, at: &Place, error: &Unreadable, more: &str) -> Error {
+        let key = match (&error.keys()[..], &error.kind) {
+            ([key], _) => *key,
+            ([], Unread::Missing(key)) => *key,
+            _ => "",
+        };
+        let example = EXAMPLES.iter().find(|example| example.split(' ').next() == Some(key));
+        let example = example.map_or(String::new(), |example| format!(", as in {example}"));
+        let place = [Step::Key("sensor".into()), Step::Entry(self.index)];
+        at.says(format!("{}{example}{more}", in_words(error, self.line_of, &place)))
+    }
+}
+
+/// Checks one `[[sensor]]`. All that is wrong with its poses is told at once.
+pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Sensor, Vec<Error>> {
+    let name = keys.get("name").and_then(|name| name.as_str());
+    let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
+    let FromModel { contradictions, thinned } = catalogue::resolve(at, &mut keys).map_err(|e| vec![e])?;
+    let mut common = Table::new();
+    for key in COMMON_KEYS {
+        common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
+    }
+    let common: CommonFile = read(common).map_err(|e| vec![context.unreadable(at, &e, "")])?;
+    let noise = range::said(&keys);
+    let (kind, mut warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
+    warnings.splice(0..0, contradictions);
+    let terms = terms(at, &common).map_err(|e| vec![e])?;
+    let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
+    if on.is_some() && !kind.takes_poses() {
+        return Err(vec![
+            at.says(format!("on does not belong to a {}", kind.name())).wanted("it is where the robot is"),
+        ]);
+    }
+    let like = common.same_poses_as.as_deref();
+    let source = CandidateSource { like, context };
+    let (candidates, spreads) = candidates(at, &common.name, &*kind, &common.poses, &source)?;
+    Ok(Sensor {
+        name: common.name,
+        kind,
+        on,
+        candidates,
+        draw_words: Vec::new(),
+        spreads,
+        noise,
+        thinned,
+        terms,
+        warnings,
+    })
+}
+
+/// What one of them costs, and how many a set may have.
+fn terms(at: &Place, common: &CommonFile) -> Result<Terms> {
+    if common.at_most == Some(0) {
+        return Err(at.wrong("at_most", 0, "must be 1 or more; take the sensor away if there is to be none"));
+    }
+    let cost = common.cost.map(|cost| at.cost("cost", cost)).transpose()?;
+    Ok(Terms { cost, at_most: common.at_most })
+}
+
+/// The sensor that the keys of its kind describe, with warnings.
+fn kind(
+    at: &Place,
+    kind: KindName,
+    mut keys: Table,
+    context: &Context,
+) -> Result<(Arc<dyn Kind>, Vec<String>)> {
+    let &Context { noiseless, sources, .. } = context;
+    let mut warnings = odd_lengths(&keys);
+    if matches!(kind, KindName::Rgbd | KindName::Rgb) {
+        warnings.extend(camera_info::resolve(at, &mut keys, sources)?);
+    }
+    if matches!(kind, KindName::Rgbd | KindName::Lidar | KindName::Rays | KindName::Cover) {
+        range::refuse_former(at, &keys)?;
+    }
+    let kind: Arc<dyn Kind> = match kind {
+        KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys, context)?, noiseless)?),
+        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys, context)?, noiseless)?),
+        KindName::Lidar => {
+            let file = own(at, keys, context)?;
+            warnings.extend(lidar::left_out(&file));
+            Arc::new(lidar::check(at, file, noiseless)?)
+        }
+        KindName::Rays => Arc::new(rays::check(at, own(at, keys, context)?, noiseless, sources)?),
+        KindName::Pad => Arc::new(pad::check(at, own(at, keys, context)?)?),
+        KindName::Gate => Arc::new(gate::check(at, own(at, keys, context)?)?),
+        KindName::Cover => Arc::new(cover::check(at, own(at, keys, context)?, noiseless)?),
+        KindName::KnownRobot => {
+            let NoKeys {} = own(at, keys, context)?;
+            Arc::new(KnownRobot)
+        }
+        KindName::Recorded => {
+            let (recorded, about) = recorded::check(at, own(at, keys, context)?, context)?;
+            warnings.extend(about);
+            Arc::new(recorded)
+        }
+    };
+    Ok((kind, warnings))
+}
+
+/// Where candidates may come from besides the sensor's own poses.
+struct CandidateSource<'a> {
+    like: Option<&'a str>,
+    context: &'a Context<'a>,
+}
+
+fn candidates(
+    at: &Place,
+    name: &str,
+    kind: &dyn Kind,
+    groups: &[PosesFile],
+    source: &CandidateSource,
+) -> Result<(Vec<Candidate>, Vec<Spread>), Vec<Error>> {
+    let one = |e: Error| vec![e];
+    if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
+        return Err(one(at
+            .says(format!("poses do not belong to a {}", kind.name()))
+            .wanted("take them away")));
+    }
+    let most = poses::MAX_POSES.saturating_sub(source.context.poses);
+    if let Some(like) = source.like {
+        return same_poses(at, kind, groups, like, source.context.earlier, most).map_err(one);
+    }
+    let settings = kind.settings();
+    if groups.is_empty() && !settings.is_empty() {
+        let candidate = |(name, setting)| Candidate { name, group: kind.name().into(), setting };
+        return Ok((settings.into_iter().map(candidate).collect(), Vec::new()));
+    }
+    at.some("poses", groups, "[[sensor.poses]] name = \"wall\"").map_err(one)?;
+    let (mut candidates, mut spreads, mut problems) = (Vec::new(), Vec::new(), Problems::default());
+    for (i, group) in groups.iter().enumerate() {
+        let stream = (source.context.index as u64) << 32 | i as u64;
+        let (stance, seed, files) = (kind.stance(), source.context.seed, source.context.sources);
+        let source = poses::PoseSource { sensor: name, stance, seed, stream, most, files };
+        let spread = problems.keep(poses::expand(at, group, &source, &mut candidates));
+        spreads.extend(spread.flatten());
+    }
+    problems.none()?;
+    at.unique("pose", candidates.iter().map(|c| c.name.as_str())).map_err(one)?;
+    Ok((candidates, spreads))
+}
+
+/// The candidates of an earlier sensor with the same stance.
+fn same_poses(
+    at: &Place,
+    kind: &dyn Kind,
+    groups: &[PosesFile],
+    like: &str,
+    earlier: &[Sensor],
+    most: usize,
+) -> Result<(Vec<Candidate>, Vec<Spread>)> {
+    if !groups.is_empty() {
+        return Err(at.says("both poses and same_poses_as").wanted("give one"));
+    }
+    let posed = || earlier.iter().filter(|sensor| has_poses(sensor));
+    let found = posed().find(|sensor| sensor.name == like).ok_or_else(|| {
+        let known: Vec<_> = posed().map(|sensor| &sensor.name).collect();
+        let rule = format!("must be a sensor above it that has poses: {known:?}");
+        at.wrong("same_poses_as", format!("{like:?}"), &rule)
+    })?;
+    // The same pose turns sensors of different stances differently.
+    if found.kind.stance() != kind.stance() {
+        let what = format!("{:?} is not mounted as a {} is", like, kind.name());
+        return Err(at.around(Error::input("same_poses_as", what).wanted("write out its poses")));
+    }
+    if found.candidates.len() > most {
+        return Err(at.around(poses::too_many().at("same_poses_as")));
+    }
+    Ok((found.candidates.clone(), found.spreads.clone()))
+}
+
+fn has_poses(sensor: &Sensor) -> bool {
+    sensor.candidates.iter().any(|candidate| matches!(candidate.setting, Setting::Pose(_)))
+}
+
+/// The keys of one kind.
+fn own<T: DeserializeOwned>(at: &Place, keys: Table, context: &Context) -> Result<T> {
+    read(keys).map_err(|e| {
+        let more = match e.kind {
+            Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
+            _ => String::new(),
+        };
+        context.unreadable(at, &e, &more)
+    })
+}
+
+/// Examples of keys whose form is not obvious.
+const EXAMPLES: [&str; 13] = [
+    "name = \"camera\"",
+    "kind = \"rgbd\"",
+    "fov_deg = [87, 58], horizontal and vertical",
+    "resolution_px = [1280, 720]",
+    "resolution_deg = [0.5, 2], horizontal and vertical, or one for both",
+    "rings = 16, from one end of elevation_deg to the other",
+    "beams = 1081, from one end of fov_deg to the other",
+    "range_m = [0.3, 6]",
+    "size_m = [1, 0.75]",
+    "inflation_m = [0.1, 0.2]",
+    "directions = \"rays.csv\", a table with the columns x,y,z",
+    "box = { min_m = [0, 0, 0.3], max_m = [0.1, 1, 2] }",
+    "zone = { min_m = [0, -1, 0], max_m = [2, 1, 2] }",
+];
+
+/// Checks that there are representations, and none twice.
+fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
+    at.some("representations", names, example)?;
+    match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
+        Some(i) => Err(at.says(format!("representations[{i}] is there already")).wanted("name each once")),
+        None => Ok(()),
+    }
+}
+
+/// The largest plausible lengths, in metres: several times what is built, or what a person needs.
+const LARGEST_M: [(&str, f64); 6] = [
+    ("spheres_radius_m", 2.0),
+    ("cylinders_radius_m", 2.0),
+    ("keypoint_tolerance_m", 2.0),
+    ("near_ignore_m", 2.0),
+    ("size_m", 50.0),
+    ("height_m", 50.0),
+];
+
+/// Warnings about lengths that are implausibly large.
+fn odd_lengths(keys: &Table) -> Vec<String> {
+    let metres = |value: &Value| match value {
+        Value::Array(all) => all.iter().filter_map(number).fold(0.0, f64::max),
+        value => number(value).unwrap_or(0.0),
+    };
+    let odd = LARGEST_M.iter().filter_map(|(key, most_m)| {
+        let given = keys.get(*key).filter(|value| metres(value) > *most_m)?;
+        Some(format!("{key} = {given}: is more than {most_m} m meant? Lengths are metres"))
+    });
+    odd.collect()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+/// A length that must be above zero.
+fn length(at: &Place, key: &str, metres: f64) -> Result<f64> {
+    at.number(key, metres, f64::MIN_POSITIVE..1e6, "a length in metres above 0 and below 1000000")
+}
+
+#[cfg(test)]
+mod tests;

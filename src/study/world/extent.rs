@@ -1,0 +1,99 @@
+//! The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{sizes, true_poses};
+use crate::sensor::{Setting, Stance};
+use crate::study::Study;
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_march::voxel::{Grid, Window};
+use perirobot_scene::scene::Scene;
+use perirobot_scene::truth::voxelize;
+
+/// The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.
+pub(super) fn grid(
+    study: &Study,
+    snapshots: &[Scene],
+    settings: &[Vec<Arc<Vec<Setting>>>],
+    surfaces: &Window,
+) -> Result<Grid> {
+    let size_m = study.voxel_size_m;
+    let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
+    let key = |p: DVec3| Grid::voxel_of(at_world.position_q16(p));
+    let one = |p: DVec3| Window::between(key(p), key(p));
+    let Some([min, max]) = study.bounds_m else {
+        voxelize::grid_over_all(surfaces, size_m, snapshots)?;
+        let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());
+        let all = each.flat_map(|(sensor, all)| {
+            let candidates = all.iter().enumerate();
+            candidates.flat_map(move |(candidate, setting)| positions(study, [sensor, candidate], setting))
+        });
+        let all = all.fold(*surfaces, |all, p| all.union(&one(p)));
+        return voxelize::grid_over(&all, size_m).map_err(|e| {
+            let (mut extent, mut last) = (*surfaces, DVec3::ZERO);
+            let stretches = |p: DVec3| {
+                (extent, last) = (extent.union(&one(p)), p);
+                voxelize::grid_over(&extent, size_m).is_err()
+            };
+            let Some(pose) = first_pose(study, settings, stretches) else { return e };
+            let e = e.at(format!("{pose} stretches the grid"));
+            let cell = [at_world.corner_m(surfaces.min), at_world.corner_m(surfaces.end())];
+            match sizes::in_another_unit(last, cell) {
+                Some(cause) => e.cure(format!("it {cause}")),
+                None => e,
+            }
+        });
+    };
+    let bounds = Window::between(key(min), key(max));
+    match first_pose(study, settings, |p| !bounds.contains(key(p))) {
+        None => voxelize::grid_over(&bounds, size_m),
+        Some(pose) => Err(Issue::says(format!("{pose} is outside grid.bounds_m {min} to {max}"))
+            .wanted("move it, or widen the bounds")
+            .into()),
+    }
+}
+
+/// Where a setting puts a sensor that looks out from there: where it is believed to be, and where it truly is
+/// in each repeat if its mount may be off. Pads and gates are checked against the grid, and do not stretch
+/// it.
+fn positions<'a>(
+    study: &'a Study,
+    [sensor, candidate]: [usize; 2],
+    setting: &Setting,
+) -> impl Iterator<Item = DVec3> + use<'a> {
+    let kind = &study.sensors[sensor].kind;
+    let believed = match setting {
+        Setting::Pose(pose) if kind.stance() != Stance::Level => Some(*pose),
+        _ => None,
+    };
+    let truly = believed
+        .into_iter()
+        .flat_map(move |pose| true_poses(study, Setting::Pose(pose), [sensor, candidate]));
+    believed.into_iter().chain(truly).map(|pose| pose.position_m)
+}
+
+/// The first pose of the study, in any snapshot, whose position is so, in words.
+fn first_pose(
+    study: &Study,
+    settings: &[Vec<Arc<Vec<Setting>>>],
+    mut is_so: impl FnMut(DVec3) -> bool,
+) -> Option<String> {
+    let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());
+    let mut poses = each.flat_map(|(s, all)| {
+        let candidates = all.iter().enumerate();
+        candidates.flat_map(move |(c, setting)| {
+            positions(study, [s, c], setting).map(move |at| (s, c, setting, at))
+        })
+    });
+    let (s, c, setting, at) = poses.find(|(.., at)| is_so(*at))?;
+    let (sensor, believed) = (&study.sensors[s], setting.pose().position_m);
+    let off = if at == believed {
+        String::new()
+    } else {
+        format!(" (where its calibration puts it, which is believed at {believed})")
+    };
+    Some(format!("sensor {:?}: pose {} at {at}{off}", sensor.name, sensor.candidates[c].name))
+}

@@ -1,0 +1,93 @@
+//! Sensors at other poses in the same voxels.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{World, true_poses};
+use crate::sensor::{Sensor, Setting, Stance, Station};
+use crate::study::Study;
+use perirobot_march::Result;
+use perirobot_march::error::{Issue, Site};
+use perirobot_march::voxel::Grid;
+use perirobot_scene::pose::Pose;
+
+impl World {
+    /// The same voxels with other candidates of the study's sensors, which [`World::takes`] or [`World::examine_sensors`].
+    pub fn with_sensors(&self, sensors: &[Sensor]) -> World {
+        let each = sensors.iter().zip(&self.carriers);
+        let settings = each.map(|(sensor, carrier)| Arc::new(sensor.settings(carrier.as_ref())));
+        World { settings: settings.collect(), ..self.clone() }
+    }
+
+    /// Finds out whether the study's sensors can work at all their candidates in this world: in the grid, where their kind
+    /// can stand. The study may be one with other candidates.
+    ///
+    /// # Errors
+    /// The first candidate that is wrong, by its name.
+    pub fn examine_sensors(&self, study: &Study) -> Result<()> {
+        let (truth, window) = (self.truth(), self.grid.window());
+        let settings = self.with_sensors(&study.sensors).settings;
+        for (number, (sensor, settings)) in study.sensors.iter().zip(&settings).enumerate() {
+            for (index, (candidate, &setting)) in sensor.candidates.iter().zip(settings.iter()).enumerate() {
+                let station = Station {
+                    moment: [self.scene, self.snapshot],
+                    truth: &truth,
+                    window,
+                    setting,
+                    rays: None,
+                    truly: None,
+                    draws: 0,
+                };
+                let voxel = |pose: &Pose| Grid::voxel_of(self.grid.position_q16(pose.position_m));
+                let is_outside = |pose: &Pose| !window.contains(voxel(pose));
+                let believed = matches!(setting, Setting::Pose(_)).then(|| setting.pose());
+                let off = true_poses(study, setting, [number, index]).find(is_outside);
+                let (checked, mount) = match (believed.filter(is_outside), off) {
+                    (Some(pose), _) => (Err(self.outside(pose.position_m)), ""),
+                    (None, Some(pose)) => (Err(self.outside(pose.position_m)), " with its mount off"),
+                    (None, None) => (sensor.kind.check(&station), ""),
+                };
+                let name = Site::Subject(format!("pose {}{mount}", candidate.name));
+                checked.map_err(|e| e.at(name).at(format!("sensor {:?}", sensor.name)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What is wrong with a place outside of the grid.
+    fn outside(&self, at: DVec3) -> Issue {
+        let [low, high] = [[0; 3], self.grid.size.map(|n| n as i32)].map(|voxel| self.grid.corner_m(voxel));
+        Issue::says(format!("is at {at} m, outside of the voxels of scene {:?}", self.name))
+            .wanted(format!("they go from {low} to {high} m"))
+    }
+
+    /// Whether a sensor of the study, mounted as a planned pose is, may stand at another as its candidate of this
+    /// number: in the grid, in no solid thing unless the planned one is, and where its kind can work. Poses are in
+    /// the world, or on the link that carries the sensor.
+    pub fn takes(
+        &self,
+        study: &Study,
+        [sensor, candidate]: [usize; 2],
+        planned: &Pose,
+        other: &Pose,
+    ) -> bool {
+        let (spec, truth) = (&study.sensors[sensor], self.truth());
+        let carrier = self.carriers[sensor].as_ref();
+        let [planned, other] = [planned, other].map(|pose| Setting::Pose(*pose).carried_by(carrier));
+        let voxel = |pose: &Pose| Grid::voxel_of(self.grid.position_q16(pose.position_m));
+        let window = self.grid.window();
+        let is_solid = |setting: &Setting| {
+            let looks_out = spec.kind.stance() != Stance::Level && carrier.is_none();
+            looks_out && truth.blockers.get(voxel(&setting.pose()))
+        };
+        let truly = true_poses(study, other, [sensor, candidate]);
+        let mut places = [other.pose()].into_iter().chain(truly);
+        let moment = [self.scene, self.snapshot];
+        let station =
+            Station { moment, truth: &truth, window, setting: other, rays: None, truly: None, draws: 0 };
+        places.all(|pose| window.contains(voxel(&pose)))
+            && (is_solid(&planned) || !is_solid(&other))
+            && spec.kind.check(&station).is_ok()
+    }
+}

@@ -1,0 +1,61 @@
+//! Warns of robots that float: a robot stands on something or hangs from something.
+
+use super::World;
+use perirobot_march::voxel::Distances;
+use perirobot_scene::scene::{Role, Scene};
+use perirobot_scene::truth::{ObjectVoxels, Truth};
+
+/// A robot that is this near to anything, or to the floor, is mounted there, in metres and in voxels.
+const MOUNTED_M: f64 = 0.2;
+const MOUNTED_VOXELS: i32 = 2;
+
+/// What is wrong with each robot of a scene, at its first moment. Robots that hold each other up float together.
+pub(super) fn warnings(scene: &Scene, world: &World) -> Vec<String> {
+    let truth = world.truth();
+    let above_m = |robot: usize| truth.objects[robot].bounds_m[0].z - world.floor.z_m;
+    let is_raised = |&robot: &usize| {
+        let (object, voxels) = (&scene.objects[robot], &truth.objects[robot].voxels);
+        let is_robot = object.role == Role::Robot && !object.tag_only;
+        is_robot && !voxels.is_empty() && above_m(robot) > MOUNTED_M
+    };
+    let raised = (0..scene.objects.len()).filter(is_raised);
+    let mut floating: Vec<(usize, Vec<usize>)> =
+        raised.map(|robot| (robot, neighbours(&truth, robot))).collect();
+    loop {
+        let before: Vec<usize> = floating.iter().map(|(robot, _)| *robot).collect();
+        floating.retain(|(_, near)| near.iter().all(|other| before.contains(other)));
+        if floating.len() == before.len() {
+            break;
+        }
+    }
+    let line = |(robot, near): &(usize, Vec<usize>)| {
+        let with = near.iter().map(|&other| format!("{:?}", truth.objects[other].name));
+        let with = with.collect::<Vec<_>>().join(", ");
+        let support = match with.is_empty() {
+            true => "nothing is near it".into(),
+            false => format!("only {with} is near it, which also floats"),
+        };
+        format!(
+            "robot {:?} floats: it begins {:.2} m above the floor, and {support}: correct its position_m, or model what it \
+             stands on or hangs from",
+            truth.objects[*robot].name,
+            above_m(*robot)
+        )
+    };
+    floating.iter().map(line).collect()
+}
+
+/// The objects near a robot that may carry it.
+fn neighbours(truth: &Truth, robot: usize) -> Vec<usize> {
+    let reach = MOUNTED_VOXELS.max((MOUNTED_M / truth.grid.voxel_size_m).ceil() as i32);
+    let own = &truth.objects[robot].voxels;
+    let around = own.bounds().grown(reach).intersection(&truth.grid.window());
+    let distances = Distances::to(&own.over(around));
+    let is_near = |other: &ObjectVoxels| {
+        let near = other.voxels.over(around.intersection(&other.voxels.window()));
+        distances.least(&near).is_some_and(|squared| squared <= (reach * reach) as u32)
+    };
+    let others = truth.objects.iter().enumerate().filter(|(other, _)| *other != robot);
+    let carrying = others.filter(|(_, object)| object.role != Role::Human && is_near(object));
+    carrying.map(|(other, _)| other).collect()
+}

@@ -1,0 +1,63 @@
+//! Warns of switches that the environment alone trips: which object does, where and at which moment.
+
+use std::collections::HashSet;
+
+use super::World;
+use super::warnings::first_of;
+use crate::sensor::Station;
+use crate::study::Study;
+use crate::world::place::Places;
+use perirobot_march::voxel::BitGrid;
+use perirobot_scene::truth::Truth;
+
+/// The candidates of a sensor that are always on without anybody there, at some moment of the scene.
+pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[World]) -> Option<String> {
+    let kind = &*study.sensors[sensor].kind;
+    let mut stuck = HashSet::new();
+    // The first candidate and snapshot, and what trips it.
+    let mut earliest = None;
+    let mut moments = 0;
+    for (snapshot, world) in worlds.iter().enumerate() {
+        let truth = world.truth();
+        let (window, before) = (truth.grid.window(), moments);
+        for (candidate, &setting) in world.settings[sensor].iter().enumerate() {
+            let moment = [world.scene, world.snapshot];
+            let (truth, rays, truly) = (&*truth, None, None);
+            let by = kind.stuck_by(&Station { moment, truth, window, setting, rays, truly, draws: 0 });
+            if by.is_empty() {
+                continue;
+            }
+            moments = before + 1;
+            earliest.get_or_insert_with(|| (candidate, snapshot, what(truth, &by)));
+            stuck.insert(candidate);
+        }
+    }
+    let (candidate, snapshot, what) = earliest?;
+    let first = first_of(study, places, sensor, &[candidate])?;
+    let when = match worlds.len() {
+        all if moments == all => String::new(),
+        all => format!(" in snapshot {snapshot}, and in {moments} of {all} snapshots something does"),
+    };
+    Some(format!(
+        "sensor {:?}: the environment alone trips {} of {} poses, which are then always on ({first}; {what}{when}): \
+         keep the box or the field off floor and walls, or give a pad tare = true",
+        study.sensors[sensor].name,
+        stuck.len(),
+        study.sensors[sensor].candidates.len()
+    ))
+}
+
+/// The object with most of some voxels, and the first of its voxels there.
+fn what(truth: &Truth, voxels: &BitGrid) -> String {
+    let shared = truth.objects.iter().map(|object| {
+        let mut shared = object.voxels.over(voxels.window().intersection(&object.voxels.window()));
+        shared.keep(voxels);
+        (object, shared)
+    });
+    let most = shared.rev().max_by_key(|(_, shared)| shared.count());
+    let Some((object, at)) = most.and_then(|(object, shared)| Some((object, shared.voxels().next()?))) else {
+        return "the inside of a body".into();
+    };
+    let at = truth.grid.corner_m(at) + truth.grid.voxel_size_m / 2.0;
+    format!("{:?} does at x {:.2}, y {:.2}, z {:.2} m", object.name, at.x + 0.0, at.y + 0.0, at.z + 0.0)
+}

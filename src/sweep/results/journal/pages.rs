@@ -1,0 +1,77 @@
+//! The counts of a finished sweep by row, from one journal or from those of all its shards, with as much of
+//! them in memory as a report looks at in turn.
+
+use std::cell::RefCell;
+
+use crate::results::journal::Journal;
+use perirobot_march::Result;
+use perirobot_march::metrics::Confusion;
+
+/// Counts that are kept in memory, all blocks together: some 50 MB.
+const KEPT_ROWS: u64 = 1 << 19;
+
+/// Fewest rows of a block that are read at once.
+const LEAST_ROWS: u64 = 64;
+
+/// The number of a page of a block, and its counts.
+type CountsPage = (u64, Vec<Confusion>);
+
+/// Journals that hold all rows of a sweep between them. A report asks for the same row of many blocks, then
+/// for the next row of them, so a page of each block is kept.
+#[derive(Debug)]
+pub struct Pages {
+    /// In the order of the rows that they keep.
+    journals: Vec<Journal>,
+    pub(super) page_rows: u64,
+    /// For each block, the page that is kept.
+    pub(super) pages: RefCell<Vec<Option<CountsPage>>>,
+}
+
+impl Pages {
+    /// Of journals of one sweep that together keep every row of each block once, in the order of those rows.
+    pub(crate) fn new(journals: Vec<Journal>) -> Pages {
+        let blocks = journals[0].header().blocks;
+        let page_rows = (KEPT_ROWS / blocks.max(1)).max(LEAST_ROWS);
+        let pages = RefCell::new((0..blocks).map(|_| None).collect());
+        Pages { journals, page_rows, pages }
+    }
+
+    /// The counts of a row.
+    ///
+    /// # Errors
+    /// `Error::Storage` if the disk fails, or the row is not in its file any more.
+    pub(crate) fn counts(&self, row: u64) -> Result<Confusion> {
+        let block_rows = self.journals[0].header().block_rows;
+        let (block, within) = (row / block_rows, row % block_rows);
+        let (page, at) = (within / self.page_rows, (within % self.page_rows) as usize);
+        let kept = &mut self.pages.borrow_mut()[block as usize];
+        if let Some((number, counts)) = kept
+            && *number == page
+        {
+            return Ok(counts[at]);
+        }
+        let (_, counts) = kept.insert((page, self.read(block, page)?));
+        Ok(counts[at])
+    }
+
+    /// Makes every later read fail.
+    #[cfg(all(any(test, feature = "example"), target_os = "linux"))]
+    pub(crate) fn break_disk(&mut self) {
+        self.journals.iter_mut().for_each(Journal::break_disk);
+    }
+
+    /// A page of a block.
+    fn read(&self, block: u64, page: u64) -> Result<Vec<Confusion>> {
+        let block_rows = self.journals[0].header().block_rows;
+        let (first, end) = (page * self.page_rows, block_rows.min((page + 1) * self.page_rows));
+        let mut counts = Vec::new();
+        for journal in &self.journals {
+            let kept = &journal.header().kept;
+            let (from, to) = (first.max(kept.start), end.min(kept.end));
+            if from < to {
+                counts.extend(journal.counts(block * block_rows + from..block * block_rows + to)?);
+            }
+        }
+        Ok(counts)
+    }
+}

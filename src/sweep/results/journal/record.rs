@@ -1,0 +1,193 @@
+//! The bytes of a journal: a header that says which sweep and which part of it, and records of one size.
+//!
+//! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many
+//! there are (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here
+//! (u64 each), the sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest.
+//! Record, 88 bytes: row (u64), twelve counts in the order of [`Confusion::counts`], five in that of
+//! [`Detection::counts`], and a bit for each body part that is missed (u32 each), checksum (8 bytes).
+
+use std::fmt;
+use std::ops::Range;
+
+use sha2::{Digest, Sha256};
+
+use perirobot_march::metrics::{COUNTERS, Confusion, DETECTION_COUNTERS, Detection};
+
+/// Bytes before the first record.
+pub(super) const HEADER_BYTES: usize = 128;
+
+/// Bytes of a record.
+pub(super) const RECORD_BYTES: usize = 88;
+
+/// What every journal begins with.
+const MAGIC: [u8; 8] = *b"PeRSjrnl";
+
+/// Version of this format.
+const VERSION: u32 = 2;
+
+/// Bytes of a checksum.
+const CHECK_BYTES: usize = 8;
+
+/// Why a file cannot be resumed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// It never was a journal.
+    Foreign,
+    /// Another perirobot wrote it.
+    Format(u32),
+    /// It was one, but its header is damaged.
+    Damaged,
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Unfit::Foreign => write!(f, "is no journal of perirobot"),
+            Unfit::Format(format) => {
+                write!(f, "is a journal of format {format}, this perirobot writes {VERSION}")
+            }
+            Unfit::Damaged => write!(f, "has a damaged beginning"),
+        }
+    }
+}
+
+/// One of several parts that a sweep is split into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Shard {
+    /// Which one, counted from 0.
+    pub number: u32,
+    /// How many there are.
+    pub of: u32,
+}
+
+impl Shard {
+    /// The part that is everything.
+    pub const WHOLE: Shard = Shard { number: 0, of: 1 };
+}
+
+/// Which rows of which sweep a journal holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JournalHeader {
+    /// Hash of all that decides the counts.
+    pub fingerprint: [u8; 32],
+    /// Which part of the sweep it is.
+    pub shard: Shard,
+    /// How many blocks (repeats of moments) the sweep has.
+    pub blocks: u64,
+    /// How many rows each block has.
+    pub block_rows: u64,
+    /// The rows of each block that are kept here.
+    pub kept: Range<u64>,
+}
+
+/// What stands at a row's place.
+#[derive(Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "one at a time is looked at, and most are finished rows")]
+pub(super) enum State {
+    Missing,
+    Finished(Confusion),
+    Damaged,
+}
+
+impl JournalHeader {
+    /// The rows of a block that are kept here.
+    pub fn rows_of_block(&self, block: u64) -> Range<u64> {
+        let before = block * self.block_rows;
+        before + self.kept.start..before + self.kept.end
+    }
+
+    /// How many rows are kept here.
+    pub fn rows(&self) -> u64 {
+        self.blocks * (self.kept.end - self.kept.start)
+    }
+
+    /// The place of a row that is kept here.
+    pub(super) fn place(&self, row: u64) -> u64 {
+        let (block, within) = (row / self.block_rows, row % self.block_rows);
+        debug_assert!(self.kept.contains(&within), "row {row} is kept elsewhere");
+        block * (self.kept.end - self.kept.start) + within - self.kept.start
+    }
+
+    /// As it stands in the file.
+    pub(super) fn bytes(&self) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend([VERSION, self.shard.number, self.shard.of].iter().flat_map(|n| n.to_le_bytes()));
+        let numbers = [self.blocks, self.block_rows, self.kept.start, self.kept.end];
+        bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        bytes.extend(self.fingerprint);
+        bytes.resize(HEADER_BYTES - CHECK_BYTES, 0);
+        bytes.extend(check([&bytes, &[]]));
+        bytes
+    }
+
+    /// Back from the file. The numbers of a header that parses can be trusted as far as sums and products of
+    /// them go.
+    pub(super) fn parse(bytes: &[u8]) -> Result<JournalHeader, Unfit> {
+        let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
+        if !body.starts_with(&MAGIC) {
+            return Err(Unfit::Foreign);
+        }
+        let u32_at = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[at + i]));
+        let u64_at = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| body[at + i]));
+        if u32_at(8) != VERSION {
+            return Err(Unfit::Format(u32_at(8)));
+        }
+        let header = JournalHeader {
+            fingerprint: std::array::from_fn(|i| body[52 + i]),
+            shard: Shard { number: u32_at(12), of: u32_at(16) },
+            blocks: u64_at(20),
+            block_rows: u64_at(28),
+            kept: u64_at(36)..u64_at(44),
+        };
+        let rows = header
+            .blocks
+            .checked_mul(header.block_rows)
+            .and_then(|rows| rows.checked_mul(RECORD_BYTES as u64));
+        let sound = header.kept.start < header.kept.end
+            && header.kept.end <= header.block_rows
+            && header.shard.number < header.shard.of;
+        if check([body, &[]]) != sum || !sound || rows.is_none_or(|bytes| bytes > i64::MAX as u64) {
+            return Err(Unfit::Damaged);
+        }
+        Ok(header)
+    }
+
+    /// A row as it stands in the file.
+    pub(super) fn record(&self, row: u64, counts: &Confusion) -> [u8; RECORD_BYTES] {
+        let mut record = [0; RECORD_BYTES];
+        record[..8].copy_from_slice(&row.to_le_bytes());
+        let detection = &counts.detection;
+        let numbers = [&counts.counts()[..], &detection.counts(), &[detection.missed_bits().into()]].concat();
+        for (to, number) in record[8..].chunks_exact_mut(4).zip(numbers) {
+            let number = u32::try_from(number).expect("no grid has more voxels");
+            to.copy_from_slice(&number.to_le_bytes());
+        }
+        let (body, sum) = record.split_at_mut(RECORD_BYTES - CHECK_BYTES);
+        sum.copy_from_slice(&check([&self.fingerprint, body]));
+        record
+    }
+
+    /// What a record says at the place of a row.
+    pub(super) fn state(&self, row: u64, record: &[u8]) -> State {
+        if record.iter().all(|byte| *byte == 0) {
+            return State::Missing;
+        }
+        let (body, sum) = record.split_at(RECORD_BYTES - CHECK_BYTES);
+        if body[..8] != row.to_le_bytes() || check([&self.fingerprint, body]) != sum {
+            return State::Damaged;
+        }
+        let number = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[8 + 4 * at + i]));
+        let counts = std::array::from_fn(|i| number(i).into());
+        let found = std::array::from_fn(|i| number(COUNTERS + i).into());
+        let detection = Detection::from_counts(found, number(COUNTERS + DETECTION_COUNTERS));
+        State::Finished(Confusion::from_counts(counts).with(detection))
+    }
+}
+
+/// The first bytes of a SHA-256: chance passes one in 2⁶⁴.
+fn check(parts: [&[u8]; 2]) -> [u8; CHECK_BYTES] {
+    let mut hash = Sha256::new();
+    parts.iter().for_each(|part| hash.update(part));
+    let hash = hash.finalize();
+    std::array::from_fn(|i| hash[i])
+}

@@ -1,0 +1,213 @@
+//! What makes two sweeps the same: all keys of `manifest.json` that decide the counts or the names beside
+//! them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::results::columns;
+use perirobot_march::backend::{Fusion, Noise, Rays};
+use perirobot_scene::source::sha256;
+use perirobot_study::study::{Member, Study, catalogue};
+use perirobot_study::world::{self, Described, World};
+
+/// All that decides the counts. Values that are not needed to read a sweep back may be missing in a file, and
+/// are empty then.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// The [`perirobot_march::SEMANTICS_VERSION`] by which was counted.
+    pub semantics_version: u32,
+    /// What the study says, without comments and order of keys.
+    #[serde(default)]
+    pub study: Value,
+    /// The same of its scenes.
+    #[serde(default)]
+    pub scene_files: Vec<SceneFileIdentity>,
+    /// Hashes of the other files that were read, by their paths.
+    #[serde(default)]
+    pub files: BTreeMap<String, String>,
+    /// Of all that is drawn by chance.
+    #[serde(default)]
+    pub seed: u64,
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// How often everything is scored.
+    pub repeats: usize,
+    /// Whether sensors measure without noise, whatever the study says.
+    pub noiseless: bool,
+    /// Each snapshot of each scene.
+    pub scenes: Vec<Described>,
+    /// Sensors in study order.
+    pub sensors: Vec<SensorIdentity>,
+    /// Hash of `poses.csv`.
+    pub poses_sha256: String,
+    /// Combinations in study order.
+    pub combinations: Vec<Sensors>,
+}
+
+/// What a scene file says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneFileIdentity {
+    /// The scene's name.
+    pub name: String,
+    /// What the file says, as for the study.
+    pub says: Value,
+}
+
+/// A sensor of the study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorIdentity {
+    /// Its name.
+    pub name: String,
+    /// As in the key `kind` of the study.
+    pub kind: String,
+    /// What it can be taken to say.
+    pub representations: Vec<String>,
+    /// How many poses it has.
+    pub poses: usize,
+    /// How many rays it casts from each.
+    pub rays_per_pose: usize,
+    /// Hash of their directions, ranges and noise; `None` of a sensor without rays.
+    pub rays_sha256: Option<String>,
+}
+
+/// Sensors that are scored together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensors {
+    /// The combination's name.
+    pub name: String,
+    /// Names of its sensors.
+    pub sensors: Vec<String>,
+    /// Of each sensor, ranges of its poses: the first, and one beyond the last.
+    pub poses: Vec<Vec<[usize; 2]>>,
+    /// How they are fused.
+    #[serde(default)]
+    pub fusion: Fusion,
+    /// How many choices of poses it has.
+    #[serde(default)]
+    pub choices: usize,
+}
+
+impl Identity {
+    /// Of a study. `worlds` are those of [`World::prepare_all`].
+    pub(super) fn of(study: &Study, worlds: &[World]) -> Identity {
+        let scene_files = study.scenes.iter().map(|spec| {
+            let says = toml::from_str(&spec.text).unwrap_or_else(|_| spec.text.as_str().into());
+            SceneFileIdentity { name: spec.name.clone(), says }
+        });
+        let sensors = study.sensors.iter().enumerate().map(|(number, sensor)| {
+            let rays = world::ray_table(study, number);
+            SensorIdentity {
+                name: sensor.name.clone(),
+                kind: sensor.kind.name().into(),
+                representations: sensor.kind.representations().into_iter().map(String::from).collect(),
+                poses: sensor.candidates.len(),
+                rays_per_pose: rays.as_ref().map_or(0, |rays| rays.dirs_q15.len()),
+                rays_sha256: rays.as_ref().map(rays_sha256),
+            }
+        });
+        let combinations = study.combinations.iter().map(|combination| {
+            let name = |member: &Member| study.sensors[member.sensor].name.clone();
+            Sensors {
+                name: combination.name.clone(),
+                sensors: combination.members.iter().map(name).collect(),
+                poses: combination.members.iter().map(|member| ranges(&member.candidates)).collect(),
+                fusion: combination.fusion,
+                choices: combination.choices(),
+            }
+        });
+        Identity {
+            semantics_version: perirobot_march::SEMANTICS_VERSION,
+            study: says(&study.text),
+            scene_files: scene_files.collect(),
+            files: files(study),
+            seed: study.seed,
+            voxel_size_m: study.voxel_size_m,
+            repeats: study.repeats as usize,
+            noiseless: study.noiseless,
+            scenes: worlds.iter().map(|world| world.described.clone()).collect(),
+            sensors: sensors.collect(),
+            poses_sha256: sha256([&columns::poses_csv(study, &worlds[0])]),
+            combinations: combinations.collect(),
+        }
+    }
+}
+
+/// What a study says, with the keys of the devices that it names: other values of a device are another study.
+/// What it says of choosing and judging sets, and of approaches, changes no count, and is left out, except for the floor
+/// that heights in tables are measured from; and what it says of stopping, which decides regions: their voxels are
+/// compared.
+fn says(text: &str) -> Value {
+    let mut says = toml::from_str(text)
+        .map_or_else(|_| text.into(), |study| serde_json::json!(catalogue::written_out(study)));
+    if let Some(keys) = says.as_object_mut() {
+        let floor_m = keys.get("approach").and_then(|approach| approach.get("floor_m")).cloned();
+        for asked in ["choose", "require", "mounting_error", "postures", "approach", "stopping"] {
+            keys.remove(asked);
+        }
+        keys.extend(floor_m.map(|z| ("approach".into(), serde_json::json!({ "floor_m": z }))));
+        let sensors = keys.get_mut("sensor").and_then(Value::as_array_mut).into_iter().flatten();
+        for sensor in sensors.filter_map(Value::as_object_mut) {
+            sensor.remove("cost");
+            sensor.remove("at_most");
+        }
+    }
+    says
+}
+
+/// Hashes of the files that were read, but for the study and its scenes: of those, what they say is compared.
+fn files(study: &Study) -> BTreeMap<String, String> {
+    let texts = study.scenes.iter().map(|spec| &spec.text).chain([&study.text]);
+    let known: Vec<String> = texts.map(|text| sha256([text.as_bytes()])).collect();
+    let files = study.sources.read_files().into_iter().filter(|file| !known.contains(&file.sha256));
+    files.map(|file| (file.path.display().to_string(), file.sha256)).collect()
+}
+
+/// Numbers in ascending order as ranges `[first, end]`.
+fn ranges(numbers: &[usize]) -> Vec<[usize; 2]> {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
+    runs.filter_map(|run| Some([*run.first()?, run.last()? + 1])).collect()
+}
+
+fn rays_sha256(rays: &Rays) -> String {
+    let gates = &rays.gates;
+    let numbers = [gates.range_min_q16, gates.range_max_q16, gates.near_ignore_q16]
+        .into_iter()
+        .chain([gates.no_return_is_free as u32, gates.backdrop as u32])
+        .chain(gates.along_axis.then_some(1));
+    let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+    let Noise { unit_q12, std_q16, lost_below } = &rays.noise;
+    let unit = unit_q12.iter().map(|&unit| unit as u32);
+    let noise = unit.chain(std_q16.iter().copied()).chain([*lost_below]);
+    let noise: Vec<u8> = noise.flat_map(u32::to_le_bytes).collect();
+    let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
+    sha256([gates.as_slice(), &dirs, &noise])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_and_order_of_keys_say_nothing() {
+        assert_eq!(says("a = 1\nb = 2 # much"), says("b = 2\n\na = 1"));
+        assert_ne!(says("a = 1"), says("a = 1.5"));
+        let sensor = "[[sensor]]\nname = \"a\"\n";
+        assert_eq!(
+            says(sensor),
+            says(&format!(
+                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nmin_voxels = 2\n[stopping]\nformula = \"iso13855\""
+            ))
+        );
+        let floor = |z: &str| says(&format!("{sensor}[approach]\nmin_voxels = 2\nfloor_m = {z}"));
+        assert_ne!(floor("0.0"), says(sensor));
+        assert_ne!(floor("0.0"), floor("0.3"));
+    }
+
+    #[test]
+    fn candidates_are_told_as_ranges() {
+        assert_eq!(ranges(&[0, 1, 2, 5, 7, 8]), [[0, 3], [5, 6], [7, 9]]);
+        assert_eq!(ranges(&[]), [[0; 2]; 0]);
+    }
+}

@@ -1,0 +1,325 @@
+//! What a sweep found, by name: every count of every scene, snapshot, repeat and choice of poses, and the
+//! baselines beside them. Names are kept in memory, counts are looked up in the journal as they are asked
+//! for. It comes from a sweep or, by way of `read`, from its folder, and is the same either way.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::results::journal::Pages;
+use crate::results::{Layout, Over, RowKey, Size, columns, over};
+use perirobot_march::Result;
+use perirobot_march::metrics::{Confusion, Score};
+use perirobot_scene::scene::spec::Variant;
+use perirobot_study::sensor::{Candidate, Setting};
+use perirobot_study::study::{self, Choices, Combination, Study};
+use perirobot_study::world::place::{self, Places};
+use perirobot_study::world::{Baselines, World};
+
+/// What a sweep found. Indices of scenes, combinations, choices, representations and regions are those of the
+/// study; a moment is a snapshot of a scene, counted through all scenes.
+#[derive(Debug)]
+pub struct Results {
+    /// What was swept.
+    pub subject: Subject,
+    pub(super) layout: Layout,
+    pub(super) pages: Pages,
+}
+
+/// What was swept, by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
+    /// Scenes in study order.
+    pub scenes: Vec<SceneResults>,
+    /// Names of the regions.
+    pub regions: Vec<String>,
+    /// How often everything was scored.
+    pub repeats: usize,
+    /// Combinations in study order.
+    pub combinations: Vec<CombinationResults>,
+    /// For each moment and region, what the simplest answers would score.
+    pub baselines: Vec<Vec<Baselines>>,
+    /// How long each moment lasts in seconds, where a scene says so; those of scenes that do not last one second.
+    pub dwell_s: Option<Vec<f64>>,
+}
+
+/// A scene that was swept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneResults {
+    /// Its name.
+    pub name: String,
+    /// Its snapshots among the moments of all scenes.
+    pub moments: Range<usize>,
+    /// Of which scene it is a variant, if it is one.
+    pub variant: Option<Variant>,
+}
+
+/// Places of objects that were swept: one of each object that has candidates.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlaceResults {
+    /// As in the names of its scenes, behind the `@`.
+    pub name: String,
+    /// How many scenes have their objects there.
+    pub(crate) scenes: usize,
+    /// Their moments.
+    pub moments: Vec<usize>,
+}
+
+/// A combination that was swept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CombinationResults {
+    /// Its name.
+    pub name: String,
+    /// Its sensors in the order they speak; equal ones follow each other.
+    pub members: Vec<MemberResults>,
+    /// What is scored of each choice, as in the column `representation` of results.csv.
+    pub representations: Vec<String>,
+}
+
+/// A sensor of a combination.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemberResults {
+    /// Its name.
+    pub sensor: String,
+    /// All of its poses, in study order.
+    pub poses: Arc<Vec<PoseResults>>,
+    /// Which of them take part, in their order.
+    pub candidates: Vec<usize>,
+}
+
+/// A pose of a sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseResults {
+    /// Its name.
+    pub name: String,
+    /// The set of poses it belongs to, a wall or the ceiling; `None` for what is set up without a pose.
+    pub group: Option<String>,
+    /// Where it is, in words for people, as in the column `place` of poses.csv.
+    pub place: String,
+}
+
+impl Subject {
+    /// What a study sweeps. `worlds` are those of [`World::prepare_all`].
+    pub fn of_study(study: &Study, worlds: &[World]) -> Subject {
+        let mut end = 0;
+        let scenes = study.scenes.iter().map(|spec| {
+            let begin = end;
+            end += spec.snapshots;
+            SceneResults { name: spec.name.clone(), moments: begin..end, variant: spec.variant.clone() }
+        });
+        let each_lasts = study.scenes.iter().flat_map(|scene| {
+            (0..scene.snapshots).map(|snapshot| scene.dwell_s.as_ref().map(|dwell_s| dwell_s[snapshot]))
+        });
+        let poses: Vec<Arc<Vec<PoseResults>>> = {
+            let places = Places::of(study, &worlds[0]);
+            (0..study.sensors.len()).map(|sensor| Arc::new(poses(study, &places, sensor))).collect()
+        };
+        let member = |member: &study::Member| MemberResults {
+            sensor: study.sensors[member.sensor].name.clone(),
+            poses: poses[member.sensor].clone(),
+            candidates: member.candidates.clone(),
+        };
+        let combination = |combination: &Combination| CombinationResults {
+            name: combination.name.clone(),
+            members: combination.members.iter().map(member).collect(),
+            representations: columns::representation_names(study, combination),
+        };
+        Subject {
+            scenes: scenes.collect(),
+            regions: study.regions.iter().map(|(name, _)| name.clone()).collect(),
+            repeats: study.repeats as usize,
+            combinations: study.combinations.iter().map(combination).collect(),
+            baselines: worlds.iter().map(|world| world.baselines.clone()).collect(),
+            dwell_s: dwell_s(each_lasts.collect()),
+        }
+    }
+
+    /// All moments of all scenes.
+    pub fn moments(&self) -> Range<usize> {
+        0..self.baselines.len()
+    }
+
+    /// Every row of a block in study order: names of combination, poses, representation and region, and its
+    /// key.
+    pub(crate) fn each_key(&self, mut row: impl FnMut([&str; 4], RowKey) -> Result<()>) -> Result<()> {
+        for (combination, combined) in self.combinations.iter().enumerate() {
+            for choice in 0..combined.choices() {
+                let poses = combined.name_of(choice);
+                for (representation, as_what) in combined.representations.iter().enumerate() {
+                    for (region, place) in self.regions.iter().enumerate() {
+                        let key = RowKey { combination, choice, representation, region };
+                        row([&combined.name, &poses, as_what, place], key)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The places of objects that were swept, in their order; none where no object has candidates.
+    pub fn places(&self) -> Vec<PlaceResults> {
+        let mut places: Vec<PlaceResults> = Vec::new();
+        for (variant, scene) in self.scenes.iter().filter_map(|scene| Some((scene.variant.as_ref()?, scene)))
+        {
+            let known = places.iter().position(|place| place.name == variant.place);
+            let place = known.unwrap_or_else(|| {
+                places.push(PlaceResults { name: variant.place.clone(), scenes: 0, moments: Vec::new() });
+                places.len() - 1
+            });
+            places[place].scenes += 1;
+            places[place].moments.extend(scene.moments.clone());
+        }
+        places
+    }
+
+    /// How its rows are numbered.
+    pub fn layout(&self) -> Layout {
+        let size =
+            |c: &CombinationResults| Size { choices: c.choices(), representations: c.representations.len() };
+        let sizes = self.combinations.iter().map(size).collect();
+        Layout::new(self.moments().len(), self.repeats, sizes, self.regions.len())
+    }
+}
+
+/// How long each moment lasts, if any says so.
+pub(super) fn dwell_s(said: Vec<Option<f64>>) -> Option<Vec<f64>> {
+    let any = said.iter().any(Option::is_some);
+    any.then(|| said.into_iter().map(|seconds| seconds.unwrap_or(1.0)).collect())
+}
+
+fn poses(study: &Study, places: &Places, sensor: usize) -> Vec<PoseResults> {
+    let named = |(index, candidate): (usize, &Candidate)| PoseResults {
+        name: candidate.name.clone(),
+        group: matches!(candidate.setting, Setting::Pose(_)).then(|| candidate.group.clone()),
+        place: places.words(sensor, index),
+    };
+    study.sensors[sensor].candidates.iter().enumerate().map(named).collect()
+}
+
+impl std::ops::Deref for Results {
+    type Target = Subject;
+
+    fn deref(&self) -> &Subject {
+        &self.subject
+    }
+}
+
+impl Results {
+    /// The counts in some journals, which keep every row of what was swept between them.
+    pub fn new(subject: Subject, pages: Pages) -> Results {
+        Results { layout: subject.layout(), subject, pages }
+    }
+
+    /// What was counted at a moment.
+    ///
+    /// # Errors
+    /// `Error::Storage` if the journal cannot be read any more.
+    pub fn counts(&self, moment: usize, repeat: usize, key: &RowKey) -> Result<Confusion> {
+        self.pages.counts(self.layout.row(moment, repeat, key))
+    }
+
+    /// What was counted of one choice at some moments, for each repeat.
+    ///
+    /// # Errors
+    /// Those of [`Results::counts`].
+    pub fn readings(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        key: &RowKey,
+    ) -> Result<Vec<Vec<Confusion>>> {
+        let repeat = |repeat| moments.clone().map(|moment| self.counts(moment, repeat, key)).collect();
+        (0..self.repeats).map(repeat).collect()
+    }
+
+    /// A score of one choice over some moments and all repeats; `None` if it has no value in any.
+    ///
+    /// # Errors
+    /// Those of [`Results::counts`].
+    pub fn over(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        key: RowKey,
+        score: Score,
+    ) -> Result<Option<Over>> {
+        Ok(over::over(&self.readings(moments, &key)?, score))
+    }
+
+    /// The mean of a score of one choice over some moments and all repeats, each moment weighing as long as it lasts;
+    /// `None` if no scene says how long, or there is no value that lasts.
+    ///
+    /// # Errors
+    /// Those of [`Results::counts`].
+    pub fn weighted(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        key: &RowKey,
+        score: Score,
+    ) -> Result<Option<f64>> {
+        let Some(dwell_s) = &self.dwell_s else { return Ok(None) };
+        let lasting: Vec<f64> = moments.clone().map(|moment| dwell_s[moment]).collect();
+        Ok(over::weighted(&self.readings(moments, key)?, &lasting, score))
+    }
+
+    /// The names of the baselines and their score over some moments.
+    pub fn baselines_over(
+        &self,
+        moments: impl Iterator<Item = usize> + Clone,
+        region: usize,
+        score: Score,
+    ) -> [(&'static str, Option<Over>); 4] {
+        let of = |pick: fn(&Baselines) -> &Confusion| {
+            let counts = moments.clone().map(|moment| *pick(&self.baselines[moment][region]));
+            over::over(&[counts.collect()], score)
+        };
+        [
+            ("upper bound", of(|b| &b.ceiling)),
+            ("all occupied", of(|b| &b.all_occupied)),
+            ("all free", of(|b| &b.all_free)),
+            ("nothing seen", of(|b| &b.nothing_seen)),
+        ]
+    }
+}
+
+impl CombinationResults {
+    /// How many choices of poses it has.
+    pub fn choices(&self) -> usize {
+        self.all_choices().count()
+    }
+
+    fn all_choices(&self) -> Choices {
+        Choices::of(self.members.iter().map(|member| (&member.sensor, member.candidates.as_slice())))
+    }
+
+    /// The poses of a choice.
+    pub fn poses(&self, choice: usize) -> impl Iterator<Item = (&MemberResults, &PoseResults)> {
+        let chosen = self.all_choices().nth(choice);
+        self.members.iter().zip(chosen).map(|(member, i)| (member, &member.poses[member.candidates[i]]))
+    }
+
+    /// A choice, as in the column `poses` of results.csv: `camera:right-wall/8/1;pads:floor/3/0`.
+    pub fn name_of(&self, choice: usize) -> String {
+        let names = self.poses(choice).map(|(member, pose)| format!("{}:{}", member.sensor, pose.name));
+        names.collect::<Vec<_>>().join(columns::BETWEEN_MEMBERS)
+    }
+
+    /// Where the sensors of a choice are, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, those of
+    /// several sensors with their names.
+    pub fn place_of(&self, choice: usize) -> String {
+        let places = self.poses(choice).map(|(member, pose)| (member.sensor.as_str(), &pose.place));
+        place::join(&places.collect::<Vec<_>>())
+    }
+
+    /// The group of a choice's poses, if exactly one of its sensors has a pose.
+    pub fn group_of(&self, choice: usize) -> Option<&str> {
+        let mut groups = self.poses(choice).filter_map(|(_, pose)| pose.group.as_deref());
+        let group = groups.next()?;
+        groups.next().is_none().then_some(group)
+    }
+
+    /// The name of a choice as it stands in tables: without the sensor's where there is only one.
+    pub fn label(&self, choice: usize) -> String {
+        match self.members.as_slice() {
+            [_] => self.poses(choice).map(|(_, pose)| pose.name.clone()).collect(),
+            _ => self.name_of(choice),
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! Tables too long for memory: typed columns, written row by row as CSV or Parquet, that appear whole or not
+//! at all.
+
+mod csv;
+#[cfg(feature = "parquet")]
+mod parquet;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::results::columns::Csv;
+use crate::results::files::{WholeFile, cannot_write};
+use perirobot_march::Result;
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// Text: a string in Parquet, with a dictionary.
+    Text,
+    /// Whole numbers below 2^63: int64 in Parquet.
+    Count,
+    /// Numbers, or nothing where there is no value: a double that may be null in Parquet, an empty field in
+    /// CSV.
+    Score,
+}
+
+/// One column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Its header.
+    pub name: String,
+    /// What it holds.
+    pub kind: ColumnKind,
+}
+
+impl Column {
+    /// A column by its header and kind.
+    pub fn new(name: impl Into<String>, kind: ColumnKind) -> Self {
+        Column { name: name.into(), kind }
+    }
+}
+
+/// One value of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Datum<'a> {
+    /// For [`ColumnKind::Text`].
+    Text(&'a str),
+    /// For [`ColumnKind::Count`], below 2^63.
+    Count(u64),
+    /// For [`ColumnKind::Score`]; `None` where it has no value.
+    Score(Option<f64>),
+}
+
+impl Datum<'_> {
+    /// As in CSV: numbers as Rust prints them, and nothing where there is no value.
+    pub(crate) fn text(&self) -> String {
+        match self {
+            Datum::Text(text) => text.to_string(),
+            Datum::Count(count) => count.to_string(),
+            Datum::Score(score) => score.map_or(String::new(), |score| score.to_string()),
+        }
+    }
+
+    fn fits(&self, kind: ColumnKind) -> bool {
+        match self {
+            Datum::Text(_) => kind == ColumnKind::Text,
+            Datum::Count(count) => kind == ColumnKind::Count && *count <= i64::MAX as u64,
+            Datum::Score(_) => kind == ColumnKind::Score,
+        }
+    }
+}
+
+/// How a table is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Text with a header: commas, quotes where needed, the shortest decimal that gives the same double.
+    Csv,
+    /// Apache Parquet: int64, double and string columns, Snappy.
+    #[cfg(feature = "parquet")]
+    Parquet,
+}
+
+impl TableFormat {
+    /// The format of a file by the ending of its name.
+    pub fn of(path: &Path) -> Result<TableFormat> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("csv") => Ok(TableFormat::Csv),
+            #[cfg(feature = "parquet")]
+            Some("parquet") => Ok(TableFormat::Parquet),
+            #[cfg(not(feature = "parquet"))]
+            Some("parquet") => {
+                Err(perirobot_march::error::Issue::left_out("Parquet", "parquet").at(path).into())
+            }
+            _ => Err(perirobot_march::Error::input(path, "must end in .csv or .parquet")),
+        }
+    }
+
+    /// The end of the file's name, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            TableFormat::Csv => "csv",
+            #[cfg(feature = "parquet")]
+            TableFormat::Parquet => "parquet",
+        }
+    }
+}
+
+/// What rows of a table go to.
+pub(crate) type RowSink<'s> = &'s mut dyn FnMut(&[Datum<'_>]) -> Result<()>;
+
+/// A table as CSV in memory, from what gives its rows to a sink.
+///
+/// # Errors
+/// Those of the rows.
+pub(crate) fn csv_bytes(columns: &[Column], rows: impl FnOnce(RowSink) -> Result<()>) -> Result<Vec<u8>> {
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    let mut csv = Csv::new(&names);
+    rows(&mut |fields| {
+        csv.row(&fields.iter().map(Datum::text).collect::<Vec<_>>());
+        Ok(())
+    })?;
+    Ok(csv.bytes())
+}
+
+/// A table on its way into a file. The same rows give the same bytes, and memory does not grow with their
+/// number. Dropped before [`TableFile::finish`], it leaves nothing behind.
+pub struct TableFile {
+    path: PathBuf,
+    kinds: Vec<ColumnKind>,
+    writer: Box<dyn RowWriter>,
+}
+
+/// What a format does with rows that fit the columns.
+trait RowWriter: Send {
+    fn row(&mut self, fields: &[Datum<'_>]) -> io::Result<()>;
+
+    /// Writes what is left; the file is still to be committed.
+    fn finish(self: Box<Self>) -> io::Result<WholeFile>;
+}
+
+impl TableFile {
+    /// Begins a table of at least one column beside the file's place, which stays as it is until the end.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file if it cannot be written; so for all methods.
+    pub fn create(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
+        TableFile::over(WholeFile::create(path)?, path, format, columns)
+    }
+
+    fn over(file: WholeFile, path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
+        let begin = || -> io::Result<Box<dyn RowWriter>> {
+            Ok(match format {
+                TableFormat::Csv => Box::new(csv::CsvWriter::new(file, columns)?),
+                #[cfg(feature = "parquet")]
+                TableFormat::Parquet => Box::new(parquet::ParquetWriter::new(file, columns)?),
+            })
+        };
+        let writer = begin().map_err(|e| cannot_write(path, e))?;
+        Ok(TableFile { path: path.into(), kinds: columns.iter().map(|column| column.kind).collect(), writer })
+    }
+
+    /// Where it will be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Appends a row: a field a column, in their order.
+    ///
+    /// # Panics
+    /// If the fields do not fit the columns.
+    pub fn row(&mut self, fields: &[Datum<'_>]) -> Result<()> {
+        let fit = fields.len() == self.kinds.len() && fields.iter().zip(&self.kinds).all(|(f, k)| f.fits(*k));
+        assert!(fit, "columns are {:?}, the row is {fields:?}", self.kinds);
+        self.writer.row(fields).map_err(|e| cannot_write(&self.path, e))
+    }
+
+    /// Writes what is left, and puts the file in its place.
+    pub fn finish(self) -> Result<()> {
+        self.writer.finish().map_err(|e| cannot_write(&self.path, e))?.commit()
+    }
+}
+
+#[cfg(test)]
+mod tests;

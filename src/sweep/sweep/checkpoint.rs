@@ -1,0 +1,160 @@
+//! Keeps track of a sweep on disk: which choices are finished. Writes their rows into the journal.
+
+use super::Ledger;
+use super::Row;
+use crate::results::journal::Journal;
+use crate::results::manifest::Fault;
+use crate::results::{Layout, PoseChoice, RowKey};
+use perirobot_march::Result;
+use perirobot_march::backend::Backend;
+use perirobot_march::metrics::Confusion;
+use perirobot_study::world::World;
+
+/// Which choices of a shard are finished in which blocks.
+#[derive(Debug)]
+pub(super) struct Done {
+    /// Choices of the shard, by their places among all.
+    places: std::ops::Range<usize>,
+    bits: Vec<u64>,
+    count: u64,
+}
+
+impl Done {
+    /// No choice is finished.
+    pub(super) fn new(layout: &Layout, places: std::ops::Range<usize>) -> Done {
+        let bits = vec![0; (layout.blocks() * places.len()).div_ceil(64)];
+        Done { places, bits, count: 0 }
+    }
+
+    /// The choices of which a journal has all rows, and how many of its places are damaged.
+    pub(super) fn of_journal(
+        layout: &Layout,
+        places: std::ops::Range<usize>,
+        journal: &Journal,
+    ) -> Result<(Done, u64)> {
+        let mut done = Done::new(layout, places.clone());
+        let pose_choices: Vec<PoseChoice> =
+            layout.all_choices().skip(places.start).take(places.len()).collect();
+        // Rows come in order, so those of a choice follow each other.
+        let (mut at, mut block, mut found) = (0, 0, 0);
+        let damaged = journal.scan(|row, _| {
+            let (now, within) = ((row / layout.block_rows()) as usize, row % layout.block_rows());
+            if now != block {
+                (at, block, found) = (0, now, 0);
+            }
+            while within >= layout.rows_of_choice(&pose_choices[at]).end {
+                (at, found) = (at + 1, 0);
+            }
+            found += 1;
+            let of_choice = layout.rows_of_choice(&pose_choices[at]);
+            if found == of_choice.end - of_choice.start {
+                done.set(block, places.start + at);
+            }
+            Ok(())
+        })?;
+        Ok((done, damaged))
+    }
+
+    /// How many choices are finished, each block for itself.
+    pub(super) fn count(&self) -> u64 {
+        self.count
+    }
+
+    fn set(&mut self, block: usize, place: usize) {
+        let (word, bit) = self.at(block, place);
+        self.count += u64::from(self.bits[word] & bit == 0);
+        self.bits[word] |= bit;
+    }
+
+    pub(super) fn has(&self, block: usize, place: usize) -> bool {
+        let (word, bit) = self.at(block, place);
+        self.bits[word] & bit != 0
+    }
+
+    fn at(&self, block: usize, place: usize) -> (usize, u64) {
+        let number = block * self.places.len() + place - self.places.start;
+        (number / 64, 1 << (number % 64))
+    }
+}
+
+/// Follows the progress of a sweep, and may stop it.
+pub trait Watch {
+    /// The backend of the user's choice begins, at first or once more after a failure.
+    fn runs_on(&mut self, backend: &dyn Backend);
+
+    /// How many choices were finished since the last call.
+    fn finished(&mut self, choices: u64);
+
+    /// What failed, and which backend took over.
+    fn failed(&mut self, fault: &Fault);
+
+    /// A reason to begin no more work, if there is one.
+    fn stop(&mut self) -> Option<String>;
+}
+
+/// Writes finished rows into the journal, and knows which are left.
+pub(super) struct Checkpoint<'a> {
+    pub(super) layout: &'a Layout,
+    /// The first moment of each scene.
+    pub(super) moments: Vec<usize>,
+    pub(super) journal: &'a mut Journal,
+    pub(super) done: &'a mut Done,
+    pub(super) watch: &'a mut dyn Watch,
+    /// Why it was stopped.
+    pub(super) stopped: Option<String>,
+    /// The world that is worked on: its scene and snapshot.
+    pub(super) entered: Option<[usize; 2]>,
+    /// Rows of a device that the CPU has yet to check.
+    pub(super) unchecked: Option<super::check::Picked>,
+    /// How many choices were finished by this run.
+    pub(super) finished: u64,
+}
+
+impl Checkpoint<'_> {
+    fn moment(&self, scene: usize, snapshot: usize) -> usize {
+        self.moments[scene] + snapshot
+    }
+
+    /// The number of a row.
+    fn number(&self, row: &Row) -> u64 {
+        let Row { combination, choice, representation, region, .. } = *row;
+        let key = RowKey { combination, choice, representation, region };
+        self.layout.row(self.moment(row.scene, row.snapshot), row.repeat, &key)
+    }
+}
+
+impl Ledger for Checkpoint<'_> {
+    fn begins(&mut self, world: &World) {
+        self.entered = Some([world.scene, world.snapshot]);
+    }
+
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        let moment = self.moment(world.scene, world.snapshot);
+        !self.done.has(self.layout.block(moment, repeat), self.layout.place(pose_choice))
+    }
+
+    fn take(&mut self, rows: &[Row]) -> Result<()> {
+        let numbered: Vec<(u64, Confusion)> = rows.iter().map(|row| (self.number(row), row.counts)).collect();
+        for run in numbered.chunk_by(|(a, _), (b, _)| a + 1 == *b) {
+            let counts: Vec<Confusion> = run.iter().map(|(_, counts)| *counts).collect();
+            self.journal.put(run[0].0, &counts)?;
+        }
+        let of_one = |a: &Row, b: &Row| (a.combination, a.choice) == (b.combination, b.choice);
+        for rows in rows.chunk_by(of_one) {
+            let Row { scene, snapshot, repeat, combination, choice, .. } = rows[0];
+            let block = self.layout.block(self.moment(scene, snapshot), repeat);
+            self.done.set(block, self.layout.place(&PoseChoice { combination, choice }));
+            if let Some(unchecked) = &mut self.unchecked {
+                unchecked.pick(rows);
+            }
+            self.finished += 1;
+            self.watch.finished(1);
+        }
+        Ok(())
+    }
+
+    fn enough(&mut self) -> bool {
+        self.stopped = self.stopped.take().or_else(|| self.watch.stop());
+        self.stopped.is_some() || self.unchecked.as_ref().is_some_and(|unchecked| unchecked.are_due())
+    }
+}
