@@ -10,12 +10,11 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 
-use perirobot_decide::choose::{
-    Bound, CandidateEvidence, CastingWatch, FrontStep, MEMORY_BYTES, Problem, SearchWatch, answer,
-};
+use perirobot_cover::{Bound, FrontStep, SearchWatch};
+use perirobot_decide::choose::{CastingWatch, MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_march::metrics::Score;
-use perirobot_study::study::{Across, Choose, Overrides, Study};
+use perirobot_march::metrics::{Across, Score};
+use perirobot_study::study::{Choose, Overrides, Study};
 use perirobot_study::world::World;
 
 /// Seconds after which a size is given up.
@@ -89,14 +88,8 @@ fn measure(
 ) -> perirobot_march::Result<()> {
     let representations = vec![0; study.sensors.len()];
     let (begin, mut cpu) = (Instant::now(), Cpu::new(Some(2))?);
-    let evidence = CandidateEvidence::cast(
-        study,
-        worlds,
-        (region, &representations),
-        MEMORY_BYTES,
-        &mut cpu,
-        &mut Alone,
-    )?;
+    let evidence =
+        cast_evidence(study, worlds, (region, &representations), MEMORY_BYTES, &mut cpu, &mut Alone)?;
     println!("\n{name}: {} poses cast in {:.1} s", evidence.count(), begin.elapsed().as_secs_f64());
     println!("\n| score | sensors | best | no set is above | s |\n|---|---:|---:|---:|---:|");
     for &(objective, over, at_most) in questions {
@@ -113,7 +106,7 @@ fn measure(
             refine: false,
             fusion: Default::default(),
         };
-        let problem = Problem::new(study, &choose, worlds, &evidence);
+        let problem = problem_of(study, &choose, worlds, &evidence);
         let question = format!("{objective:?} {over:?}");
         answer(&problem, &Clock { question, begun: Mutex::new(Instant::now()) })?;
     }

@@ -9,9 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use perirobot_march::metrics::{BODY_PARTS, COUNTERS, Confusion, Detection};
-use perirobot_sweep::results::journal::JournalHeader;
-use perirobot_sweep::results::journal::Locked;
-use perirobot_sweep::results::journal::Shard;
+use perirobot_sweep::results::journal::{JournalHeader, Locked, Shard};
 use perirobot_sweep::results::rows::RowsFile;
 use perirobot_sweep::results::table::TableFormat;
 

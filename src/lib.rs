@@ -79,7 +79,8 @@
 //! | `perirobot-scene` in `src/scene` | `source`: the one door to files; `pose`; `ros`: messages and bags; `scene`: objects with roles, a file a format; `truth`: what is where, in voxels; `recording`: recorded maps and clouds; `spelling`, `shell` |
 //! | `perirobot-study` in `src/study` | `study`: the keys of study and scene files, checked, with defaults; `sensor`: what each kind casts and claims, a file a kind; `world`: scenes in voxels with regions and placed sensors |
 //! | `perirobot-sweep` in `src/sweep` | `sweep`: what is cast and scored in which order, failing devices; `results`: journal, manifest, tables |
-//! | `perirobot-decide` in `src/decide` | `choose`: the best sets, with a proof; `judge`: requirements; `approach`: how near a body comes unnoticed; `view`: one choice of poses, voxel by voxel |
+//! | `perirobot-cover` in `src/cover` | the best sets of candidates by exact branch and bound, with bounds by cuts; knows no sensor and uses the marcher only |
+//! | `perirobot-decide` in `src/decide` | `choose`: the best sets of sensors, with a proof; `judge`: requirements; `approach`: how near a body comes unnoticed; `view`: one choice of poses, voxel by voxel |
 //! | `perirobot-page` in `src/page` | `render`: pictures; `export`: files for other programs, a file a format; `report`: tables, the page, figures |
 //! | `perirobot` in `src` | `front`: [`Cell`], [`DepthCamera`], [`Device`], [`Scored`], [`Study`]; [`cli`]: the command line, a file a command; `cluster`: scripts, a file an engine; [`guide`] |
 //!

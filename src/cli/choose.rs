@@ -4,15 +4,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use perirobot_cover::{CandidateEvidence, FrontStep, SearchWatch, SetLimits};
 use perirobot_decide::choose::{
-    self, CandidateEvidence, Casting, CastingWatch, Chosen, Claims, FrontStep, Outcome, Problem, RefineWatch,
-    SearchWatch, SetLimits, Told, Verified, VerifyWatch,
+    self, Casting, CastingWatch, Chosen, Claims, Outcome, RefineWatch, Told, Verified, VerifyWatch,
+    problem_of,
 };
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::metrics::Across;
 use perirobot_march::{Error, Result};
 use perirobot_page::report;
-use perirobot_study::study::{Across, Choose, Study};
+use perirobot_study::study::{Choose, Study};
 use perirobot_sweep::results::manifest::Fault;
 
 use super::backend::BackendArgs;
@@ -104,7 +106,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
     let evidence = cast(args, choose, casting, &mut backends, stop)?;
-    let problem = Problem::new(&study, choose, &worlds, &evidence);
+    let problem = problem_of(&study, choose, &worlds, &evidence);
     let shown = SearchBar { progress: args.progress.search(), stop };
     let answer = choose::answer(&problem, &shown)?;
     let why = stop.reason().filter(|_| !answer.complete);

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use perirobot_decide::choose::SetLimits;
+use perirobot_cover::SetLimits;
+use perirobot_decide::choose::progress_of;
 use perirobot_study::sensor::Cost;
 use serde::Serialize;
 
@@ -95,7 +96,7 @@ impl SearchProgress {
     /// Shows what is searched, the best score so far, and what no set is above, if that is known.
     pub(super) fn show(&self, limits: &SetLimits, [best, above]: [Option<f64>; 2]) {
         if let Some(spinner) = &self.spinner {
-            spinner.set_message(limits.in_words([best, above]));
+            spinner.set_message(progress_of(limits, [best, above]));
         }
         if self.lines {
             let (at_most, budget) = (limits.at_most, limits.budget.map(Cost::from_thousandths));

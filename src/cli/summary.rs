@@ -7,12 +7,7 @@ use perirobot_decide::choose::Chosen;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_page::report;
-use perirobot_page::report::ReportSelection;
-use perirobot_page::report::distribution;
-use perirobot_page::report::groups;
-use perirobot_page::report::maxima;
-use perirobot_page::report::places;
-use perirobot_page::report::snapshots;
+use perirobot_page::report::{ReportSelection, distribution, groups, maxima, places, snapshots};
 use perirobot_sweep::results::Results;
 
 use super::score::ScoreArg;

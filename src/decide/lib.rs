@@ -5,7 +5,4 @@
 pub mod approach;
 pub mod choose;
 pub mod judge;
-#[cfg(test)]
-#[path = "../thorough.rs"]
-mod thorough;
 pub mod view;

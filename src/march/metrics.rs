@@ -1,10 +1,12 @@
 //! Computes scores from counts: F1, Cohen's κ and what a safety review asks first. All are pure functions of
 //! integers; each score is one division in f64, so equal counts give equal scores everywhere.
 
+mod across;
 mod detection;
 mod ratio;
 mod score;
 
+pub use across::Across;
 pub use detection::{BODY_PARTS, BodyPart, DETECTION_COUNTERS, Detection, PartTally};
 pub use ratio::Ratio;
 pub use ratio::gcd;

@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::time::Instant;
 
+use perirobot_cover::CandidateEvidence;
 use perirobot_decide::choose::{
-    CandidateEvidence, Casting, Chosen, Claims, MEMORY_BYTES, Outcome, Problem, Told, Verified, VerifyWatch,
-    answer, examine, refine, verify,
+    Casting, Chosen, Claims, MEMORY_BYTES, Outcome, Told, Verified, VerifyWatch, answer, examine, problem_of,
+    refine, verify,
 };
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::Choose;
-use perirobot_study::study::Study;
+use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 
 use crate::backends::{BackendWords, opened};
@@ -34,7 +34,7 @@ pub(crate) fn search(
     let mut backends = opened(words, listener)?;
     let prepare_s = begin.elapsed().as_secs_f64();
     let evidence = cast(study, choose, worlds, &mut backends, listener)?;
-    let problem = Problem::new(study, choose, worlds, &evidence);
+    let problem = problem_of(study, choose, worlds, &evidence);
     listener.begins("sets", 0);
     let found = answer(&problem, listener)?;
     listener.go_on()?;

@@ -8,7 +8,8 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use perirobot_decide::choose::{CastingWatch, FrontStep, RefineWatch, SearchWatch, SetLimits};
+use perirobot_cover::{FrontStep, SearchWatch, SetLimits};
+use perirobot_decide::choose::{CastingWatch, RefineWatch, progress_of};
 use perirobot_march::backend::Backend;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
@@ -191,11 +192,11 @@ impl SearchWatch for Listener {
     }
 
     fn finds(&self, limits: &SetLimits, best: Option<f64>) {
-        self.take(Event::Says(limits.in_words([best, None])));
+        self.take(Event::Says(progress_of(limits, [best, None])));
     }
 
     fn knows(&self, step: &FrontStep, _: f64) {
-        self.take(Event::Says(step.limits.in_words(step.known())));
+        self.take(Event::Says(progress_of(&step.limits, step.known())));
     }
 }
 

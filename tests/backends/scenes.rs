@@ -14,8 +14,7 @@ use perirobot_scene::scene::{Role, build::build, octomap};
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::{Truth, voxelize};
 use perirobot_study::sensor::{Camera, Station, placement};
-use perirobot_study::study::load_scene;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::study::{Overrides, Study, load_scene};
 use perirobot_study::world::{World, ray_tables};
 use perirobot_sweep::results::jobs;
 
@@ -28,7 +27,7 @@ fn shipped() -> (Vec<PathBuf>, Vec<PathBuf>) {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 open.push(path);
-            } else if path.extension().is_some_and(|e| e == "toml") {
+            } else if path.extension().is_some_and(|e| e == "toml") && !path.ends_with("Cargo.toml") {
                 files.push(path);
             }
         }

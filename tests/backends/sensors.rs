@@ -21,8 +21,7 @@ use perirobot_study::study::{Combination, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns;
 use perirobot_sweep::results::journal::Journal;
-use perirobot_sweep::sweep::Row;
-use perirobot_sweep::sweep::run;
+use perirobot_sweep::sweep::{Row, run};
 
 const STUDY: &str = "scenes/sensors.toml";
 

@@ -3,14 +3,13 @@
 use std::path::Path;
 
 use crate::common::{self, Random};
-use perirobot_decide::choose::{
-    Answer, Bound, CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer,
-};
+use perirobot_cover::{Answer, Bound, CandidateEvidence};
+use perirobot_decide::choose::{CastingWatch, MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::Result;
 use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
-use perirobot_march::metrics::{Confusion, Score};
-use perirobot_study::study::{Across, Choose, Combination, Member, Overrides, Study};
+use perirobot_march::metrics::{Across, Confusion, Score};
+use perirobot_study::study::{Choose, Combination, Member, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::run;
 
@@ -38,7 +37,7 @@ fn cast(
     of: (usize, &[usize]),
     backend: &mut dyn Backend,
 ) -> CandidateEvidence {
-    CandidateEvidence::cast(study, worlds, of, MEMORY_BYTES, backend, &mut Alone).unwrap()
+    cast_evidence(study, worlds, of, MEMORY_BYTES, backend, &mut Alone).unwrap()
 }
 
 /// Sensor and candidate of every row of evidence.
@@ -158,7 +157,7 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
         let expected = swept_under(Fusion::Octomap, (&study, &worlds), of, &sets, &mut cpu);
         let choose = one(&study, Score::F1, Across::Pooled, region, representations.clone());
         let choose = Choose { fusion: Fusion::Octomap, at_most: 9, ..choose };
-        let problem = Problem::new(&study, &choose, &worlds, &evidence);
+        let problem = problem_of(&study, &choose, &worlds, &evidence);
         for (set, expected) in sets.iter().zip(&expected) {
             assert_eq!(problem.counts(set), *expected, "{set:?}");
             outvoted += usize::from(evidence.counts(set) != *expected);
@@ -177,9 +176,9 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
         assert!(best.worth.value() <= above && above < 1.0, "{} {above}", best.worth.value());
         // Who is detected is no question of labels.
         let people = Choose { objective: Score::PartsDetected, at_most: 2, ..choose };
-        if let Ok(sums) = answer(&Problem::new(&study, &people, &worlds, &evidence), &|| false) {
+        if let Ok(sums) = answer(&problem_of(&study, &people, &worlds, &evidence), &|| false) {
             let unions = Choose { fusion: Fusion::OccupiedWins, ..people };
-            let unions = answer(&Problem::new(&study, &unions, &worlds, &evidence), &|| false).unwrap();
+            let unions = answer(&problem_of(&study, &unions, &worlds, &evidence), &|| false).unwrap();
             assert_eq!(best_of(&sums), best_of(&unions));
             assert!(sums.steps.iter().all(|step| step.bound == Bound::Proven));
             detected += 1;
@@ -192,7 +191,7 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
     let evidence = cast(&study, &worlds, (0, &representations), &mut cpu);
     let unions = Choose { at_most: 3, ..one(&study, Score::F1, Across::Pooled, 0, representations) };
     let sums = Choose { fusion: Fusion::Octomap, ..unions.clone() };
-    let of = |choose: &Choose| answer(&Problem::new(&study, choose, &worlds, &evidence), &|| false).unwrap();
+    let of = |choose: &Choose| answer(&problem_of(&study, choose, &worlds, &evidence), &|| false).unwrap();
     let (sums, unions) = (of(&sums), of(&unions));
     assert_eq!(best_of(&sums), best_of(&unions));
     assert!(sums.steps.iter().all(|step| step.bound == Bound::Proven));
@@ -218,7 +217,7 @@ fn evidence_that_does_not_fit_is_refused_before_anything_is_cast() {
     let representations = vec![0; study.sensors.len()];
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let refused: Result<CandidateEvidence> =
-        CandidateEvidence::cast(&study, &worlds, (0, &representations), 1000, &mut cpu, &mut Progressless);
+        cast_evidence(&study, &worlds, (0, &representations), 1000, &mut cpu, &mut Progressless);
     let told = refused.unwrap_err().to_string();
     assert!(told.contains("13 poses in 1 scenes, snapshots and repeats takes 1 MiB"), "{told}");
 }
@@ -259,7 +258,7 @@ fn the_best_single_sensor_is_the_best_of_the_sweep() {
                 for score in [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected] {
                     for over in [Across::Pooled, Across::Worst, Across::Mean] {
                         let choose = one(&study, score, over, region, representations.clone());
-                        let problem = Problem::new(&study, &choose, &worlds, &evidence);
+                        let problem = problem_of(&study, &choose, &worlds, &evidence);
                         let values = counts.iter().filter_map(|counts| value(counts, score, over));
                         let expected = values.reduce(f64::max);
                         let found = answer(&problem, &|| false).ok();

@@ -7,10 +7,10 @@ use std::path::Path;
 
 use crate::common;
 use crate::common::program::{perirobot, rows, text};
-use perirobot_decide::choose::{CandidateEvidence, CastingWatch, MEMORY_BYTES, Problem, answer};
+use perirobot_decide::choose::{CastingWatch, MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_march::metrics::Score;
-use perirobot_study::study::{Across, Choose, Overrides, Study};
+use perirobot_march::metrics::{Across, Score};
+use perirobot_study::study::{Choose, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::run;
 use tempfile::TempDir;
@@ -56,14 +56,8 @@ fn compare(study: &Study) -> usize {
             let swept = run(&alone, &worlds, &mut cpu).unwrap();
             for way in 0..alone.sensors[0].kind.representations().len() {
                 for region in 0..alone.regions.len() {
-                    let evidence = CandidateEvidence::cast(
-                        &alone,
-                        &worlds,
-                        (region, &[way]),
-                        MEMORY_BYTES,
-                        &mut cpu,
-                        &mut Alone,
-                    );
+                    let evidence =
+                        cast_evidence(&alone, &worlds, (region, &[way]), MEMORY_BYTES, &mut cpu, &mut Alone);
                     let evidence = evidence.unwrap();
                     for objective in [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected] {
                         let of = |row: &&perirobot_sweep::sweep::Row| {
@@ -84,7 +78,7 @@ fn compare(study: &Study) -> usize {
                             refine: false,
                             fusion: Default::default(),
                         };
-                        let problem = Problem::new(&alone, &choose, &worlds, &evidence);
+                        let problem = problem_of(&alone, &choose, &worlds, &evidence);
                         let answer = answer(&problem, &|| false).unwrap();
                         let best = answer.steps[0].best.as_ref().unwrap();
                         let what = (scene, sensor, way, region, objective);

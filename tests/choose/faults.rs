@@ -4,15 +4,15 @@
 use std::time::Duration;
 
 use crate::common::program::Folder;
-use perirobot_decide::choose::{Casting, CastingWatch, MEMORY_BYTES};
+use perirobot_decide::choose::{Casting, CastingWatch, MEMORY_BYTES, count_again};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::backend::{
     Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
 };
-use perirobot_march::metrics::{Confusion, Score};
+use perirobot_march::metrics::{Across, Confusion, Score};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Across, Choose, Overrides, Study};
+use perirobot_study::study::{Choose, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::manifest::Fault;
 
@@ -184,7 +184,7 @@ fn what_a_device_does_not_cast_others_do() {
         for item in 0..expected.count() {
             assert_eq!(found.counts(&[item]), expected.counts(&[item]), "{full}, {small}: {item}");
         }
-        let checked = found.check(&study, &choose, &worlds, &mut cpu, 2).unwrap();
+        let checked = count_again(&found, &study, &choose, &worlds, &mut cpu, 2).unwrap();
         assert_eq!(checked, 1 + found.count().div_ceil(2) as u64, "the first three, and one in two");
     }
 }
@@ -197,7 +197,7 @@ fn a_lie_is_found_before_anything_is_searched() {
     let mut casting = Casting::begin(&study, &choose, &worlds, MEMORY_BYTES, None).unwrap();
     casting.run_on(&mut devices, &mut Log::default()).unwrap();
     let mut cpu = Cpu::new(Some(1)).unwrap();
-    let told = casting.evidence().check(&study, &choose, &worlds, &mut cpu, 500).unwrap_err();
+    let told = count_again(&casting.evidence(), &study, &choose, &worlds, &mut cpu, 500).unwrap_err();
     assert!(matches!(&told, Error::Disagreement(_)), "{told}");
     assert!(told.to_string().contains("disagree about camera:wall/0/0"), "{told}");
 }

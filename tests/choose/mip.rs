@@ -7,10 +7,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::Random;
 use crate::common::program::Folder;
-use crate::common::python;
-use perirobot_decide::choose::{Casting, CastingWatch, MEMORY_BYTES, Problem, Told, answer};
+use crate::common::{Random, python};
+use perirobot_decide::choose::{Casting, CastingWatch, MEMORY_BYTES, Told, answer, problem_of};
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::oracle::Oracle;
@@ -95,7 +94,7 @@ fn claimed(path: &Path) -> Value {
     let mut casting = Casting::begin(&study, choose, &worlds, MEMORY_BYTES, None).unwrap();
     casting.run(&mut Cpu::new(Some(2)).unwrap(), &mut Alone).unwrap();
     let evidence = casting.evidence();
-    let problem = Problem::new(&study, choose, &worlds, &evidence);
+    let problem = problem_of(&study, choose, &worlds, &evidence);
     let told = Told::of(&study, &worlds, &problem, &answer(&problem, &|| false).unwrap());
     let step = told.steps.iter().find(|step| step.at_most == choose.at_most).unwrap();
     assert!(step.proven, "{}", path.display());

@@ -9,9 +9,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, choose, perirobot, priced, rows, text};
+use perirobot_cover::{SearchWatch, SetLimits};
 use perirobot_decide::choose::{
-    self, Casting, CastingWatch, Chosen, MEMORY_BYTES, Problem, RefineWatch, Refinement, SearchWatch,
-    SetLimits, Told,
+    self, Casting, CastingWatch, Chosen, MEMORY_BYTES, RefineWatch, Refinement, Told, problem_of,
 };
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::cpu::Cpu;
@@ -365,7 +365,7 @@ fn a_stop_keeps_what_was_gained_until_then() {
     let patience = |most| Patience { gains: AtomicUsize::new(0), most };
     casting.run(&mut Cpu::new(Some(1)).unwrap(), &mut patience(usize::MAX)).unwrap();
     let evidence = casting.evidence();
-    let problem = Problem::new(&study, asked, &worlds, &evidence);
+    let problem = problem_of(&study, asked, &worlds, &evidence);
     let answer = choose::answer(&problem, &|| false).unwrap();
     let told = Told::of(&study, &worlds, &problem, &answer);
     let refined = |most: usize| -> Refinement {

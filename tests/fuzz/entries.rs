@@ -13,8 +13,7 @@ use perirobot_scene::scene::gltf::{Gltf, WhichClip};
 use perirobot_scene::scene::keypoints::{KeypointFile, Layout};
 use perirobot_scene::scene::{Scene, collada, obj, octomap, stl};
 use perirobot_scene::source::Sources;
-use perirobot_study::study::load_scene;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::study::{Overrides, Study, load_scene};
 use perirobot_study::world::World;
 use tempfile::TempDir;
 

@@ -6,12 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use perirobot_march::metrics::{Confusion, Score};
-use perirobot_page::report::ReportSelection;
-use perirobot_page::report::best;
-use perirobot_page::report::distribution;
-use perirobot_page::report::groups;
-use perirobot_page::report::maxima;
-use perirobot_page::report::snapshots;
+use perirobot_page::report::{ReportSelection, best, distribution, groups, maxima, snapshots};
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::{JOURNAL, MANIFEST};

@@ -29,7 +29,7 @@ fn files() -> Vec<PathBuf> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "toml") {
+            } else if path.extension().is_some_and(|end| end == "toml") && !path.ends_with("Cargo.toml") {
                 files.push(path);
             }
         }

@@ -3,9 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::Random;
 use crate::common::program::{shelf, text};
-use crate::common::python;
+use crate::common::{Random, python};
 use perirobot_decide::approach::{APPROACH, Answer, Asked, Ground, answers, csv};
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, View};

@@ -10,8 +10,7 @@ use perirobot_march::voxel::Grid;
 use perirobot_scene::scene::{build::build, octomap};
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::{voxelize, voxelize_all};
-use perirobot_study::study::load_scene;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::study::{Overrides, Study, load_scene};
 use serde_json::Value;
 
 const TINY: &str = "scenes/tiny.toml";

@@ -15,9 +15,9 @@ use perirobot_march::backend::adapter::AdapterChoice;
 use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
 use perirobot_march::backend::gpu::{Gpu, Stage, shader_source};
 use perirobot_march::backend::{
-    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
+    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene, cpu::Cpu,
+    oracle::Oracle, self_test,
 };
-use perirobot_march::backend::{cpu::Cpu, oracle::Oracle, self_test};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};

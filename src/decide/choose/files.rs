@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::told::Told;
 use perirobot_march::backend::Fusion;
-use perirobot_march::metrics::Score;
+use perirobot_march::metrics::{Across, Score};
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::hex;
 use perirobot_study::sensor::{Cost, Sensor};
-use perirobot_study::study::{Across, Choose, Study};
+use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::files::{JOURNAL, OutputFolder, json_issue, read_regular, write_whole};

@@ -1,82 +1,24 @@
-//! Which bits stand for which voxels: those of one region in each scene, snapshot and repeat, one row of bits
-//! for all of them together. Truly occupied voxels, truly free ones and those of people have rows of their
-//! own.
+//! Which voxels of a study the bits of the solver are: those of one region in each scene, snapshot and repeat.
 
-use std::ops::Range;
-
+use perirobot_cover::layout::{BitLayout, FALSE, FELT, MISSED, MomentBits, PLANES, PartBits};
 use perirobot_march::backend::Planes;
-use perirobot_march::metrics::{BodyPart, Confusion, Detection, PartTally, RoleCounts, Score};
-use perirobot_march::voxel::{BitGrid, Joined, Ones, Window};
+use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::region::window_of;
 use perirobot_study::sensor::Kind;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::SensorSays;
 
-/// What is kept of a sensor at a candidate: six rows of bits.
-pub(super) const PLANES: usize = 6;
-/// Truly occupied voxels that it calls occupied.
-pub(super) const HIT: usize = 0;
-/// Truly occupied voxels that it calls free.
-pub(super) const MISSED: usize = 1;
-/// Truly free voxels that it calls occupied.
-pub(super) const FALSE: usize = 2;
-/// Truly free voxels that it calls free.
-pub(super) const CLEAR: usize = 3;
-/// People's voxels that it hits.
-pub(super) const SEEN: usize = 4;
-/// People's voxels that it feels as a presence sensor.
-pub(super) const FELT: usize = 5;
-
-/// The rows of bits: of truly occupied voxels, of truly free ones, and of people's.
-pub(super) const SPACES: usize = 3;
-
-/// Which row of bits each of the six is.
-pub(super) const SPACE_OF: [usize; PLANES] = [0, 0, 1, 1, 2, 2];
-
-/// The bits of all moments.
-#[derive(Debug)]
-pub(super) struct BitLayout {
-    /// Repeat by repeat, and in each scene by scene and snapshot by snapshot.
-    pub(super) moments: Vec<MomentBits>,
-    /// Words of each row of bits.
-    pub(super) words: [usize; SPACES],
-    /// How many voxels of a part must be hit.
-    min_hits: u64,
-    /// For each world where its voxels are in the planes of a backend.
-    places: Vec<RegionPlaces>,
-}
-
-/// One repeat of a world.
-#[derive(Clone, Debug)]
-pub(super) struct MomentBits {
-    /// Its words in each row of bits.
-    pub(super) words: [Range<usize>; SPACES],
-    /// Voxels of the region that are truly occupied, and truly free.
-    pub(super) voxels: [u64; 2],
-    /// Of the truly occupied ones those of people and of the robot: words of the first row of bits.
-    roles: [Vec<u64>; 2],
-    /// The parts of people's bodies.
-    pub(super) parts: Vec<PartBits>,
-    /// How many people are numbered.
-    pub(super) people: usize,
-}
-
-/// A part of a person's body in the region.
-#[derive(Clone, Debug)]
-pub(super) struct PartBits {
-    /// Whose it is.
-    pub(super) person: usize,
-    part: BodyPart,
-    /// Its voxels in the region.
-    pub(super) voxels: u64,
-    /// Its words of the third row of bits.
-    pub(super) words: Range<usize>,
+/// The bits of a region in all worlds of a study.
+pub(super) fn layout_of(study: &Study, worlds: &[World], region: usize) -> (BitLayout, Vec<RegionPlaces>) {
+    let (moments, places): (Vec<MomentBits>, Vec<RegionPlaces>) =
+        worlds.iter().map(|world| describe(world, region)).unzip();
+    (BitLayout::new(&moments, study.repeats, study.min_hits.into()), places)
 }
 
 /// Where the voxels of a world's region are in planes over the bounding box of the world's regions.
 #[derive(Debug)]
-struct RegionPlaces {
+pub(super) struct RegionPlaces {
     window: Window,
     /// Of truly occupied and of truly free voxels: words of a plane, and the voxels in them.
     masks: [Vec<(usize, u32)>; 2],
@@ -84,119 +26,22 @@ struct RegionPlaces {
     parts: Vec<Vec<usize>>,
 }
 
-/// What is counted of a union.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Wanted {
-    /// The labels of all voxels.
-    pub(super) labels: bool,
-    /// Besides, those of people's and the robot's voxels.
-    pub(super) roles: bool,
-    /// Who is detected.
-    pub(super) people: bool,
+/// Which of the six planes of a sensor may have a bit: without noise or volumes it is right about all that it
+/// says, and few sensors feel anybody.
+pub(super) fn may_have_bits(kind: &dyn Kind, representation: usize) -> [bool; PLANES] {
+    let may_be_wrong = kind.is_noisy() || kind.adds(representation);
+    std::array::from_fn(|plane| match plane {
+        MISSED | FALSE => may_be_wrong,
+        FELT => kind.feels_presence(representation),
+        _ => true,
+    })
 }
 
-impl Wanted {
-    /// Everything.
-    pub(super) const ALL: Wanted = Wanted { labels: true, roles: true, people: true };
-
-    /// What some scores are made of.
-    pub(super) fn of(scores: impl Iterator<Item = Score>) -> Wanted {
-        let mut wanted = Wanted { labels: false, roles: false, people: false };
-        for score in scores {
-            match score {
-                Score::F1 | Score::Kappa => wanted.labels = true,
-                _ => wanted.people = true,
-            }
-        }
-        wanted
-    }
-
-    /// Whether one of the six planes is counted.
-    pub(super) fn needs(&self, plane: usize) -> bool {
-        match plane {
-            SEEN | FELT => self.people,
-            _ => self.labels,
-        }
-    }
-}
-
-/// Truly occupied and truly free voxels, and of parts of people whose they are and how many voxels they have.
-#[cfg(test)]
-pub(super) type MadeUp = ([u64; 2], Vec<(usize, u64)>);
-
-impl BitLayout {
-    /// The bits of a region in all worlds of a study.
-    pub(super) fn new(study: &Study, worlds: &[World], region: usize) -> BitLayout {
-        let (mut words, mut moments, mut places) = ([0; SPACES], Vec::new(), Vec::new());
-        let described: Vec<(MomentBits, RegionPlaces)> =
-            worlds.iter().map(|world| describe(world, region)).collect();
-        for _ in 0..study.repeats {
-            for (moment, _) in &described {
-                let first = words;
-                let shifted: [Range<usize>; SPACES] = std::array::from_fn(|space| {
-                    words[space] += moment.words[space].len();
-                    first[space]..words[space]
-                });
-                let mut moment = moment.clone();
-                for part in &mut moment.parts {
-                    part.words = part.words.start + first[2]..part.words.end + first[2];
-                }
-                moments.push(MomentBits { words: shifted, ..moment });
-            }
-        }
-        places.extend(described.into_iter().map(|(_, places)| places));
-        BitLayout { moments, words, min_hits: study.min_hits.into(), places }
-    }
-
-    /// Moments with so many voxels, made up.
-    #[cfg(test)]
-    pub(super) fn made_up(moments: &[MadeUp], min_hits: u64) -> BitLayout {
-        let mut words = [0; SPACES];
-        let one = |(voxels, people): &MadeUp| {
-            let mut first = words[2];
-            let part = |(number, &(person, voxels)): (usize, &(usize, u64))| {
-                let end = first + voxels.div_ceil(64) as usize;
-                let part = PartBits { person, part: BodyPart::ALL[number], voxels, words: first..end };
-                first = end;
-                part
-            };
-            let parts: Vec<PartBits> = people.iter().enumerate().map(part).collect();
-            let before = words;
-            words = [
-                words[0] + voxels[0].div_ceil(64) as usize,
-                words[1] + voxels[1].div_ceil(64) as usize,
-                parts.last().map_or(words[2], |part| part.words.end),
-            ];
-            let roles = [0; 2].map(|_| vec![0; words[0] - before[0]]);
-            let people = parts.iter().map(|part| part.person + 1).max().unwrap_or(0);
-            let words = std::array::from_fn(|space| before[space]..words[space]);
-            MomentBits { words, voxels: *voxels, roles, parts, people }
-        };
-        let moments = moments.iter().map(one).collect();
-        BitLayout { moments, words, min_hits, places: Vec::new() }
-    }
-
-    /// How many words each of the six planes has in one moment of a world.
-    pub(super) fn words_of(&self, world: usize) -> [usize; PLANES] {
-        SPACE_OF.map(|space| self.moments[world].words[space].len())
-    }
-
-    /// Which of the six planes of a sensor may have a bit: without noise or volumes it is right about all that it
-    /// says, and few sensors feel anybody.
-    pub(super) fn may_have_bits(kind: &dyn Kind, representation: usize) -> [bool; PLANES] {
-        let may_be_wrong = kind.is_noisy() || kind.adds(representation);
-        std::array::from_fn(|plane| match plane {
-            MISSED | FALSE => may_be_wrong,
-            FELT => kind.feels_presence(representation),
-            _ => true,
-        })
-    }
-
-    /// The six planes of what a sensor says in a world, as words of one moment; none of a plane without a bit.
-    pub(super) fn pick(&self, world: usize, said: &[SensorSays]) -> [Vec<u64>; PLANES] {
-        let places = &self.places[world];
-        let mut all = Planes::blank(places.window);
-        let mut felt = BitGrid::new(places.window);
+impl RegionPlaces {
+    /// The six planes of what a sensor says as words of one moment; none of a plane without a bit.
+    pub(super) fn pick(&self, said: &[SensorSays]) -> [Vec<u64>; PLANES] {
+        let mut all = Planes::blank(self.window);
+        let mut felt = BitGrid::new(self.window);
         for said in said {
             for part in &said.parts {
                 all.occupied.add(&part.occupied);
@@ -209,13 +54,13 @@ impl BitLayout {
         }
         all.free.remove(&all.occupied);
         let [occupied, free, hits, felt] = [&all.occupied, &all.free, &all.hits, &felt].map(BitGrid::words);
-        let [truly, falsely] = &places.masks;
+        let [truly, falsely] = &self.masks;
         let of_people = |plane: &[u32]| {
             let part = |bits: &Vec<usize>| {
                 let set = bits.iter().map(|&bit| (plane[bit >> 5] >> (bit & 31) & 1, 1));
                 packed(set)
             };
-            places.parts.iter().flat_map(part).collect::<Vec<u64>>()
+            self.parts.iter().flat_map(part).collect::<Vec<u64>>()
         };
         let of_mask = |plane: &[u32], masks: &[(usize, u32)]| {
             packed(masks.iter().map(|&(word, mask)| (extract(plane[word], mask), mask.count_ones())))
@@ -229,60 +74,6 @@ impl BitLayout {
             of_people(felt),
         ]
         .map(|words| if words.iter().all(|&word| word == 0) { Vec::new() } else { words })
-    }
-
-    /// What a union of rows is worth at one moment.
-    pub(super) fn counts(
-        &self,
-        ones: Ones,
-        moment: &MomentBits,
-        planes: &[Joined; PLANES],
-        wanted: Wanted,
-    ) -> Confusion {
-        let [truly, falsely, _] = &moment.words;
-        let mut counts = Confusion::default();
-        if wanted.labels {
-            let (hit, missed) = (planes[HIT].part(truly), planes[MISSED].part(truly));
-            let (wrong, clear) = (planes[FALSE].part(falsely), planes[CLEAR].part(falsely));
-            counts.tp = ones.of_joined(hit);
-            counts.fn_ = ones.joined_beyond(missed, hit);
-            counts.uo = moment.voxels[0] - counts.tp - counts.fn_;
-            counts.fp = ones.of_joined(wrong);
-            counts.tn = ones.joined_beyond(clear, wrong);
-            counts.uf = moment.voxels[1] - counts.fp - counts.tn;
-            if wanted.roles {
-                let of_role = |role: &Vec<u64>| {
-                    let [tp, fn_, uo] = ones.shared_out(role, hit, missed);
-                    RoleCounts { tp, fn_, uo }
-                };
-                [counts.human, counts.robot] = moment.roles.each_ref().map(of_role);
-            }
-        }
-        if wanted.people {
-            let mut sensed = vec![0; moment.people];
-            let tally = |part: &PartBits| {
-                sensed[part.person] += ones.of_joined(planes[FELT].part(&part.words));
-                let hit = ones.of_joined(planes[SEEN].part(&part.words));
-                PartTally { person: part.person, part: part.part, voxels: part.voxels, hit }
-            };
-            let parts: Vec<PartTally> = moment.parts.iter().map(tally).collect();
-            counts.detection = Detection::of(self.min_hits, parts, &sensed);
-        }
-        if wanted.people && !wanted.roles {
-            // Scores of people need their number of voxels; without labels all of them count as unknown.
-            counts.human.uo = moment.parts.iter().map(|part| part.voxels).sum();
-        }
-        counts
-    }
-
-    /// The parts of people's bodies, moment by moment.
-    pub(super) fn parts(&self) -> impl Iterator<Item = &PartBits> {
-        self.moments.iter().flat_map(|moment| &moment.parts)
-    }
-
-    /// How many voxels of a part must be hit for it to be detected.
-    pub(super) fn min_hits(&self) -> u64 {
-        self.min_hits
     }
 }
 

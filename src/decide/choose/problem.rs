@@ -1,263 +1,58 @@
-//! Which sets are allowed, and what each is worth.
+//! What a study asks for, as a problem for the solver, and why it has no answer.
 
-use super::evidence::{CandidateEvidence, Row, Union};
-use super::layout::{BitLayout, MomentBits, Wanted};
-use super::odds::Odds;
-use super::worth::{MOST_VOXELS, Ratio, Worth};
-use perirobot_march::metrics::{Confusion, Score};
+use super::layout::layout_of;
+use perirobot_cover::layout::MomentBits;
+use perirobot_cover::{
+    Answer, CandidateEvidence, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SearchWatch, SetLimits,
+};
+use perirobot_march::backend::Fusion;
+use perirobot_march::error::Issue;
+use perirobot_march::metrics::Score;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::{Cost, Setting};
-use perirobot_study::study::{Across, Choose, Study};
+use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 
 /// Two sensors are as far apart as they should be if this little is missing: lattices are made in floating
 /// point.
 const NEARLY_M: f64 = 1e-9;
 
-/// What is searched: allowed sets of candidates, by their numbers in the evidence.
-#[derive(Clone, Debug)]
-pub struct Problem<'a> {
-    pub(super) evidence: &'a CandidateEvidence,
-    /// The score that is to be high, and of which counts.
-    pub(super) goal: (Score, Across),
-    /// What every set must reach.
-    pub(super) require: Vec<(Score, Across, Ratio)>,
-    /// How large a set may be.
-    pub(super) limits: SetLimits,
-    /// What each candidate costs, in thousandths.
-    pub(super) cost: Vec<u64>,
-    /// Candidates that are in every set.
-    pub(super) always: Vec<usize>,
-    /// For each candidate the others that are too near, a bit each.
-    pub(super) near: Vec<Vec<u64>>,
-    /// How many of a sensor a set may have.
-    pub(super) most: Vec<usize>,
-    /// How labels come to be, where that is not by unions.
-    pub(super) odds: Option<Odds>,
-}
-
-/// Some candidates together, which others may join.
-pub(super) enum Joint<'a> {
-    Union(Union),
-    /// What each says, where sums decide.
-    Rows(Vec<(usize, Row<'a>)>),
-}
-
-/// How large a set may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SetLimits {
-    /// How many candidates it may have.
-    pub at_most: usize,
-    /// What it may cost, in thousandths.
-    pub budget: Option<u64>,
-}
-
-impl SetLimits {
-    /// What is known of the sets within them, in words: the best score so far, and what no set is above.
-    pub fn in_words(&self, [best, above]: [Option<f64>; 2]) -> String {
-        let cost = self.budget.map(Cost::from_thousandths).map(|budget| format!(" for {budget}"));
-        let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
-        let above = above.map(|above| format!(", none is above {above:.4}"));
-        format!(
-            "sets of at most {}{}: {best}{}",
-            self.at_most,
-            cost.unwrap_or_default(),
-            above.unwrap_or_default()
-        )
+/// What a study asks for that passed [`examine`].
+pub fn problem_of<'a>(
+    study: &Study,
+    choose: &Choose,
+    worlds: &[World],
+    evidence: &'a CandidateEvidence,
+) -> Problem<'a> {
+    let items = &evidence.items;
+    let cost = |&[sensor, _]: &[usize; 2]| study.sensors[sensor].terms.cost.map_or(0, Cost::thousandths);
+    let number = |wanted: &[usize; 2]| {
+        items.iter().position(|item| item == wanted).expect("every candidate has evidence")
+    };
+    let reading = |&[sensor, _]: &[usize; 2]| {
+        let kind = &study.sensors[sensor].kind;
+        (kind.speaks_last(), kind.log_odds(choose.representations[sensor]))
+    };
+    let odds = match choose.fusion {
+        Fusion::Octomap => Odds::new(items.iter().map(reading).collect(), evidence),
+        _ => None,
+    };
+    Problem {
+        evidence,
+        goal: (choose.objective, choose.over),
+        require: choose.require.iter().map(|r| (r.score, r.over, Ratio::of(r.at_least))).collect(),
+        limits: SetLimits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
+        cost: items.iter().map(cost).collect(),
+        always: choose.always.iter().map(number).collect(),
+        near: too_near(items, worlds, choose.apart_m),
+        most: study
+            .sensors
+            .iter()
+            .map(|sensor| sensor.terms.at_most.map_or(usize::MAX, |most| most as usize))
+            .collect(),
+        odds,
     }
-}
-
-/// How good a set is: first by what it lacks of the requirements, then by its worth. Larger is better.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Merit {
-    /// Zero where all requirements are met, else below.
-    lacking: f64,
-    pub(super) worth: Option<Worth>,
-}
-
-impl SetLimits {
-    /// Whether a set may cost so much.
-    pub(super) fn afford(&self, cost: u64) -> bool {
-        self.budget.is_none_or(|budget| cost <= budget)
-    }
-}
-
-/// A set and its worth.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
-    /// Candidates by their numbers in the evidence, lowest first.
-    pub set: Vec<usize>,
-    /// What it is worth.
-    pub worth: Worth,
-}
-
-impl Eq for Merit {}
-
-impl Ord for Merit {
-    fn cmp(&self, other: &Merit) -> std::cmp::Ordering {
-        self.lacking.total_cmp(&other.lacking).then(self.worth.cmp(&other.worth))
-    }
-}
-
-impl PartialOrd for Merit {
-    fn partial_cmp(&self, other: &Merit) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<'a> Problem<'a> {
-    /// What a study asks for that passed [`examine`].
-    pub fn new(
-        study: &Study,
-        choose: &Choose,
-        worlds: &[World],
-        evidence: &'a CandidateEvidence,
-    ) -> Problem<'a> {
-        let items = &evidence.items;
-        let cost = |&[sensor, _]: &[usize; 2]| study.sensors[sensor].terms.cost.map_or(0, Cost::thousandths);
-        let number = |wanted: &[usize; 2]| {
-            items.iter().position(|item| item == wanted).expect("every candidate has evidence")
-        };
-        Problem {
-            evidence,
-            goal: (choose.objective, choose.over),
-            require: choose.require.iter().map(|r| (r.score, r.over, Ratio::of(r.at_least))).collect(),
-            limits: SetLimits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
-            cost: items.iter().map(cost).collect(),
-            always: choose.always.iter().map(number).collect(),
-            near: too_near(items, worlds, choose.apart_m),
-            most: study
-                .sensors
-                .iter()
-                .map(|sensor| sensor.terms.at_most.map_or(usize::MAX, |most| most as usize))
-                .collect(),
-            odds: Odds::of(study, choose, evidence),
-        }
-        .without_idle_odds()
-    }
-
-    /// Sums change labels, and of some scores labels are no part.
-    fn without_idle_odds(mut self) -> Self {
-        self.odds = self.odds.take().filter(|_| self.wanted().labels);
-        self
-    }
-
-    /// Whether sets can be searched to the end: what any of them sees is a union, and at hand.
-    pub(super) fn is_searchable(&self) -> bool {
-        self.odds.is_none() && !self.evidence.is_filed()
-    }
-
-    /// Whether labels are sums of what sensors say.
-    pub(super) fn adds_up(&self) -> bool {
-        self.odds.is_some()
-    }
-
-    /// The same sets, by another score and without requirements.
-    pub(super) fn asking(&self, score: Score, over: Across) -> Problem<'a> {
-        Problem { goal: (score, over), require: Vec::new(), ..self.clone() }.without_idle_odds()
-    }
-
-    /// Whether a candidate may join some others, whatever it costs.
-    pub(super) fn may_join(&self, chosen: &[usize], item: usize) -> bool {
-        let sensor = self.evidence.items[item][0];
-        let of_it = || chosen.iter().filter(|&&other| self.evidence.items[other][0] == sensor).count();
-        chosen.iter().all(|&other| other != item && !self.are_near(other, item))
-            && of_it() < self.most[sensor]
-    }
-
-    fn are_near(&self, a: usize, b: usize) -> bool {
-        self.near.get(a).is_some_and(|near| near[b / 64] >> (b % 64) & 1 == 1)
-    }
-
-    /// What a set costs, in thousandths.
-    pub(crate) fn cost_of(&self, set: &[usize]) -> u64 {
-        set.iter().map(|&item| self.cost[item]).sum()
-    }
-
-    /// The largest amount below some cost, above zero, that a set may cost: all of them are multiples of one amount.
-    pub(super) fn below(&self, cost: u64) -> u64 {
-        let common = self.cost.iter().fold(0, |a, &b| greatest_common_divisor(a, b)).max(1);
-        (cost - 1) / common * common
-    }
-
-    /// How many sensors a budget pays for at most.
-    pub(super) fn most_affordable(&self, limits: SetLimits) -> usize {
-        let rest = limits.budget.map(|budget| budget.saturating_sub(self.cost_of(&self.always)));
-        let free = (0..self.cost.len()).filter(|item| !self.always.contains(item));
-        match (rest, free.map(|item| self.cost[item]).min()) {
-            (Some(rest), Some(least @ 1..)) => self.always.len() + (rest / least) as usize,
-            _ => usize::MAX,
-        }
-    }
-
-    /// Some candidates together.
-    pub(super) fn joint(&self, set: &[usize]) -> Joint<'a> {
-        if self.odds.is_some() {
-            return Joint::Rows(set.iter().map(|&item| (item, self.evidence.row(item))).collect());
-        }
-        let mut union = self.evidence.nothing();
-        set.iter().for_each(|&item| union.add(self.evidence, item));
-        Joint::Union(union)
-    }
-
-    /// What a set counts, moment by moment: as [`CandidateEvidence::counts`] has it, unless sums of what its sensors say
-    /// decide.
-    pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
-        self.counts_with(&self.joint(set), None, Wanted::ALL)
-    }
-
-    /// What a set is worth, whatever is required; `None` where it has no value.
-    pub(super) fn worth_of(&self, set: &[usize]) -> Option<Worth> {
-        self.merit(&self.joint(set), None).worth
-    }
-
-    /// What counts are asked for.
-    pub(super) fn wanted(&self) -> Wanted {
-        Wanted::of(std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0)))
-    }
-
-    /// How good counts are.
-    fn merit_of(&self, counts: &[Confusion]) -> Merit {
-        let lacking = |&(score, over, least): &(Score, Across, Ratio)| match Worth::of(score, over, counts) {
-            Some(worth) if worth.reaches(least) => 0.0,
-            Some(worth) => (worth.value() - least.value()).min(-1e-12),
-            None => -2.0,
-        };
-        let (score, over) = self.goal;
-        Merit { lacking: self.require.iter().map(lacking).sum(), worth: Worth::of(score, over, counts) }
-    }
-
-    /// How good some candidates are together, with one more or as they are.
-    pub(super) fn merit(&self, joint: &Joint, more: Option<(usize, &Row)>) -> Merit {
-        self.merit_of(&self.counts_with(joint, more, self.wanted()))
-    }
-
-    fn counts_with(&self, joint: &Joint, more: Option<(usize, &Row)>, wanted: Wanted) -> Vec<Confusion> {
-        match (joint, &self.odds) {
-            (Joint::Union(union), _) => self.evidence.counts_of(union, more.map(|(_, row)| row), wanted),
-            (Joint::Rows(rows), Some(odds)) => {
-                let rows = rows.iter().map(|(item, row)| (*item, row)).chain(more);
-                let planes = odds.fused(self.evidence, &rows.collect::<Vec<_>>());
-                self.evidence.counts_of_planes(&planes, |_| &[], wanted)
-            }
-            (Joint::Rows(_), None) => unreachable!("rows are kept where they are added up"),
-        }
-    }
-
-    /// What a set is worth, if it has a value and meets every requirement.
-    pub(super) fn found(&self, set: &[usize]) -> Option<Found> {
-        let merit = self.merit(&self.joint(set), None);
-        let mut set = set.to_vec();
-        set.sort_unstable();
-        merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })
-    }
-}
-
-impl Merit {
-    /// Whether every requirement is met.
-    pub(super) fn meets_all(&self) -> bool {
-        self.lacking == 0.0
-    }
+    .without_idle_odds()
 }
 
 /// Whether the scores that a study asks for can have a value in its region, and an exact one, before anything is cast.
@@ -265,7 +60,7 @@ impl Merit {
 /// # Errors
 /// When one cannot, or the region has too many voxels.
 pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
-    let layout = BitLayout::new(study, worlds, choose.region);
+    let (layout, _) = layout_of(study, worlds, choose.region);
     let sum = |of: fn(&MomentBits) -> u64| layout.moments.iter().map(of).sum::<u64>();
     let name = &study.regions[choose.region].0;
     let voxels: u64 = layout.moments.iter().flat_map(|moment| moment.voxels).sum();
@@ -298,8 +93,62 @@ pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
     Ok(())
 }
 
-fn greatest_common_divisor(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+/// The best set of each size, and of each step of cost below the budget where there are costs.
+///
+/// # Errors
+/// When no set meets the requirements; when evidence in a file cannot be read.
+pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
+    perirobot_cover::answer(problem, watch).map_err(|why| no_set(problem, why))
+}
+
+/// What helps where no set is good enough.
+const CURE: &str = "ask for less, or allow more: sensors, budget, or mounts nearer to each other";
+
+fn no_set(problem: &Problem, why: NoAnswer) -> Error {
+    match why {
+        NoAnswer::Unread(error) => error,
+        NoAnswer::Stopped => {
+            Error::Stopped(Issue::says("no set was found that meets the requirements so far"))
+        }
+        NoAnswer::Required { number, best, is_proven } => {
+            let (score, over, least) = problem.require[number];
+            let (name, over, least) = (score.name(), over.name(), least.value());
+            let most = best.map_or("has no value".into(), |best| {
+                let known = if is_proven { "at most" } else { "in the best set found" };
+                format!("is {:.4} {known}", best.value())
+            });
+            let none = if is_proven { "no allowed set reaches" } else { "no set was found that reaches" };
+            Error::input(
+                format!("choose.require[{number}]"),
+                format!("{none} {name} {least} ({over}): it {most}"),
+            )
+            .cure(CURE)
+        }
+        NoAnswer::Together => {
+            let what = match (problem.require.is_empty(), problem.is_searchable()) {
+                (true, _) => "no allowed set has a value of the objective",
+                (false, false) => {
+                    "no set was found that meets all of them, by adding and swapping single sensors"
+                }
+                (false, true) => "each of them can be met, but no allowed set meets all of them",
+            };
+            let key = if problem.require.is_empty() { "choose.objective" } else { "choose.require" };
+            Error::input(key, what).cure(CURE)
+        }
+    }
+}
+
+/// What is known of the sets within some limits, in words: the best score so far, and what no set is above.
+pub fn progress_of(limits: &SetLimits, [best, above]: [Option<f64>; 2]) -> String {
+    let cost = limits.budget.map(Cost::from_thousandths).map(|budget| format!(" for {budget}"));
+    let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
+    let above = above.map(|above| format!(", none is above {above:.4}"));
+    format!(
+        "sets of at most {}{}: {best}{}",
+        limits.at_most,
+        cost.unwrap_or_default(),
+        above.unwrap_or_default()
+    )
 }
 
 /// For each candidate a bit for each that is too near in some world; nothing where none can be.
@@ -329,3 +178,6 @@ fn too_near(items: &[[usize; 2]], worlds: &[World], apart_m: f64) -> Vec<Vec<u64
     }
     near
 }
+
+#[cfg(test)]
+mod tests;

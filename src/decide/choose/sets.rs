@@ -3,7 +3,7 @@
 
 use super::files::PROOF;
 use super::told::{Told, ToldSensor, ToldSet};
-use super::worth::Worth;
+use perirobot_cover::Worth;
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};

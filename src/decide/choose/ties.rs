@@ -2,9 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::front::Answer;
-use super::problem::{Found, Joint, Problem};
-use super::within::FrontStep;
+use perirobot_cover::{Answer, Found, FrontStep, Joint, Problem};
 use perirobot_study::sensor::Setting;
 use perirobot_study::world::World;
 

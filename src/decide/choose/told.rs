@@ -1,16 +1,10 @@
 //! An answer in names and numbers: the front, what each sensor of a set is worth, and sets that are nearly as
 //! good but look different. Tables, texts and files are made from it, and `choose.json` holds it.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
-use super::front::Answer;
-use super::gap::{Gap, WeightedCut};
-use super::problem::{Found, Problem};
 use super::ties::ties;
-use super::within::{Bound, FrontStep};
-use super::worth::Worth;
+use perirobot_cover::{Answer, Bound, CutProof, Found, FrontStep, Problem, Worth};
 use perirobot_study::sensor::Cost;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -99,35 +93,10 @@ pub struct ToldStep {
     pub proven: bool,
     /// If not all were searched, what shows that no set is above; for a mean, for each of its scores.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub shown_by: Vec<ToldCuts>,
+    pub shown_by: Vec<CutProof>,
     /// By how much the score is above that of the best set of fewer sensors that costs no more, if there is
     /// one.
     pub gain: Option<f64>,
-}
-
-/// Cuts that show, so many times each, that no set is above a score.
-///
-/// A cut is made of shares of poses. Voxels that poses see whose shares add up to 256 or more are its inside. A
-/// set sees no more than the inside, and what each of its poses sees outside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldCuts {
-    /// The score, as a fraction.
-    pub above: [u64; 2],
-    /// How many times it counts that a set costs no more than the budget, in thousandths.
-    pub budget_times: u64,
-    /// The cuts.
-    pub cuts: Vec<ToldCut>,
-}
-
-/// A cut of the voxels of one score.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldCut {
-    /// Of which scene, snapshot and repeat the score is, if the worst one counts; else 0.
-    pub moment: usize,
-    /// How many times it counts.
-    pub times: u64,
-    /// Poses and their shares.
-    pub shares: BTreeMap<String, u64>,
 }
 
 /// A set in names and numbers.
@@ -160,22 +129,6 @@ pub struct ToldSensor {
     pub cost: Option<Cost>,
     /// The score of the set without it, if that has one.
     pub score_without: Option<f64>,
-}
-
-impl ToldCuts {
-    /// Cuts with the names of poses.
-    pub(super) fn of(gap: &Gap, name: impl Fn(usize) -> String) -> ToldCuts {
-        let cut = |cut: &WeightedCut| ToldCut {
-            moment: cut.moment,
-            times: cut.times,
-            shares: cut.shares.iter().map(|&(item, share)| (name(item), share)).collect(),
-        };
-        ToldCuts {
-            above: [gap.above.numerator as u64, gap.above.denominator as u64],
-            budget_times: gap.budget,
-            cuts: gap.cuts.iter().map(cut).collect(),
-        }
-    }
 }
 
 impl ToldSet {
@@ -279,7 +232,7 @@ impl Teller<'_> {
             proven: step.bound == Bound::Proven,
             shown_by: match &step.bound {
                 Bound::AtMost(gaps) => {
-                    gaps.iter().map(|gap| ToldCuts::of(gap, |item| self.name(item))).collect()
+                    gaps.iter().map(|gap| CutProof::new(gap, |item| self.name(item))).collect()
                 }
                 _ => Vec::new(),
             },

@@ -3,8 +3,8 @@
 use std::cmp::Ordering;
 
 use super::excess::Excess;
-use perirobot_march::metrics::{Confusion, Ratio, Score, gcd};
-use perirobot_study::study::{Across, Limit};
+use perirobot_march::metrics::{Across, Confusion, Ratio, Score, gcd};
+use perirobot_study::study::Limit;
 
 /// Binary digits that a sum of fractions is told by at a time.
 const DIGITS: u32 = 32;

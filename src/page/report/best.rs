@@ -1,11 +1,8 @@
 //! What a sweep prints at its end: the best choices of poses by each score, beside what trivial answers would
 //! score. A study with many combinations or representations gets one line for each instead of a block.
 
-use super::NEAR_SIDE;
-use super::Series;
-use super::ranked;
-use super::series;
 use super::table::{NONE, Table, number};
+use super::{NEAR_SIDE, Series, ranked, series};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;

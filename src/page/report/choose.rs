@@ -2,8 +2,7 @@
 
 use super::table::{NONE, Table};
 use perirobot_decide::choose::{Asked, AskedScore, Chosen, ToldRefined, ToldSet, ToldStep};
-use perirobot_march::metrics::Score;
-use perirobot_study::study::Across;
+use perirobot_march::metrics::{Across, Score};
 
 /// The question and the front.
 pub fn overview(chosen: &Chosen) -> String {

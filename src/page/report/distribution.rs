@@ -1,10 +1,8 @@
 //! How the scores of all choices of poses are distributed: smallest, quartiles and largest of each scene,
 //! region, combination and representation, beside the baselines of that scene and region.
 
-use super::ReportSelection;
-use super::Series;
-use super::near_side;
 use super::table::{Table, number};
+use super::{ReportSelection, Series, near_side};
 use perirobot_march::Result;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::swept::SceneResults;

@@ -3,9 +3,8 @@
 
 use std::ops::Range;
 
-use super::ReportSelection;
-use super::Series;
 use super::table::{Table, number};
+use super::{ReportSelection, Series};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;

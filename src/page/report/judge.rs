@@ -7,7 +7,8 @@ use super::apart::Writing;
 use super::table::{NONE, Table};
 use perirobot_decide::approach::Company;
 use perirobot_decide::judge::{JudgedSet, Judgement, Moment, Part, Passage, Summed, Value, Where, spreads};
-use perirobot_study::study::{Across, Condition, Counted, Limit, Measure, Nearness};
+use perirobot_march::metrics::Across;
+use perirobot_study::study::{Condition, Counted, Limit, Measure, Nearness};
 use perirobot_sweep::results::Subject;
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.
@@ -204,8 +205,7 @@ fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use perirobot_march::metrics::{Confusion, Ratio, Score};
-    use perirobot_study::study::Across;
+    use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
 
     /// So many of so many voxels, beside a limit.
     fn shown(part: u64, of: u64, limit: f64) -> String {

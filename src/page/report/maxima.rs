@@ -1,11 +1,8 @@
 //! The best score of each combination of sensors, per scene and on average, and as a part of what the largest
 //! combination reaches.
 
-use super::ReportSelection;
-use super::Series;
-use super::first_best;
-use super::near_side;
 use super::table::{Table, number};
+use super::{ReportSelection, Series, first_best, near_side};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;

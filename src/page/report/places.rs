@@ -1,8 +1,7 @@
 //! Where an object should stand: the best of its candidate places, for sensors that stay where they are.
 
-use super::ReportSelection;
 use super::table::{Table, number};
-use super::{near_side, ranked};
+use super::{ReportSelection, near_side, ranked};
 use perirobot_march::Result;
 use perirobot_sweep::results::Results;
 

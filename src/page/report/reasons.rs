@@ -14,9 +14,8 @@
 
 use std::path::Path;
 
-use super::Series;
-use super::series;
 use super::table::Table;
+use super::{Series, series};
 use perirobot_decide::view::why::{Cause, CauseTally, Missed, Reason};
 use perirobot_decide::view::{Choice, View};
 use perirobot_march::Result;

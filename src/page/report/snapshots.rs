@@ -1,9 +1,7 @@
 //! Moving scenes: the choices with the best mean over the snapshots, and those whose worst snapshot is best.
 
-use super::ReportSelection;
-use super::near_side;
-use super::ranked;
 use super::table::{Table, number};
+use super::{ReportSelection, near_side, ranked};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::swept::SceneResults;

@@ -63,11 +63,10 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     use super::*;
-    use crate::scene::Up;
     use crate::scene::keypoints::{KeypointFile, Layout};
     use crate::scene::mesh_file::{MeshFile, MeshFormat};
     use crate::scene::spec::{ObjectSpec, PersonFile, SurfaceSpec};
-    use crate::scene::{Interior, Optical, Role, Surface};
+    use crate::scene::{Interior, Optical, Role, Surface, Up};
 
     fn object(name: &str, surface: SurfaceSpec) -> ObjectSpec {
         ObjectSpec {

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::{Place, Problems, RegionSpec, region};
 use crate::sensor::{Cost, Sensor};
 use perirobot_march::backend::Fusion;
-use perirobot_march::metrics::{Ratio, Score};
+use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::{Error, Result};
 
 /// Most sensors of a set.
@@ -25,7 +25,7 @@ pub(super) struct ChooseFile {
     /// Of which counts it is the score: of those of all scenes, snapshots and repeats together, or the worst or
     /// the mean of theirs. Default "pooled".
     #[serde(default)]
-    over: Across,
+    over: AcrossName,
     /// How many sensors a set may have, at most 16.
     at_most: u32,
     /// What a set may cost; all sensors then need a cost.
@@ -56,7 +56,7 @@ struct RequireFile {
     score: Objective,
     /// Of which counts, as of the objective. Default "pooled".
     #[serde(default)]
-    over: Across,
+    over: AcrossName,
     /// What it must be at least.
     at_least: f64,
 }
@@ -86,10 +86,11 @@ impl Objective {
 }
 
 /// Of which counts a score is, where there are several scenes, snapshots and repeats.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
+#[cfg_attr(test, schemars(rename = "Across"))]
 #[serde(rename_all = "snake_case")]
-pub enum Across {
+pub(super) enum AcrossName {
     /// Of all of them added up.
     #[default]
     Pooled,
@@ -99,13 +100,12 @@ pub enum Across {
     Mean,
 }
 
-impl Across {
-    /// As in a study.
-    pub fn name(self) -> &'static str {
+impl AcrossName {
+    pub(super) fn across(self) -> Across {
         match self {
-            Across::Pooled => "pooled",
-            Across::Worst => "worst",
-            Across::Mean => "mean",
+            AcrossName::Pooled => Across::Pooled,
+            AcrossName::Worst => Across::Worst,
+            AcrossName::Mean => Across::Mean,
         }
     }
 }
@@ -172,7 +172,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         if Ratio::of(at_least).value() != at_least {
             return Err(at.wrong("at_least", at_least, "must have at most nine digits after the point"));
         }
-        Ok(SetRequirement { score: entry.score.score(), over: entry.over, at_least })
+        Ok(SetRequirement { score: entry.score.score(), over: entry.over.across(), at_least })
     });
     let require: Vec<SetRequirement> = require.filter_map(|one| problems.keep(one)).collect();
     let representations = problems.keep(representations(&at, &file.representation, sensors));
@@ -193,7 +193,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
     };
     Ok(Choose {
         objective: file.objective.score(),
-        over: file.over,
+        over: file.over.across(),
         region,
         at_most: file.at_most as usize,
         budget,

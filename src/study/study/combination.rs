@@ -2,10 +2,9 @@
 
 use wildmatch::WildMatch;
 
-use super::Place;
 use super::choices::Choices;
 use super::file::CombinationFile;
-use super::{Problems, slug};
+use super::{Place, Problems, slug};
 use crate::sensor::Sensor;
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;

@@ -40,7 +40,7 @@ use crate::sensor::recorded::Recorded;
 use crate::sensor::{Candidate, Kind, SaidOfNoise, Sensor, Terms};
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;
-pub use choose::{Across, Choose, SetRequirement};
+pub use choose::{Choose, SetRequirement};
 pub use combination::{Combination, Member};
 pub use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use perirobot_march::backend::Fusion;

@@ -7,11 +7,10 @@ mod scores;
 
 use serde::{Deserialize, Serialize};
 
-use super::choose::Across;
 pub(super) use entry::{Known, RequirementFile, check};
 pub use mounting_error::MountingError;
 pub(super) use mounting_error::MountingErrorFile;
-use perirobot_march::metrics::{Ratio, Score};
+use perirobot_march::metrics::{Across, Ratio, Score};
 pub use scores::{ApproachScore, ControllerScore};
 
 /// What may not be as planned.

@@ -6,10 +6,7 @@ use std::cell;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use super::BatchSize;
-use super::Ledger;
-use super::Row;
-use super::compare;
+use super::{BatchSize, Ledger, Row, compare};
 use crate::results::PoseChoice;
 use perirobot_march::backend::cpu::SimdLevel;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind};

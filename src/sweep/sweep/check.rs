@@ -5,10 +5,7 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use super::BatchSize;
-use super::Ledger;
-use super::Row;
-use super::run_choices;
+use super::{BatchSize, Ledger, Row, run_choices};
 use crate::results::{PoseChoice, columns};
 use perirobot_march::backend::Backend;
 use perirobot_march::metrics::BodyPart;

@@ -1,7 +1,6 @@
 //! Keeps track of a sweep on disk: which choices are finished. Writes their rows into the journal.
 
-use super::Ledger;
-use super::Row;
+use super::{Ledger, Row};
 use crate::results::journal::Journal;
 use crate::results::manifest::Fault;
 use crate::results::{Layout, PoseChoice, RowKey};

@@ -3,11 +3,8 @@
 use std::collections::HashSet;
 use std::time::Instant;
 
-use super::BatchSize;
-use super::Ledger;
-use super::Row;
 use super::compare::spread;
-use super::run_choices;
+use super::{BatchSize, Ledger, Row, run_choices};
 use crate::results::{PoseChoice, layout_of};
 use perirobot_march::Result;
 use perirobot_march::backend::{Backend, GridPose, Rays};

@@ -9,10 +9,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use super::BatchSize;
-use super::Ledger;
 use super::checkpoint::Checkpoint;
-use super::run_choices;
+use super::{BatchSize, Ledger, run_choices};
 use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
 use crate::results::manifest::Fault;

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::super::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
-use super::CandidateEvidence;
+use super::super::check::count_again;
+use super::super::layout::{RegionPlaces, layout_of, may_have_bits};
 use super::file::{CandidateWords, EvidenceFile, RecordKey, deciding};
-use super::rows::{FiledRows, HeldRow, RecordPlace, Rows};
+use super::rows::{FiledRows, RecordPlace};
+use perirobot_cover::CandidateEvidence;
+use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::{Argument, Issue, Words, catch_panic};
-use perirobot_march::voxel::Ones;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Sensor;
 use perirobot_study::study::{Choose, Combination, Member, Study};
@@ -44,10 +45,12 @@ pub struct Casting<'a> {
     /// The representation of each sensor.
     representations: &'a [usize],
     layout: BitLayout,
+    /// For each world where its voxels are in the planes of a backend.
+    regions: Vec<RegionPlaces>,
     /// Sensor and candidate of each row, in study order.
     items: Vec<[usize; 2]>,
-    /// What is held in memory; nothing once that does not fit.
-    rows: Vec<HeldRow>,
+    /// What is held in memory: bits of all moments, nothing of a plane without a bit; nothing once that does not fit.
+    rows: Vec<[Box<[u64]>; PLANES]>,
     is_filed: bool,
     /// Where each record of each row is in the file.
     places: Vec<Vec<RecordPlace>>,
@@ -109,13 +112,13 @@ impl<'a> Casting<'a> {
         memory_bytes: u64,
         kept: Option<(&Path, bool)>,
     ) -> Result<Casting<'a>> {
-        let layout = BitLayout::new(study, worlds, region);
+        let (layout, regions) = layout_of(study, worlds, region);
         let items = study.sensors.iter().enumerate();
         let items: Vec<[usize; 2]> =
             items.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect();
         let blocks = |&[sensor, _]: &[usize; 2]| repeats(study, &study.sensors[sensor]) * worlds.len();
         let needed = study.sensors.iter().zip(representations).map(|(sensor, &way)| {
-            let may = BitLayout::may_have_bits(&*sensor.kind, way);
+            let may = may_have_bits(&*sensor.kind, way);
             std::array::from_fn(|plane| wanted.needs(plane) && may[plane])
         });
         let file = match kept {
@@ -128,7 +131,7 @@ impl<'a> Casting<'a> {
             None => None,
         };
         let mut casting = Casting {
-            rows: vec![HeldRow::default(); items.len()],
+            rows: vec![Default::default(); items.len()],
             is_filed: false,
             places: items.iter().map(|item| vec![RecordPlace::default(); blocks(item)]).collect(),
             has: vec![[false; PLANES]; items.len()],
@@ -143,6 +146,7 @@ impl<'a> Casting<'a> {
             worlds,
             representations,
             layout,
+            regions,
             items,
         };
         if let Some(mut file) = file {
@@ -268,7 +272,7 @@ impl<'a> Casting<'a> {
             return Ok((evidence, None));
         }
         let mut cpu = backends.open(Fallback::Cpu)?;
-        let checked = evidence.check(study, choose, worlds, cpu.as_mut(), every);
+        let checked = count_again(&evidence, study, choose, worlds, cpu.as_mut(), every);
         if let (Err(Error::Disagreement(_)), Some(path)) = (&checked, &kept) {
             let _ = std::fs::remove_file(path);
         }
@@ -287,17 +291,16 @@ impl<'a> Casting<'a> {
     /// All evidence, when nothing is left.
     pub fn evidence(self) -> CandidateEvidence {
         assert_eq!(self.left(), 0, "everything was cast");
-        let rows = match self.file.filter(|_| self.is_filed) {
-            Some(file) => Rows::Filed(FiledRows {
-                path: file.path,
-                places: self.places,
-                needed: self.items.iter().map(|&[sensor, _]| self.needed[sensor]).collect(),
-                failed: Default::default(),
-            }),
-            None => Rows::Held(self.rows),
-        };
         let (layout, items, memory_bytes) = (self.layout, self.items, self.memory_bytes);
-        CandidateEvidence { layout, items, rows, memory_bytes, ones: Ones::new() }
+        match self.file.filter(|_| self.is_filed) {
+            Some(file) => {
+                let needed = items.iter().map(|&[sensor, _]| self.needed[sensor]).collect();
+                let rows =
+                    FiledRows { path: file.path, places: self.places, needed, failed: Default::default() };
+                CandidateEvidence::stored(layout, items, Box::new(rows), memory_bytes)
+            }
+            None => CandidateEvidence::held(layout, items, self.rows, memory_bytes),
+        }
     }
 
     fn block(&self, key: RecordKey) -> usize {
@@ -329,13 +332,13 @@ impl<'a> Casting<'a> {
                 self.bytes += 8 * length as u64;
                 // Beyond what is allowed it is only counted, to tell how much there is.
                 if self.bytes <= self.memory_bytes && !self.is_filed {
-                    row.iter_mut().for_each(|row| row.planes[plane] = vec![0; length].into());
+                    row.iter_mut().for_each(|row| row[plane] = vec![0; length].into());
                 }
             }
-            let Some(row) = row.as_mut().filter(|row| !row.planes[plane].is_empty()) else { continue };
+            let Some(row) = row.as_mut().filter(|row| !row[plane].is_empty()) else { continue };
             for repeat in repeats.clone() {
                 let moment = &self.layout.moments[repeat * self.worlds.len() + key.world];
-                row.planes[plane][moment.words[SPACE_OF[plane]].clone()].copy_from_slice(words);
+                row[plane][moment.words[SPACE_OF[plane]].clone()].copy_from_slice(words);
             }
         }
     }
@@ -405,8 +408,9 @@ impl EvidenceReader for Taking<'_, '_> {
     fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<SensorSays>)>) -> Result<()> {
         let keys = said.iter().map(|(pose_choice, _)| self.key(world, repeat, pose_choice));
         let keys: Vec<RecordKey> = keys.collect();
-        let layout = &self.casting.layout;
-        let pick = |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| (key, layout.pick(key.world, said));
+        let regions = &self.casting.regions;
+        let pick =
+            |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| (key, regions[key.world].pick(said));
         let records: Vec<(RecordKey, CandidateWords)> = keys.into_par_iter().zip(&said).map(pick).collect();
         let places = match &mut self.casting.file {
             Some(file) => file.append(&records)?,

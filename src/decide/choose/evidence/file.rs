@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
-use super::super::layout::PLANES;
+use perirobot_cover::layout::PLANES;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;

@@ -1,5 +1,4 @@
-//! Where the bits of candidates are: in memory, or in the file of the folder, from which they are read each time
-//! that they are asked for.
+//! The bits of candidates in the file of the folder, from which they are read each time that they are asked for.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -8,24 +7,10 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use super::super::layout::{BitLayout, PLANES, SPACE_OF};
 use super::file::CandidateWords;
-
-/// The bits of all candidates.
-#[derive(Debug)]
-pub(super) enum Rows {
-    Held(Vec<HeldRow>),
-    Filed(FiledRows),
-}
-
-/// What one candidate says: bits of all moments; nothing of a plane without a bit.
-#[derive(Clone, Debug, Default)]
-pub(super) struct HeldRow {
-    pub(super) planes: [Box<[u64]>; PLANES],
-}
-
-/// A row that was asked for: each of the six planes; empty if no bit is set.
-pub(in crate::choose) type Row<'a> = [Cow<'a, [u64]>; PLANES];
+use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF};
+use perirobot_cover::{Row, RowStore};
+use perirobot_march::Error;
 
 /// Rows in a file.
 #[derive(Debug)]
@@ -66,26 +51,26 @@ fn hash_of(words: &[u64]) -> u64 {
     hasher.finish()
 }
 
-impl Rows {
-    /// Some planes of a candidate; empty if no bit is set.
-    pub(super) fn row(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> Row<'_> {
-        match self {
-            Rows::Held(rows) => std::array::from_fn(|plane| {
-                Cow::Borrowed(if wanted[plane] { &rows[item].planes[plane][..] } else { &[] })
-            }),
-            Rows::Filed(rows) => rows.read(layout, item, wanted).unwrap_or_else(|error| {
-                let _ = rows.failed.set(error);
-                Default::default()
-            }),
-        }
+impl RowStore for FiledRows {
+    fn has_bits(&self, item: usize, plane: usize) -> bool {
+        self.needed[item][plane] && self.places[item].iter().any(|place| place.has[plane])
+    }
+
+    fn row(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> Row<'_> {
+        self.read(layout, item, wanted).unwrap_or_else(|error| {
+            let _ = self.failed.set(error);
+            Default::default()
+        })
+    }
+
+    fn failure(&self) -> Option<Error> {
+        let error = self.failed.get()?;
+        let error = io::Error::new(error.kind(), error.to_string());
+        Some(Error::io(&self.path, "cannot be read", error))
     }
 }
 
 impl FiledRows {
-    pub(super) fn has_bits(&self, item: usize, plane: usize) -> bool {
-        self.needed[item][plane] && self.places[item].iter().any(|place| place.has[plane])
-    }
-
     fn read(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> io::Result<Row<'_>> {
         let mut file = File::open(&self.path)?;
         let (places, mut bytes) = (&self.places[item], Vec::new());

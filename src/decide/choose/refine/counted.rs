@@ -4,7 +4,7 @@ use super::around::{Around, Spot};
 use super::{Refined, Refinement};
 use crate::choose::told::{FinePose, Told, ToldRefined, ToldSensor, ToldSet};
 use crate::choose::verify::recounted;
-use crate::choose::worth::{Ratio, Worth};
+use perirobot_cover::{Ratio, Worth};
 use perirobot_march::backend::Backend;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;

@@ -17,11 +17,9 @@ use std::collections::BTreeMap;
 
 use self::around::{Around, LEVELS, Spot};
 use super::evidence::{Casting, CastingWatch};
-use super::front::Answer;
-use super::problem::{Problem, SetLimits};
 use super::told::{Told, ToldRefined};
-use super::within::{SearchWatch, best_within, overlaps, polished};
-use super::worth::Worth;
+use crate::choose::problem_of;
+use perirobot_cover::{Answer, Problem, SearchWatch, SetLimits, Worth, best_within, overlaps, polished};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::{Error, Result};
@@ -140,7 +138,7 @@ impl Refining<'_, '_> {
         }
         (refined.rounds, refined.cast) = (refined.rounds + 1, refined.cast + spots.len());
         let evidence = casting.evidence();
-        let problem = Problem::new(&study, &choose, &worlds, &evidence);
+        let problem = problem_of(&study, &choose, &worlds, &evidence);
         let centre: Vec<usize> = refined.spots.iter().map(|&spot| item(spot)).collect();
         // With noise of another draw it may fail what is required.
         let Some(centre) = problem.found(&centre) else { return Ok(false) };

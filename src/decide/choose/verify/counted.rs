@@ -2,8 +2,8 @@
 
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
-use perirobot_march::metrics::{Confusion, Score};
-use perirobot_study::study::{Across, Choose, Combination, Member, Study};
+use perirobot_march::metrics::{Across, Confusion, Score};
+use perirobot_study::study::{Choose, Combination, Member, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::run_unless;
 

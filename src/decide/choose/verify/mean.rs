@@ -6,7 +6,7 @@
 //! truth scores zero, or not at all.
 
 use super::plain::{Plain, SetPlanes};
-use crate::choose::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN};
+use perirobot_cover::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN};
 use perirobot_march::metrics::Score;
 
 /// Numbers below this are exact in floating point.

@@ -2,14 +2,13 @@
 //! candidate says, and the loops that count bits, which run without vector instructions here. The sets are counted
 //! again by a backend of the caller's choice (`counted`), whether they are allowed is judged from the study
 //! (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`), what no set is above is added
-//! up again (`cuts`), no size or step of cost may be missing (`whole`), and what stands beside the scores must follow
+//! up again (`check_cuts` of `perirobot-cover`), no size or step of cost may be missing (`whole`), and what stands beside the scores must follow
 //! from them (`beside`). What refining found is searched again (`refined`), and the sets are swept again for the tables
 //! (`tables`).
 
 mod allowed;
 mod beside;
 mod counted;
-pub(super) mod cuts;
 mod mean;
 mod plain;
 mod refined;
@@ -24,20 +23,20 @@ use self::counted::{exact, value, value_reaches};
 use self::plain::{Bar, Plain};
 use self::refined::{refine_again, verify_refined};
 use self::tables::verify_tables;
-use super::evidence::CandidateEvidence;
 use super::files::{Asked, Chosen, PROOF, fingerprint};
-use super::layout::{FALSE, MISSED};
 use super::refine::RefineWatch;
 use super::told::{ToldSet, ToldStep};
+use perirobot_cover::layout::{FALSE, MISSED};
+use perirobot_cover::{CandidateEvidence, CutLimits, check_cuts};
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, Fusion};
 use perirobot_march::error::Issue;
-use perirobot_march::metrics::{Confusion, Score};
+use perirobot_march::metrics::{Across, Confusion, Score};
 use perirobot_march::voxel::Ones;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Across, Choose, Study};
+use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 
 /// What was checked.
@@ -275,7 +274,7 @@ impl Given<'_> {
             let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
             budget.is_none_or(|budget| cost <= budget) && clash(study, choose, worlds, &set).is_none()
         };
-        let asked = cuts::CutLimits {
+        let asked = CutLimits {
             evidence,
             objective: choose.objective,
             over: choose.over,
@@ -286,7 +285,7 @@ impl Given<'_> {
             joins: &joins,
             named: &|wanted: &str| items.iter().position(|&item| name(study, item) == wanted),
         };
-        cuts::check(&asked, &step.shown_by, above)
+        check_cuts(&asked, &step.shown_by, above)
     }
 }
 

@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use super::Given;
 use super::allowed::{clash, thousandths};
 use super::counted::{exact, value, value_reaches};
-use crate::choose::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
-use crate::choose::worth::Ratio;
-use perirobot_march::metrics::Score;
-use perirobot_study::study::{Across, Choose};
+use perirobot_cover::Ratio;
+use perirobot_cover::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
+use perirobot_march::metrics::{Across, Score};
+use perirobot_study::study::Choose;
 
 /// The plain search for a set that is better than what is claimed.
 pub(super) struct Plain<'a> {

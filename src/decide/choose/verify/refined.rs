@@ -9,13 +9,11 @@ use super::allowed::{named, not_allowed};
 use super::counted::recounted;
 use super::tables::is_written;
 use super::{Claims, VerifyWatch, holds};
-use crate::choose::evidence::CandidateEvidence;
 use crate::choose::files::{Chosen, PROOF, REFINED};
-use crate::choose::front::Answer;
-use crate::choose::problem::{Problem, SetLimits};
+use crate::choose::problem_of;
 use crate::choose::refine::{RefineWatch, Refinement, refine};
 use crate::choose::told::ToldRefined;
-use crate::choose::within::{Bound, FrontStep};
+use perirobot_cover::{Answer, Bound, CandidateEvidence, FrontStep, Problem, SetLimits};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
@@ -82,7 +80,7 @@ pub(super) fn refine_again(
     (watch, refining): (&dyn VerifyWatch, &dyn RefineWatch),
 ) -> Result<()> {
     let (study, choose, worlds) = asked;
-    let problem = Problem::new(study, choose, worlds, evidence);
+    let problem = problem_of(study, choose, worlds, evidence);
     let found = (&problem, &claims.answer(&problem)?, &claims.chosen.told);
     let again = refine(asked, found, memory_bytes, backends, refining)?;
     match watch.stop().filter(|_| !again.complete) {

@@ -10,8 +10,9 @@ use super::allowed::{name, thousandths};
 use super::plain::{Bar, Plain};
 use crate::choose::told::{Told, ToldStep};
 use perirobot_march::error::Issue;
+use perirobot_march::metrics::Across;
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Across, SetRequirement};
+use perirobot_study::study::SetRequirement;
 
 /// A front.
 pub(super) struct Whole<'a> {

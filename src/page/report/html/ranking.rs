@@ -4,10 +4,9 @@
 use std::ops::Range;
 
 use super::measure;
-use crate::report::Series;
 use crate::report::distribution::{Distribution, distribution};
 use crate::report::maxima::{Maxima, Maximum};
-use crate::report::{first_best, ranked, series};
+use crate::report::{Series, first_best, ranked, series};
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;

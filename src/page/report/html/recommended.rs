@@ -1,9 +1,8 @@
 //! Which choice of poses a report recommends, by which rule, and the moment at which it is drawn.
 
-use super::ReportedSweep;
 use super::judged::Judged;
-use super::measure;
 use super::ranking::{BESTS, Ranking};
+use super::{ReportedSweep, measure};
 use crate::report::Series;
 use crate::report::snapshots::worst_snapshot;
 use perirobot_decide::choose::Chosen;

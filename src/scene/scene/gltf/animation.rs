@@ -10,10 +10,9 @@ use ::gltf::json::validation::Checked;
 use ::gltf::json::{Accessor, Index};
 use glam::{DQuat, DVec3, DVec4};
 
-use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
-use super::morph;
+use super::{MemoryLimit, morph};
 
 use perirobot_march::error::{Issue, Site};
 

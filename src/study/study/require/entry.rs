@@ -4,11 +4,11 @@ use serde::Deserialize;
 
 use super::{ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Nearness, Requirement};
 use crate::study::approach::Approach;
-use crate::study::choose::Across;
+use crate::study::choose::AcrossName;
 use crate::study::stopping::EXAMPLE;
 use crate::study::{Place, Problems, RegionSpec, only_one, region};
 use perirobot_march::error::Issue;
-use perirobot_march::metrics::{Ratio, Score};
+use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::{Error, Result};
 
 /// The farthest and largest that a limit on approaches may be, in metres and square metres.
@@ -32,7 +32,7 @@ pub(in crate::study) struct RequirementFile {
     entry: Option<String>,
     /// Of which counts: the worst or the mean of all scenes, snapshots and repeats, or their counts added up.
     /// Default "worst"; of "needless_stops" it is "mean", the share of moments.
-    over: Option<Across>,
+    over: Option<AcrossName>,
     /// What it must be at least.
     at_least: Option<f64>,
     /// What it may be at most, instead of at_least.
@@ -153,7 +153,7 @@ fn counted_in(at: &Place, entry: &RequirementFile, score: Score, known: &Known) 
             .wanted(format!("say in which region of the study {} is counted: {names:?}", score.name())));
     };
     let region = region::index(at, region, known.regions)?;
-    Ok(Counted { score, region, over: entry.over.unwrap_or(Across::Worst) })
+    Ok(Counted { score, region, over: entry.over.map_or(Across::Worst, AcrossName::across) })
 }
 
 fn nearness(at: &Place, entry: &RequirementFile, score: ApproachScore, known: &Known) -> Result<Nearness> {
@@ -164,7 +164,7 @@ fn nearness(at: &Place, entry: &RequirementFile, score: ApproachScore, known: &K
         );
         return Err(at.wrong("region", format!("{region:?}"), &rule));
     }
-    if let Some(over @ (Across::Mean | Across::Pooled)) = entry.over {
+    if let Some(over @ (Across::Mean | Across::Pooled)) = entry.over.map(AcrossName::across) {
         let rule = "must be \"worst\": who is noticed at the entry never comes near, and never has no mean";
         return Err(at.wrong("over", format!("{:?}", over.name()), rule));
     }
@@ -223,7 +223,7 @@ fn controlled(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Re
         ControllerScore::MissedM => (Across::Worst, "one person who is missed is one too many"),
         ControllerScore::NeedlessStops => (Across::Mean, "it is a share of moments"),
     };
-    match entry.over {
+    match entry.over.map(AcrossName::across) {
         Some(other) if other != over => {
             let rule = format!("must be {:?}: {why}", over.name());
             Err(at.wrong("over", format!("{:?}", other.name()), &rule))

@@ -1,8 +1,6 @@
 //! The best placements in each region, beside what simple answers score.
 
 use super::mount::{self, Sheet};
-use crate::report::NEAR_SIDE;
-use crate::report::Series;
 use crate::report::html::ReportedSweep;
 use crate::report::html::cells::{Asked, Cells};
 use crate::report::html::measure::{self, Baseline};
@@ -10,6 +8,7 @@ use crate::report::html::ranking::{BESTS, Ranking, firsts};
 use crate::report::html::surroundings::Surroundings;
 use crate::report::reasons::Explained;
 use crate::report::table::number;
+use crate::report::{NEAR_SIDE, Series};
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;

@@ -17,11 +17,11 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::evidence::CandidateEvidence;
-use super::game::Game;
+use super::lp::Lp;
 use super::problem::{Problem, SetLimits};
 use super::question::{Inequality, Segment, question};
 use super::worth::{Ratio, Worth};
-use perirobot_study::study::Across;
+use perirobot_march::metrics::Across;
 
 /// Into how many parts a candidate is divided.
 pub(super) const SHARES: u64 = 256;
@@ -49,11 +49,11 @@ const FRESH: usize = 12;
 const SUM_BITS: u32 = 50;
 /// How far from the optimum towards the best shares so far each cut is made, in turn.
 const NEARER: [f64; 4] = [0.5, 0.25, 0.1, 0.0];
-/// The least heat: where weights are to prove something.
+/// The least temperature: where weights are to prove something.
 const COLD: f64 = 1e-7;
-/// The most heat: where little is known.
+/// The most temperature: where little is known.
 const WARM: f64 = 1e-3;
-/// By which factor the heat falls where it makes no new cut.
+/// By which factor the temperature falls where it makes no new cut.
 const COOLER: f64 = 0.1;
 /// The largest weight of the budget.
 const MOST_BUDGETS: u64 = 1 << 60;
@@ -258,7 +258,7 @@ impl<'a> GapSearch<'a> {
             if round % NEARER.len() == 0 {
                 let before = high;
                 loop {
-                    let cold = self.game(&all).settle(self.limits.at_most, COLD, &mut weights).0;
+                    let cold = self.lp(&all).solve_at(self.limits.at_most, COLD, &mut weights).0;
                     let weighed = self.weighed(&all, &cold);
                     let Some(score) = self.lowest(first, high, &weighed) else { break };
                     let lower = high - score;
@@ -276,8 +276,9 @@ impl<'a> GapSearch<'a> {
                 self.forget(&mut weights);
                 had = self.cut(&all, &self.best.clone());
             }
-            let heat = (had.abs() / (10 * self.cuts.len()) as f64).min(WARM) * cooled;
-            let (_, shares) = self.game(&all).settle(self.limits.at_most, heat.max(COLD), &mut weights);
+            let temperature = (had.abs() / (10 * self.cuts.len()) as f64).min(WARM) * cooled;
+            let (_, shares) =
+                self.lp(&all).solve_at(self.limits.at_most, temperature.max(COLD), &mut weights);
             let near = NEARER[round % NEARER.len()];
             let between = |(best, share): (&f64, &f64)| near * best + (1.0 - near) * share;
             let tried: Vec<f64> = self.best.iter().zip(&shares).map(between).collect();
@@ -330,7 +331,7 @@ impl<'a> GapSearch<'a> {
     }
 
     /// The linear program of all cuts, each divided by its threshold.
-    fn game(&self, all: &[Inequality]) -> Game {
+    fn lp(&self, all: &[Inequality]) -> Lp {
         let (mut constant, mut added) = (Vec::new(), Vec::new());
         for cut in &self.cuts {
             let (inside, outside) = cut.of(&all[cut.inequality]);
@@ -342,7 +343,7 @@ impl<'a> GapSearch<'a> {
             constant.push(1.0);
             added.push(self.items.iter().map(part).collect());
         }
-        Game { constant, added, cuts: self.cuts.len() }
+        Lp { constant, added, cuts: self.cuts.len() }
     }
 
     /// Adds the cut of each inequality at some shares, and returns the lowest value that these have in any.

@@ -4,6 +4,7 @@ use std::slice;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
+use super::cuts::{CutLimits, CutProof, check_cuts};
 use super::evidence::CandidateEvidence;
 use super::front::answer;
 use super::gap::GapSearch;
@@ -11,13 +12,10 @@ use super::layout::BitLayout;
 use super::mean::bounds_means;
 use super::problem::{Found, Problem, SetLimits};
 use super::search::{Ahead, Shortcuts, search};
-use super::told::ToldCuts;
-use super::verify::cuts::{CutLimits, check};
-use super::within::{Bound, above_all, overlaps};
+use super::step::{Bound, above_all, overlaps};
 use super::worth::{Ratio, Worth};
 use crate::thorough::cases;
-use perirobot_march::metrics::Score;
-use perirobot_study::study::Across;
+use perirobot_march::metrics::{Across, Score};
 
 /// SplitMix64.
 struct Random(u64);
@@ -175,7 +173,7 @@ fn the_answer_is_that_of_trying_every_set() {
         let expected = by_trying(&problem, problem.limits);
         let found = match answer(&problem, &|| false) {
             Err(error) => {
-                assert_eq!(expected, None, "case {case}: {error}: {problem:?}");
+                assert_eq!(expected, None, "case {case}: {error:?}: {problem:?}");
                 none += 1;
                 continue;
             }
@@ -389,23 +387,25 @@ fn no_set_is_above_what_cuts_say() {
             },
             named: &|name: &str| name.parse().ok(),
         };
-        let told = ToldCuts::of(&gap, |item| item.to_string());
-        let checked = check(&asked, slice::from_ref(&told), gap.above.value());
+        let told = CutProof::new(&gap, |item| item.to_string());
+        let checked = check_cuts(&asked, slice::from_ref(&told), gap.above.value());
         assert!(checked.is_ok(), "case {case}: {:?}: {problem:?}", checked.map_err(|why| why.to_string()));
         // What is above is less than the best, more sensors are allowed, a cut is left out, or belongs elsewhere.
         let mut lower = told.clone();
         lower.above[0] = (best.value() * lower.above[1] as f64) as u64 / 2;
         refused[0] += usize::from(
-            check(&asked, slice::from_ref(&lower), lower.above[0] as f64 / lower.above[1] as f64).is_err(),
+            check_cuts(&asked, slice::from_ref(&lower), lower.above[0] as f64 / lower.above[1] as f64)
+                .is_err(),
         );
         let more = CutLimits { at_most: 9, budget: None, cost: vec![0; 9], always: vec![], ..asked };
-        refused[1] += usize::from(check(&more, slice::from_ref(&told), gap.above.value()).is_err());
+        refused[1] += usize::from(check_cuts(&more, slice::from_ref(&told), gap.above.value()).is_err());
         let mut fewer = told.clone();
         fewer.cuts.truncate(1);
-        refused[2] += usize::from(check(&asked, slice::from_ref(&fewer), gap.above.value()).is_err());
+        refused[2] += usize::from(check_cuts(&asked, slice::from_ref(&fewer), gap.above.value()).is_err());
         let mut elsewhere = told.clone();
         elsewhere.cuts[0].moment += 7;
-        refused[3] += usize::from(check(&asked, slice::from_ref(&elsewhere), gap.above.value()).is_err());
+        refused[3] +=
+            usize::from(check_cuts(&asked, slice::from_ref(&elsewhere), gap.above.value()).is_err());
     }
     assert!(shown > cases(5, 20) && near > cases(2, 12), "{shown} {near}");
     assert!(
@@ -522,20 +522,22 @@ fn no_set_is_above_the_bound_of_a_mean() {
             },
             named: &|name: &str| name.parse().ok(),
         };
-        let told: Vec<ToldCuts> = gaps.iter().map(|gap| ToldCuts::of(gap, |item| item.to_string())).collect();
-        check(&asked, &told, above).unwrap();
+        let told: Vec<CutProof> =
+            gaps.iter().map(|gap| CutProof::new(gap, |item| item.to_string())).collect();
+        check_cuts(&asked, &told, above).unwrap();
         shown += 1;
         // A bound is lower, a score is left out, or one stands for another.
         let mut lower = told.clone();
         lower[0].above[0] = 0;
         let mean = lower.iter().map(|one| one.above[0] as f64 / one.above[1] as f64).sum::<f64>();
-        refused[0] += usize::from(check(&asked, &lower, mean / lower.len() as f64).is_err());
+        refused[0] += usize::from(check_cuts(&asked, &lower, mean / lower.len() as f64).is_err());
         if told.len() > 1 {
             let rest = told[1..].iter().map(|one| one.above[0] as f64 / one.above[1] as f64).sum::<f64>();
-            refused[1] += usize::from(check(&asked, &told[1..], rest / (told.len() - 1) as f64).is_err());
+            refused[1] +=
+                usize::from(check_cuts(&asked, &told[1..], rest / (told.len() - 1) as f64).is_err());
             let twice = [&told[1..2], &told[1..]].concat();
             let mean = twice.iter().map(|one| one.above[0] as f64 / one.above[1] as f64).sum::<f64>();
-            refused[2] += usize::from(check(&asked, &twice, mean / twice.len() as f64).is_err());
+            refused[2] += usize::from(check_cuts(&asked, &twice, mean / twice.len() as f64).is_err());
         }
     }
     assert!(

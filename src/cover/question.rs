@@ -21,9 +21,8 @@ use super::evidence::{CandidateEvidence, Union};
 use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
 use super::problem::Problem;
 use super::worth::{Ratio, Worth};
-use perirobot_march::metrics::Score;
+use perirobot_march::metrics::{Across, Score};
 use perirobot_march::voxel::Ones;
-use perirobot_study::study::Across;
 
 /// Bits of the largest value that an inequality can reach.
 const BITS: u32 = 45;

@@ -6,12 +6,15 @@
 //! s = t + f, at F1 (2q − p)·TP + p·TN > p·s, and at κ (f·q + t·p)·TP + (t·q + f·p)·TN > p·s². If many such
 //! sums, each of another H, are together too small even for the best poses one by one, there is no such set.
 
-use crate::choose::evidence::CandidateEvidence;
-use crate::choose::layout::{CLEAR, HIT, MomentBits, SEEN};
-use crate::choose::told::ToldCuts;
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::evidence::CandidateEvidence;
+use super::gap::{Gap, WeightedCut};
+use super::layout::{CLEAR, HIT, MomentBits, SEEN};
 use perirobot_march::error::Issue;
-use perirobot_march::metrics::Score;
-use perirobot_study::study::Across;
+use perirobot_march::metrics::{Across, Score};
 
 /// Shares of poses that make a voxel part of the inside.
 const WHOLE: u64 = 256;
@@ -20,35 +23,80 @@ const MOST_PARTS: i128 = 1_000_000;
 const MOST_TIMES: u64 = 1 << 20;
 const MOST_BUDGETS: u64 = 1 << 60;
 
+/// Cuts that show, so many times each, that no set is above a score.
+///
+/// A cut is made of shares of poses. Voxels that poses see whose shares add up to 256 or more are its inside. A
+/// set sees no more than the inside, and what each of its poses sees outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CutProof {
+    /// The score, as a fraction.
+    pub above: [u64; 2],
+    /// How many times it counts that a set costs no more than the budget, in thousandths.
+    pub budget_times: u64,
+    /// The cuts.
+    pub cuts: Vec<ProofCut>,
+}
+
+/// A cut of the voxels of one score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProofCut {
+    /// Of which scene, snapshot and repeat the score is, if the worst one counts; else 0.
+    pub moment: usize,
+    /// How many times it counts.
+    pub times: u64,
+    /// Poses and their shares.
+    pub shares: BTreeMap<String, u64>,
+}
+
+impl CutProof {
+    /// Cuts with the names of poses.
+    pub fn new(gap: &Gap, name: impl Fn(usize) -> String) -> CutProof {
+        let cut = |cut: &WeightedCut| ProofCut {
+            moment: cut.moment,
+            times: cut.times,
+            shares: cut.shares.iter().map(|&(item, share)| (name(item), share)).collect(),
+        };
+        CutProof {
+            above: [gap.above.numerator as u64, gap.above.denominator as u64],
+            budget_times: gap.budget,
+            cuts: gap.cuts.iter().map(cut).collect(),
+        }
+    }
+}
+
 /// What is asked, as far as cuts need to know.
-pub(crate) struct CutLimits<'a> {
-    pub(crate) evidence: &'a CandidateEvidence,
-    pub(crate) objective: Score,
-    pub(crate) over: Across,
+pub struct CutLimits<'a> {
+    /// What the candidates say.
+    pub evidence: &'a CandidateEvidence,
+    /// The score.
+    pub objective: Score,
+    /// Of which counts.
+    pub over: Across,
     /// How many poses a set may have.
-    pub(crate) at_most: usize,
-    /// What it may cost, in thousandths, and what each pose costs.
-    pub(crate) budget: Option<u64>,
-    pub(crate) cost: Vec<u64>,
+    pub at_most: usize,
+    /// What it may cost, in thousandths.
+    pub budget: Option<u64>,
+    /// What each candidate costs, in thousandths.
+    pub cost: Vec<u64>,
     /// Poses that are in every set.
-    pub(crate) always: Vec<usize>,
+    pub always: Vec<usize>,
     /// Whether a pose may be in a set with those.
-    pub(crate) joins: &'a dyn Fn(usize) -> bool,
+    pub joins: &'a dyn Fn(usize) -> bool,
     /// Which pose has a name.
-    pub(crate) named: &'a dyn Fn(&str) -> Option<usize>,
+    pub named: &'a dyn Fn(&str) -> Option<usize>,
 }
 
 /// Whether cuts show that no set is above what is claimed.
 ///
 /// # Errors
 /// Why they do not.
-pub(crate) fn check(asked: &CutLimits, told: &[ToldCuts], claimed: f64) -> Result<(), Issue> {
+pub fn check_cuts(asked: &CutLimits, told: &[CutProof], claimed: f64) -> Result<(), Issue> {
     if asked.over == Across::Mean {
         // Scores without a value are left out of a mean, and those of moments without a truth are zero at best.
         let moments = &asked.evidence.layout.moments;
         let has = |&moment: &usize| weights(asked.objective, &moments[moment..=moment], 1, 2).is_some();
         let scored: Vec<usize> = (0..moments.len()).filter(has).collect();
-        let of = |cuts: &ToldCuts| cuts.cuts.first().map(|cut| cut.moment);
+        let of = |cuts: &CutProof| cuts.cuts.first().map(|cut| cut.moment);
         if !told.iter().map(of).eq(scored.into_iter().map(Some)) {
             return Err(Issue::says("is not about each score of the mean once, in their order"));
         }
@@ -67,7 +115,7 @@ pub(crate) fn check(asked: &CutLimits, told: &[ToldCuts], claimed: f64) -> Resul
 }
 
 /// Whether cuts exclude all sets above the score that they are for.
-fn excluded(asked: &CutLimits, told: &ToldCuts) -> Result<(), Issue> {
+fn excluded(asked: &CutLimits, told: &CutProof) -> Result<(), Issue> {
     let CutLimits { evidence, objective, over, .. } = *asked;
     let [p, q] = told.above.map(i128::from);
     if q == 0 || q > MOST_PARTS || p > q {

@@ -3,7 +3,7 @@
 //!
 //! # Theory
 //! Cuts c say that shares x have no more than a_c + Σ b_ci·x_i. Weights w that add up to one allow
-//! Σ a_c·w_c + the sum of the largest k of g_i = Σ b_ci·w_c. With a heat T that sum is
+//! Σ a_c·w_c + the sum of the largest k of g_i = Σ b_ci·w_c. At a temperature T that sum is
 //! k·ν + T·Σ ln(1 + exp((g_i − ν)/T)) at the best ν, whose slope by g_i is a share between 0 and 1, and
 //! weights stay above zero by −T·Σ ln w_c. The hotter, the farther from corners are shares and weights, which
 //! makes better cuts; the colder, the nearer are they to the optimum.
@@ -12,15 +12,15 @@
 
 use rayon::prelude::*;
 
-/// Newton steps at one heat, at most.
+/// Newton steps at one temperature, at most.
 const STEPS: usize = 20;
-/// The heat to begin with.
-const HOT: f64 = 0.03;
+/// The first temperature.
+const HOTTEST: f64 = 0.03;
 /// By which factor it falls.
 const COOLING: f64 = 0.2;
 
 /// The linear program.
-pub(super) struct Game {
+pub(super) struct Lp {
     /// What each cut has without candidates.
     pub(super) constant: Vec<f64>,
     /// What each candidate adds to each cut, cut by cut.
@@ -29,9 +29,9 @@ pub(super) struct Game {
     pub(super) cuts: usize,
 }
 
-impl Game {
-    /// The optimal weights and shares at some heat. `begin` has the weights to begin from, and then those found.
-    pub(super) fn settle(&self, left: usize, smooth: f64, begin: &mut Vec<f64>) -> (Vec<f64>, Vec<f64>) {
+impl Lp {
+    /// The optimal weights and shares at a temperature. `begin` has the weights to begin from, and then those found.
+    pub(super) fn solve_at(&self, left: usize, smooth: f64, begin: &mut Vec<f64>) -> (Vec<f64>, Vec<f64>) {
         let (cuts, count) = (self.constant.len(), self.added[0].len());
         let is_cut: Vec<f64> = (0..cuts).map(|c| if c < self.cuts { 1.0 } else { 0.0 }).collect();
         // Weights to begin from: above zero, and one in sum.
@@ -45,54 +45,60 @@ impl Game {
             sorted.sort_unstable_by(|a, b| b.total_cmp(a));
             sorted[left.min(count) - 1]
         };
-        let mut heat = HOT.max(smooth);
+        let mut temperature = HOTTEST.max(smooth);
         loop {
             for _ in 0..STEPS {
-                let share: Vec<f64> = gains.iter().map(|gain| sigmoid((gain - level) / heat)).collect();
-                let curve: Vec<f64> = share.iter().map(|s| (s * (1.0 - s)).max(1e-12) / heat).collect();
+                let share: Vec<f64> =
+                    gains.iter().map(|gain| sigmoid((gain - level) / temperature)).collect();
+                let curve: Vec<f64> =
+                    share.iter().map(|s| (s * (1.0 - s)).max(1e-12) / temperature).collect();
                 let mut slope: Vec<f64> = (0..cuts)
-                    .map(|c| self.constant[c] + dot(&self.added[c], &share) - heat / weights[c])
+                    .map(|c| self.constant[c] + dot(&self.added[c], &share) - temperature / weights[c])
                     .collect();
                 slope.push(left as f64 - share.iter().sum::<f64>());
                 let row = |c: usize| {
                     let mut row = vec![0.0; cuts + 1];
                     let own: Vec<f64> = self.added[c].iter().zip(&curve).map(|(a, b)| a * b).collect();
                     (0..=c).for_each(|d| row[d] = dot(&own, &self.added[d]));
-                    row[c] += heat / (weights[c] * weights[c]);
+                    row[c] += temperature / (weights[c] * weights[c]);
                     // What belongs in the last row.
                     row[cuts] = -own.iter().sum::<f64>();
                     row
                 };
-                let mut bend: Vec<Vec<f64>> = (0..cuts).into_par_iter().map(row).collect();
-                let mut last: Vec<f64> = bend.iter().map(|row| row[cuts]).collect();
+                let mut hessian: Vec<Vec<f64>> = (0..cuts).into_par_iter().map(row).collect();
+                let mut last: Vec<f64> = hessian.iter().map(|row| row[cuts]).collect();
                 last.push(curve.iter().sum::<f64>() + 1e-9);
-                bend.push(last);
-                if !factor(&mut bend) {
+                hessian.push(last);
+                if !factor(&mut hessian) {
                     break;
                 }
                 let mut ones = is_cut.clone();
                 ones.push(0.0);
-                let mut way = slope.clone();
-                solve(&bend, &mut way);
+                let mut newton_step = slope.clone();
+                solve(&hessian, &mut newton_step);
                 let mut side = ones.clone();
-                solve(&bend, &mut side);
-                let shift = dot(&ones, &way) / dot(&ones, &side);
-                let step: Vec<f64> = way.iter().zip(&side).map(|(way, side)| shift * side - way).collect();
-                let gone = -dot(&slope, &step);
-                if gone < 1e-3 * heat {
+                solve(&hessian, &mut side);
+                let shift = dot(&ones, &newton_step) / dot(&ones, &side);
+                let step: Vec<f64> = newton_step
+                    .iter()
+                    .zip(&side)
+                    .map(|(newton_step, side)| shift * side - newton_step)
+                    .collect();
+                let decrement = -dot(&slope, &step);
+                if decrement < 1e-3 * temperature {
                     break;
                 }
                 let mut long = (0..cuts)
                     .filter(|&c| step[c] < 0.0)
                     .map(|c| -0.95 * weights[c] / step[c])
                     .fold(1.0, f64::min);
-                let before = self.height(&weights, level, &gains, left, heat);
+                let before = self.height(&weights, level, &gains, left, temperature);
                 loop {
                     let tried: Vec<f64> = weights.iter().zip(&step).map(|(w, s)| w + long * s).collect();
                     let tried_gains = self.gains(&tried);
                     let tried_level = level + long * step[cuts];
-                    if self.height(&tried, tried_level, &tried_gains, left, heat)
-                        <= before - 0.1 * long * gone
+                    if self.height(&tried, tried_level, &tried_gains, left, temperature)
+                        <= before - 0.1 * long * decrement
                         || long < 1e-6
                     {
                         (weights, gains, level) = (tried, tried_gains, tried_level);
@@ -101,14 +107,15 @@ impl Game {
                     long *= 0.5;
                 }
             }
-            if heat <= smooth {
-                let share: Vec<f64> = gains.iter().map(|gain| sigmoid((gain - level) / heat)).collect();
+            if temperature <= smooth {
+                let share: Vec<f64> =
+                    gains.iter().map(|gain| sigmoid((gain - level) / temperature)).collect();
                 let too_many = (share.iter().sum::<f64>() / left as f64).max(1.0);
                 let share = share.into_iter().map(|share| share / too_many).collect();
                 begin.clone_from(&weights);
                 return (weights, share);
             }
-            heat = (heat * COOLING).max(smooth);
+            temperature = (temperature * COOLING).max(smooth);
         }
     }
 
@@ -121,13 +128,13 @@ impl Game {
     }
 
     /// The function that is minimised.
-    fn height(&self, weights: &[f64], level: f64, gains: &[f64], left: usize, heat: f64) -> f64 {
+    fn height(&self, weights: &[f64], level: f64, gains: &[f64], left: usize, temperature: f64) -> f64 {
         let over = |gain: &f64| {
-            let x = (gain - level) / heat;
-            heat * (x.max(0.0) + (-x.abs()).exp().ln_1p())
+            let x = (gain - level) / temperature;
+            temperature * (x.max(0.0) + (-x.abs()).exp().ln_1p())
         };
         dot(&self.constant, weights) + left as f64 * level + gains.iter().map(over).sum::<f64>()
-            - heat * weights.iter().map(|weight| weight.ln()).sum::<f64>()
+            - temperature * weights.iter().map(|weight| weight.ln()).sum::<f64>()
     }
 }
 

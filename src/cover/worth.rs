@@ -3,8 +3,7 @@
 use std::cmp::Ordering;
 
 pub use perirobot_march::metrics::Ratio;
-use perirobot_march::metrics::{Confusion, Score};
-use perirobot_study::study::Across;
+use perirobot_march::metrics::{Across, Confusion, Score};
 
 /// What a set is worth.
 #[derive(Clone, Copy, Debug)]
@@ -16,11 +15,11 @@ pub enum Worth {
 }
 
 /// Voxels of a region in all moments together that fractions are exact for.
-pub(super) const MOST_VOXELS: u64 = 1 << 31;
+pub const MOST_VOXELS: u64 = 1 << 31;
 
 impl Worth {
     /// What counts are worth, moment by moment; `None` where no score has a value.
-    pub(super) fn of(score: Score, over: Across, counts: &[Confusion]) -> Option<Worth> {
+    pub fn of(score: Score, over: Across, counts: &[Confusion]) -> Option<Worth> {
         match over {
             Across::Pooled => {
                 let all = counts.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
@@ -53,7 +52,7 @@ impl Worth {
     }
 
     /// Whether it is no less than a fraction.
-    pub(super) fn reaches(self, least: Ratio) -> bool {
+    pub fn reaches(self, least: Ratio) -> bool {
         match self {
             Worth::Exact(ratio) => ratio >= least,
             Worth::Mean(mean) => mean >= least.value(),
@@ -88,7 +87,6 @@ impl Eq for Worth {}
 mod tests {
     use super::*;
     use perirobot_march::metrics::Detection;
-    use perirobot_sweep::results::over::over;
 
     /// Random counts, some of them zero, some as large as a region can be.
     fn random(state: &mut u64) -> Confusion {
@@ -112,9 +110,6 @@ mod tests {
         Confusion::from_counts(counts).with(found)
     }
 
-    const SCORES: [Score; 5] =
-        [Score::F1, Score::Kappa, Score::HumanSeen, Score::PeopleDetected, Score::PartsDetected];
-
     #[test]
     fn fractions_are_the_scores_of_the_tables() {
         let mut state = 5;
@@ -128,24 +123,6 @@ mod tests {
             }
         }
         assert!(some > 10_000 && none > 100, "{some} with a value, {none} without");
-    }
-
-    #[test]
-    fn worths_over_moments_are_those_of_the_tables() {
-        let mut state = 9;
-        for case in 0..5000 {
-            let moments: Vec<Confusion> = (0..1 + case % 5).map(|_| random(&mut state)).collect();
-            for score in SCORES {
-                let expected = over(std::slice::from_ref(&moments), score);
-                let found = |over| Worth::of(score, over, &moments).map(Worth::value);
-                assert_eq!(found(Across::Worst), expected.map(|over| over.worst), "case {case}: {score:?}");
-                assert_eq!(found(Across::Mean), expected.map(|over| over.mean), "case {case}: {score:?}");
-                let all = moments.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
-                if all.total() <= MOST_VOXELS {
-                    assert_eq!(found(Across::Pooled), score.of(&all), "case {case}: {score:?}");
-                }
-            }
-        }
     }
 
     #[test]

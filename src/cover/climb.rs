@@ -8,7 +8,7 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use perirobot_study::study::Across;
+use perirobot_march::metrics::Across;
 
 use super::mean::bounds_means;
 use super::problem::{Found, Joint, Merit, Problem, SetLimits};

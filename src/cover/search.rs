@@ -18,13 +18,13 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::budget::Budget;
+use super::candidates::{Above, Adds, Candidates, differences, picked};
 use super::evidence::Union;
 use super::gap::{CutSum, WeighedCuts};
 use super::layout::FALSE;
-use super::open::{Above, Adds, Open, differences, picked};
 use super::pairs::{OverlapTable, PairCounts};
 use super::problem::{Found, Problem, SetLimits};
-use super::purse::Purse;
 use super::question::{Question, UnionState, question};
 
 /// Nodes of the first level that are searched before their results are compared.
@@ -122,8 +122,8 @@ pub(super) fn complete(
     let table = kept.and_then(|kept| kept.table(&search.question.all[..search.tabled]));
     let all: Vec<usize> = (0..problem.evidence.count()).collect();
     let left = limits.at_most - given.len();
-    let open = search.opened(&node, left, &all, table.as_ref());
-    search.below(&node, left, open)
+    let candidates = search.candidates_of(&node, left, &all, table.as_ref());
+    search.below(&node, left, candidates)
 }
 
 impl<'a> SetSearch<'a> {
@@ -143,31 +143,32 @@ impl<'a> SetSearch<'a> {
         let left = self.limits.at_most - root.chosen.len();
         let all: Vec<usize> = (0..self.problem.evidence.count()).collect();
         let table = kept.and_then(|kept| kept.table(&self.question.all[..self.tabled]));
-        let open = self.opened(&root, left, ahead.order.as_ref().unwrap_or(&all), table.as_ref());
+        let candidates =
+            self.candidates_of(&root, left, ahead.order.as_ref().unwrap_or(&all), table.as_ref());
         if left <= 2 {
-            return self.below(&root, left, open);
+            return self.below(&root, left, candidates);
         }
         if let Some(found) = self.judge_node(&root) {
             return Some(found);
         }
-        let open = match &ahead.order {
-            Some(_) => open,
+        let candidates = match &ahead.order {
+            Some(_) => candidates,
             None => {
-                let open = open.sorted();
-                ahead.order = Some(open.items.clone());
-                open
+                let candidates = candidates.sorted();
+                ahead.order = Some(candidates.items.clone());
+                candidates
             }
         };
-        let table = self.table(&open);
-        while ahead.done < open.items.len() && !(self.stop)() {
-            if !self.may_pass(&root, left, &open, ahead.done..open.items.len()) {
-                ahead.done = open.items.len();
+        let table = self.table(&candidates);
+        while ahead.done < candidates.items.len() && !(self.stop)() {
+            if !self.may_pass(&root, left, &candidates, ahead.done..candidates.items.len()) {
+                ahead.done = candidates.items.len();
                 break;
             }
-            let lot = ahead.done..(ahead.done + LOT).min(open.items.len());
+            let lot = ahead.done..(ahead.done + LOT).min(candidates.items.len());
             let below = |i: usize| {
-                let child = self.child(&root, left, &open, table.as_ref(), i)?;
-                self.below_child(left, &open, table.as_ref(), child)
+                let child = self.child(&root, left, &candidates, table.as_ref(), i)?;
+                self.below_child(left, &candidates, table.as_ref(), child)
             };
             let found: Vec<Option<Found>> = lot.clone().into_par_iter().map(below).collect();
             // The first of the best in the order of the lot, whichever thread was faster.
@@ -201,13 +202,13 @@ impl<'a> SetSearch<'a> {
     }
 
     /// The candidates that may join a set that is given. `table` has their overlaps before anything is chosen.
-    fn opened<'t>(
+    fn candidates_of<'t>(
         &self,
         node: &Node,
         left: usize,
         items: &[usize],
         table: Option<&'t OverlapTable>,
-    ) -> Open<'t> {
+    ) -> Candidates<'t> {
         let items: Vec<usize> = items.iter().copied().filter(|&item| self.may_join(node, item)).collect();
         let adds = self.weighed(node, left, &items);
         let above = table.map(|table| {
@@ -215,7 +216,7 @@ impl<'a> SetSearch<'a> {
             let less = (0..self.tabled).map(|j| differences(&alone[j].gains, &adds[j].gains)).collect();
             Above { table, at: items.clone(), less }
         });
-        Open { items, adds, is_sorted: false, above }
+        Candidates { items, adds, is_sorted: false, above }
     }
 
     /// What candidates add to a node and take from it at most.
@@ -262,84 +263,88 @@ impl<'a> SetSearch<'a> {
     }
 
     /// Whether so many more of some candidates, which are sorted, may pass every inequality.
-    fn may_pass(&self, node: &Node, left: usize, open: &Open, of: Range<usize>) -> bool {
-        if self.most_in_sum(left, &open.items[of.clone()]) < node.lacks {
+    fn may_pass(&self, node: &Node, left: usize, candidates: &Candidates, of: Range<usize>) -> bool {
+        if self.most_in_sum(left, &candidates.items[of.clone()]) < node.lacks {
             return false;
         }
-        let purse = Purse::new(self.problem, self.limits, &node.chosen, node.cost, left);
+        let budget = Budget::new(self.problem, self.limits, &node.chosen, node.cost, left);
         self.question.all.iter().zip(&node.states).enumerate().all(|(j, (one, state))| {
-            let all = of.clone().map(|i| (open.items[i], open.limit(i, j)));
-            let own = |place: usize| open.adds[j].charged[of.start + place];
-            state.value + purse.most(self.problem, all, own) >= one.least
+            let all = of.clone().map(|i| (candidates.items[i], candidates.limit(i, j)));
+            let own = |place: usize| candidates.adds[j].charged[of.start + place];
+            state.value + budget.most(self.problem, all, own) >= one.least
         })
     }
 
     /// The candidates that may be in a set that passes, by what is known of their pairs; they stay sorted.
-    fn pruned<'t>(&self, node: &Node, left: usize, open: Open<'t>) -> Open<'t> {
-        let purses = Purse::after_each(self.problem, self.limits, &node.chosen, node.cost, left - 1);
-        let number = |i: usize| Purse::number(&purses, self.problem, open.items[i]);
-        let others = self.most_in_sum(left - 1, &open.items);
-        let mut alive: Vec<usize> =
-            (0..open.items.len()).filter(|&i| self.in_sum(open.items[i]) + others >= node.lacks).collect();
+    fn pruned<'t>(&self, node: &Node, left: usize, candidates: Candidates<'t>) -> Candidates<'t> {
+        let budgets = Budget::after_each(self.problem, self.limits, &node.chosen, node.cost, left - 1);
+        let number = |i: usize| Budget::number(&budgets, self.problem, candidates.items[i]);
+        let others = self.most_in_sum(left - 1, &candidates.items);
+        let mut alive: Vec<usize> = (0..candidates.items.len())
+            .filter(|&i| self.in_sum(candidates.items[i]) + others >= node.lacks)
+            .collect();
         for j in 0..self.question.all.len() {
             let (least, value) = (self.question.all[j].least, node.states[j].value);
-            let own = |i: usize| open.adds[j].charged[i];
+            let own = |i: usize| candidates.adds[j].charged[i];
             let limits = |alive: &[usize]| -> Vec<(usize, i64)> {
-                alive.iter().map(|&i| (open.items[i], open.limit(i, j))).collect()
+                alive.iter().map(|&i| (candidates.items[i], candidates.limit(i, j))).collect()
             };
             // First without overlaps: the bound for the others is then the same for all candidates of a sensor.
             let sorted = limits(&alive);
-            let top =
-                |purse: &Purse| purse.most(self.problem, sorted.iter().copied(), |place| own(alive[place]));
-            let tops: Vec<i64> = purses.iter().map(top).collect();
+            let top = |budget: &Budget| {
+                budget.most(self.problem, sorted.iter().copied(), |place| own(alive[place]))
+            };
+            let tops: Vec<i64> = budgets.iter().map(top).collect();
             alive.retain(|&i| value + own(i) + tops[number(i)] >= least);
-            if j == 0 && open.above.is_some() && left > 1 {
+            if j == 0 && candidates.above.is_some() && left > 1 {
                 let sorted = limits(&alive);
                 let passes = |&i: &usize| {
                     let beside = |place: usize| match alive[place] {
                         l if l == i => i64::MIN / 2,
-                        l => own(l) - open.overlap(i, l, j),
+                        l => own(l) - candidates.overlap(i, l, j),
                     };
-                    value + own(i) + purses[number(i)].most(self.problem, sorted.iter().copied(), beside)
+                    value + own(i) + budgets[number(i)].most(self.problem, sorted.iter().copied(), beside)
                         >= least
                 };
                 alive = alive.iter().copied().filter(passes).collect();
             }
         }
-        open.picked(&alive)
+        candidates.picked(&alive)
     }
 
     /// A set that is worth more, among a node and those with up to so many more of some candidates.
-    fn below(&self, node: &Node, left: usize, open: Open) -> Option<Found> {
+    fn below(&self, node: &Node, left: usize, candidates: Candidates) -> Option<Found> {
         if let Some(found) = self.judge_node(node) {
             return Some(found);
         }
         if left == 0 || (self.stop)() {
             return None;
         }
-        let open = self.pruned(node, left, open.sorted());
+        let candidates = self.pruned(node, left, candidates.sorted());
         match left {
-            1 => open.items.iter().find_map(|&item| self.judge(&[&node.chosen[..], &[item]].concat())),
-            2 => self.pairs(node, &open),
+            1 => candidates.items.iter().find_map(|&item| self.judge(&[&node.chosen[..], &[item]].concat())),
+            2 => self.pairs(node, &candidates),
             _ => {
-                let mut table = self.table(&open);
+                let mut table = self.table(&candidates);
                 // The last first: overlaps that are counted there serve those before.
-                for i in (0..open.items.len()).rev() {
-                    if !self.may_pass(node, left, &open, i..open.items.len()) {
+                for i in (0..candidates.items.len()).rev() {
+                    if !self.may_pass(node, left, &candidates, i..candidates.items.len()) {
                         continue;
                     }
-                    let Some(child) = self.child(node, left, &open, table.as_ref(), i) else { continue };
+                    let Some(child) = self.child(node, left, &candidates, table.as_ref(), i) else {
+                        continue;
+                    };
                     // What it takes from others by false alarms is no overlap: it may be taken by several.
-                    let is_right = self.problem.evidence.plane(open.items[i], FALSE).is_empty();
+                    let is_right = self.problem.evidence.plane(candidates.items[i], FALSE).is_empty();
                     let known = if is_right { self.tabled } else { 0 };
                     for (j, adds) in child.adds.iter().enumerate().take(known) {
                         for (&l, gain) in child.after.iter().zip(&adds.gains) {
                             table
                                 .iter_mut()
-                                .for_each(|table| table.set(j, i, l, open.adds[j].gains[l] - gain));
+                                .for_each(|table| table.set(j, i, l, candidates.adds[j].gains[l] - gain));
                         }
                     }
-                    if let Some(found) = self.below_child(left, &open, table.as_ref(), child) {
+                    if let Some(found) = self.below_child(left, &candidates, table.as_ref(), child) {
                         return Some(found);
                     }
                 }
@@ -349,13 +354,13 @@ impl<'a> SetSearch<'a> {
     }
 
     /// What is known of the overlaps of candidates beside a node, if they are not too many.
-    fn table(&self, open: &Open) -> Option<OverlapTable> {
+    fn table(&self, candidates: &Candidates) -> Option<OverlapTable> {
         // Each thread has one at some depth.
-        let bytes = (open.items.len().pow(2) * self.tabled * size_of::<i64>()) as u64;
+        let bytes = (candidates.items.len().pow(2) * self.tabled * size_of::<i64>()) as u64;
         let fits = bytes <= self.problem.evidence.spare_bytes() / (rayon::current_num_threads() as u64 + 1);
-        let is_small = self.tabled > 0 && open.items.len() <= MOST_PAIRED && fits;
-        let known = |j: usize, a: usize, b: usize| open.overlap(a, b, j);
-        is_small.then(|| OverlapTable::new(open.items.len(), self.tabled, known))
+        let is_small = self.tabled > 0 && candidates.items.len() <= MOST_PAIRED && fits;
+        let known = |j: usize, a: usize, b: usize| candidates.overlap(a, b, j);
+        is_small.then(|| OverlapTable::new(candidates.items.len(), self.tabled, known))
     }
 
     /// The node with one more candidate, and those after it that may join it; `None` if nothing below passes.
@@ -363,14 +368,14 @@ impl<'a> SetSearch<'a> {
         &self,
         node: &Node,
         left: usize,
-        open: &Open,
+        candidates: &Candidates,
         table: Option<&OverlapTable>,
         i: usize,
     ) -> Option<Child> {
-        let item = open.items[i];
+        let item = candidates.items[i];
         let (chosen, cost) = ([&node.chosen[..], &[item]].concat(), node.cost + self.problem.cost[item]);
         let joins = |l: usize| {
-            let other = open.items[l];
+            let other = candidates.items[l];
             self.limits.afford(cost + self.problem.cost[other]) && self.problem.may_join(&chosen, other)
         };
         let mut union = None;
@@ -379,28 +384,31 @@ impl<'a> SetSearch<'a> {
             union.add(self.problem.evidence, item);
             self.node(chosen.clone(), union)
         };
-        let Some((first, adds)) = self.question.all.first().zip(open.adds.first()) else {
-            let after = (i + 1..open.items.len()).filter(|&l| joins(l)).collect();
+        let Some((first, adds)) = self.question.all.first().zip(candidates.adds.first()) else {
+            let after = (i + 1..candidates.items.len()).filter(|&l| joins(l)).collect();
             return Some(Child { node: joined(), after, adds: Vec::new() });
         };
         let needed = first.least - node.states[0].value - adds.charged[i];
         // What each adds beside this one at most.
         let hint = |l: usize| adds.charged[l] - table.map_or(0, |table| table.of(0, i, l));
         let most = {
-            let purse = Purse::new(self.problem, self.limits, &chosen, cost, left - 1);
-            let sorted = (i + 1..open.items.len()).map(|l| (open.items[l], open.limit(l, 0)));
-            purse.most(self.problem, sorted, |place| hint(i + 1 + place))
+            let budget = Budget::new(self.problem, self.limits, &chosen, cost, left - 1);
+            let sorted =
+                (i + 1..candidates.items.len()).map(|l| (candidates.items[l], candidates.limit(l, 0)));
+            budget.most(self.problem, sorted, |place| hint(i + 1 + place))
         };
         if most < needed {
             return None;
         }
-        let lacks = node.lacks - self.in_sum(item) - self.most_in_sum(left - 2, &open.items[i + 1..]);
+        let lacks = node.lacks - self.in_sum(item) - self.most_in_sum(left - 2, &candidates.items[i + 1..]);
         let mut top = vec![0; left - 2];
-        (i + 1..open.items.len()).for_each(|l| insert(&mut top, hint(l)));
+        (i + 1..candidates.items.len()).for_each(|l| insert(&mut top, hint(l)));
         let others: i64 = top.iter().sum();
-        let mut hinted: Vec<(i64, usize)> = (i + 1..open.items.len())
+        let mut hinted: Vec<(i64, usize)> = (i + 1..candidates.items.len())
             .map(|l| (hint(l), l))
-            .filter(|&(hint, l)| hint + others >= needed && self.in_sum(open.items[l]) >= lacks && joins(l))
+            .filter(|&(hint, l)| {
+                hint + others >= needed && self.in_sum(candidates.items[l]) >= lacks && joins(l)
+            })
             .collect();
         hinted.sort_by_key(|&(hint, l)| (std::cmp::Reverse(hint), l));
         let child: &Node = union.get_or_insert_with(joined);
@@ -414,7 +422,7 @@ impl<'a> SetSearch<'a> {
                 break;
             }
             after.push(l);
-            self.weigh(child, open.items[l], &mut found);
+            self.weigh(child, candidates.items[l], &mut found);
             let gain = found[0].0.last().copied().unwrap_or(0);
             insert(&mut top, gain);
         }
@@ -426,58 +434,58 @@ impl<'a> SetSearch<'a> {
     fn below_child(
         &self,
         left: usize,
-        open: &Open,
+        candidates: &Candidates,
         table: Option<&OverlapTable>,
         child: Child,
     ) -> Option<Found> {
         let Child { node, after, adds } = child;
         let above = table.map(|table| {
-            let before = |j: usize| picked(&open.adds[j].gains, &after);
+            let before = |j: usize| picked(&candidates.adds[j].gains, &after);
             let less = (0..self.tabled).map(|j| differences(&before(j), &adds[j].gains)).collect();
             Above { table, less, at: after.clone() }
         });
         self.below(
             &node,
             left - 1,
-            Open { items: picked(&open.items, &after), adds, is_sorted: false, above },
+            Candidates { items: picked(&candidates.items, &after), adds, is_sorted: false, above },
         )
     }
 
     /// A set that is worth more, among those with one or two more candidates.
-    fn pairs(&self, node: &Node, open: &Open) -> Option<Found> {
+    fn pairs(&self, node: &Node, candidates: &Candidates) -> Option<Found> {
         let (evidence, count) = (self.problem.evidence, self.question.all.len());
         let value = |j: usize| node.states[j].value;
-        for (i, &item) in open.items.iter().enumerate() {
+        for (i, &item) in candidates.items.iter().enumerate() {
             if (self.stop)() {
                 return None;
             }
             let one = [&node.chosen[..], &[item]].concat();
             let alone = self.question.all.iter().zip(&node.states).enumerate();
             if alone.into_iter().all(|(j, (q, state))| {
-                state.value + open.adds[j].gains[i] - open.adds[j].losses[i] >= q.least
+                state.value + candidates.adds[j].gains[i] - candidates.adds[j].losses[i] >= q.least
             }) && let Some(found) = self.judge(&one)
             {
                 return Some(found);
             }
             let mut fresh = None;
             let lacks = node.lacks - self.in_sum(item);
-            for l in i + 1..open.items.len() {
-                if self.in_sum(open.items[l]) < lacks {
+            for l in i + 1..candidates.items.len() {
+                if self.in_sum(candidates.items[l]) < lacks {
                     continue;
                 }
-                let charged = |of: usize| open.adds[0].charged[of];
+                let charged = |of: usize| candidates.adds[0].charged[of];
                 if count > 0 && value(0) + charged(i) + charged(l) < self.question.all[0].least {
                     break;
                 }
                 // By how much both together exceed the threshold if they do not overlap, less the larger loss.
                 let slack = |j: usize| {
-                    let Adds { gains, losses, .. } = &open.adds[j];
+                    let Adds { gains, losses, .. } = &candidates.adds[j];
                     value(j) + gains[i] + gains[l] - losses[i].max(losses[l]) - self.question.all[j].least
                 };
-                if (0..count).any(|j| slack(j) < open.overlap(i, l, j)) {
+                if (0..count).any(|j| slack(j) < candidates.overlap(i, l, j)) {
                     continue;
                 }
-                let other = open.items[l];
+                let other = candidates.items[l];
                 let cost = node.cost + self.problem.cost[item] + self.problem.cost[other];
                 if !self.limits.afford(cost) || !self.problem.may_join(&one, other) {
                     continue;

@@ -12,7 +12,7 @@ pub(super) struct Above<'a> {
 }
 
 /// Candidates that may join a node.
-pub(super) struct Open<'a> {
+pub(super) struct Candidates<'a> {
     pub(super) items: Vec<usize>,
     /// For each inequality what they add and take.
     pub(super) adds: Vec<Adds>,
@@ -43,23 +43,23 @@ impl Adds {
     }
 }
 
-impl<'t> Open<'t> {
+impl<'t> Candidates<'t> {
     /// An upper bound for what a candidate and all after it add to an inequality.
     pub(super) fn limit(&self, i: usize, j: usize) -> i64 {
         if j == 0 && self.is_sorted { self.adds[0].charged[i] } else { i64::MAX }
     }
 
     /// The candidates, those first that add most to the first inequality.
-    pub(super) fn sorted(self) -> Open<'t> {
+    pub(super) fn sorted(self) -> Candidates<'t> {
         let mut order: Vec<usize> = (0..self.items.len()).collect();
         if let Some(adds) = self.adds.first() {
             order.sort_by_key(|&i| std::cmp::Reverse(adds.charged[i]));
         }
-        Open { is_sorted: true, ..self.picked(&order) }
+        Candidates { is_sorted: true, ..self.picked(&order) }
     }
 
-    pub(super) fn picked(self, order: &[usize]) -> Open<'t> {
-        Open {
+    pub(super) fn picked(self, order: &[usize]) -> Candidates<'t> {
+        Candidates {
             items: picked(&self.items, order),
             adds: self.adds.iter().map(|adds| adds.picked(order)).collect(),
             is_sorted: self.is_sorted,

@@ -13,27 +13,19 @@
 
 use super::evidence::{CandidateEvidence, Row};
 use super::layout::{CLEAR, FALSE, HIT, MISSED, PLANES, SPACE_OF};
-use perirobot_march::backend::{Fusion, Saying, settled};
-use perirobot_study::study::{Choose, Study};
+use perirobot_march::backend::{Saying, settled};
 
 /// What is added up.
 #[derive(Clone, Debug)]
-pub(super) struct Odds {
+pub struct Odds {
     /// Of each candidate whether it speaks last, and what it adds to voxels that it calls occupied and free.
     readings: Vec<(bool, [i32; 2])>,
 }
 
 impl Odds {
-    /// How a study's candidates are added up, if sums may decide otherwise than "occupied wins".
-    pub(super) fn of(study: &Study, choose: &Choose, evidence: &CandidateEvidence) -> Option<Odds> {
-        if choose.fusion != Fusion::Octomap {
-            return None;
-        }
-        let reading = |&[sensor, _]: &[usize; 2]| {
-            let kind = &study.sensors[sensor].kind;
-            (kind.speaks_last(), kind.log_odds(choose.representations[sensor]))
-        };
-        let readings: Vec<_> = evidence.items.iter().map(reading).collect();
+    /// How candidates are added up, if sums may decide otherwise than "occupied wins". Of each candidate whether it speaks
+    /// last, and what it adds to voxels that it calls occupied and free.
+    pub fn new(readings: Vec<(bool, [i32; 2])>, evidence: &CandidateEvidence) -> Option<Odds> {
         let may_dispute = |(item, &(_, [hit, miss])): (usize, &(bool, [i32; 2]))| {
             evidence.has_bits(item, MISSED)
                 || evidence.has_bits(item, FALSE)

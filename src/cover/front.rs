@@ -2,9 +2,9 @@
 
 use super::pairs::PairCounts;
 use super::problem::{Found, Problem, SetLimits};
-use super::within::{Bound, FrontStep, KnownSets, SearchWatch, StepSearch, best_within, overlaps};
-use perirobot_march::error::Issue;
-use perirobot_march::{Error, Result};
+use super::step::{Bound, FrontStep, KnownSets, SearchWatch, StepSearch, best_within, overlaps};
+use super::worth::Worth;
+use perirobot_march::Error;
 
 /// The answer to a study's question.
 #[derive(Clone, Debug, Default)]
@@ -17,13 +17,33 @@ pub struct Answer {
     pub complete: bool,
 }
 
+/// Why there is no answer.
+#[derive(Debug)]
+pub enum NoAnswer {
+    /// The search was stopped before a set was found.
+    Stopped,
+    /// No set meets this requirement, by its number.
+    Required {
+        /// Which of the requirements.
+        number: usize,
+        /// The best worth by its score, if any set has a value.
+        best: Option<Worth>,
+        /// Whether no set is worth more.
+        is_proven: bool,
+    },
+    /// Each requirement can be met, but no set was found that meets all and has a value of the goal.
+    Together,
+    /// Evidence could not be read.
+    Unread(Error),
+}
+
 /// The best set of each size, and of each step of cost below the budget where there are costs. First each gets
 /// a good set and a bound, then all are searched to the end. When it is stopped, the steps that were not begun
 /// are left out.
 ///
 /// # Errors
 /// When no set meets the requirements; when evidence in a file cannot be read.
-pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
+pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer, NoAnswer> {
     let stop = || watch.stops();
     let kept = overlaps(problem);
     let mut known = KnownSets::new();
@@ -57,7 +77,7 @@ pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
         }
         at += 1;
     }
-    problem.evidence.was_read()?;
+    problem.evidence.was_read().map_err(NoAnswer::Unread)?;
     // What one search has found may be the best within the limits of another.
     steps.iter_mut().for_each(|search| search.refresh(&known));
     steps.retain(|search| search.step.best.is_some());
@@ -113,42 +133,20 @@ fn merge(dearer: &mut StepSearch, cheaper: &mut StepSearch) -> bool {
     is_same
 }
 
-/// What helps where no set is good enough.
-const CURE: &str = "ask for less, or allow more: sensors, budget, or mounts nearer to each other";
-
 /// Why there is no set: the first requirement that none can meet, with the best that can be had.
-fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> Error {
+fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> NoAnswer {
     for (number, &(score, over, least)) in problem.require.iter().enumerate() {
         let alone = problem.asking(score, over);
         let (kept, mut known) = (overlaps(&alone), KnownSets::new());
         let FrontStep { best, bound, .. } =
             best_within(&alone, problem.limits, kept.as_ref(), &mut known, watch);
         if watch.stops() {
-            return Error::Stopped(Issue::says("no set was found that meets the requirements so far"));
+            return NoAnswer::Stopped;
         }
         if !best.as_ref().is_some_and(|best| best.worth.reaches(least)) {
-            let (name, over, least) = (score.name(), over.name(), least.value());
-            let most = best.map_or("has no value".into(), |best| {
-                let known = if bound == Bound::Proven { "at most" } else { "in the best set found" };
-                format!("is {:.4} {known}", best.worth.value())
-            });
-            let none = if bound == Bound::Proven {
-                "no allowed set reaches"
-            } else {
-                "no set was found that reaches"
-            };
-            return Error::input(
-                format!("choose.require[{number}]"),
-                format!("{none} {name} {least} ({over}): it {most}"),
-            )
-            .cure(CURE);
+            let (best, is_proven) = (best.map(|best| best.worth), bound == Bound::Proven);
+            return NoAnswer::Required { number, best, is_proven };
         }
     }
-    let what = match (problem.require.is_empty(), problem.is_searchable()) {
-        (true, _) => "no allowed set has a value of the objective",
-        (false, false) => "no set was found that meets all of them, by adding and swapping single sensors",
-        (false, true) => "each of them can be met, but no allowed set meets all of them",
-    };
-    let key = if problem.require.is_empty() { "choose.objective" } else { "choose.require" };
-    Error::input(key, what).cure(CURE)
+    NoAnswer::Together
 }

@@ -19,7 +19,7 @@ const BLOCK: usize = 8;
 type Class = (usize, Range<usize>);
 
 /// The voxels that both of two candidates have, class by class.
-pub(super) struct PairCounts {
+pub struct PairCounts {
     classes: Vec<Class>,
     /// Of each class a square.
     counts: Vec<Vec<u32>>,

@@ -7,13 +7,13 @@ use super::problem::{Problem, SetLimits};
 const MOST_WAYS: usize = 64;
 
 /// How the places that are left may be shared out among the sensors.
-pub(super) struct Purse {
+pub(super) struct Budget {
     left: usize,
     /// The maximal numbers of each sensor; empty if only the number of places limits them.
     ways: Vec<Vec<usize>>,
 }
 
-impl Purse {
+impl Budget {
     /// For so many more sensors beside some chosen ones, which cost so much.
     pub(super) fn new(
         problem: &Problem,
@@ -21,20 +21,20 @@ impl Purse {
         chosen: &[usize],
         cost: u64,
         left: usize,
-    ) -> Purse {
+    ) -> Budget {
         let sensors = problem.most.len();
         let of =
             |sensor: usize| chosen.iter().filter(|&&item| problem.evidence.items[item][0] == sensor).count();
         let most: Vec<usize> =
             (0..sensors).map(|s| problem.most[s].saturating_sub(of(s)).min(left)).collect();
         if limits.budget.is_none() && most.iter().all(|&most| most >= left) {
-            return Purse { left, ways: Vec::new() };
+            return Budget { left, ways: Vec::new() };
         }
         let mut ways = Vec::new();
         let rest = limits.budget.map_or(u64::MAX, |budget| budget.saturating_sub(cost));
         let price = cheapest(problem);
         share(&most, &price, left, rest, &mut Vec::new(), &mut ways);
-        if ways.len() > MOST_WAYS { Purse { left, ways: Vec::new() } } else { Purse { left, ways } }
+        if ways.len() > MOST_WAYS { Budget { left, ways: Vec::new() } } else { Budget { left, ways } }
     }
 
     /// For each sensor, what is left after one more of it; a single one if that is the same for all.
@@ -44,23 +44,23 @@ impl Purse {
         chosen: &[usize],
         cost: u64,
         left: usize,
-    ) -> Vec<Purse> {
+    ) -> Vec<Budget> {
         let alike = limits.budget.is_none() && problem.most.iter().all(|&most| most > chosen.len() + left);
         if alike {
-            return vec![Purse { left, ways: Vec::new() }];
+            return vec![Budget { left, ways: Vec::new() }];
         }
         let price = cheapest(problem);
         let beside = |sensor: usize| {
             let item = problem.evidence.items.iter().position(|item| item[0] == sensor);
-            let Some(item) = item else { return Purse { left: 0, ways: Vec::new() } };
-            Purse::new(problem, limits, &[chosen, &[item]].concat(), cost + price[sensor], left)
+            let Some(item) = item else { return Budget { left: 0, ways: Vec::new() } };
+            Budget::new(problem, limits, &[chosen, &[item]].concat(), cost + price[sensor], left)
         };
         (0..problem.most.len()).map(beside).collect()
     }
 
-    /// Which of those of [`Purse::after_each`] a candidate's is.
-    pub(super) fn number(purses: &[Purse], problem: &Problem, item: usize) -> usize {
-        if purses.len() == 1 { 0 } else { problem.evidence.items[item][0] }
+    /// Which of those of [`Budget::after_each`] a candidate's is.
+    pub(super) fn number(budgets: &[Budget], problem: &Problem, item: usize) -> usize {
+        if budgets.len() == 1 { 0 } else { problem.evidence.items[item][0] }
     }
 
     /// The most that some candidates add together. Each comes with what it adds at most, largest first; `value`

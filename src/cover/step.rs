@@ -13,7 +13,7 @@ use super::problem::{Found, Problem, SetLimits};
 use super::question::question;
 use super::search::{Ahead, Shortcuts, complete, search};
 use super::worth::{Ratio, Worth};
-use perirobot_study::study::Across;
+use perirobot_march::metrics::Across;
 
 /// What is known of all sets within some limits.
 #[derive(Clone, Debug)]
@@ -80,7 +80,7 @@ impl<F: Fn() -> bool + Sync> SearchWatch for F {
 }
 
 /// Every set that was judged, with its worth.
-pub(super) type KnownSets = BTreeMap<Vec<usize>, Worth>;
+pub type KnownSets = BTreeMap<Vec<usize>, Worth>;
 
 /// The time of branch and bound before a bound by cuts is computed.
 const SHORT: Duration = Duration::from_secs(3);
@@ -94,7 +94,7 @@ const NEARLY: i128 = 2000;
 const POLISHED: usize = 3;
 
 /// The overlaps of all candidates, as far as a problem needs them, if they can be kept.
-pub(super) fn overlaps(problem: &Problem) -> Option<PairCounts> {
+pub fn overlaps(problem: &Problem) -> Option<PairCounts> {
     let anything = Worth::Exact(Ratio { numerator: 1, denominator: 2 });
     PairCounts::new(problem.evidence, &question(problem, Some(anything)).all)
         .filter(|_| problem.is_searchable())
@@ -326,7 +326,7 @@ fn best_mean(
 }
 
 /// The best set within some limits, searched to the end.
-pub(super) fn best_within(
+pub fn best_within(
     problem: &Problem,
     limits: SetLimits,
     kept: Option<&PairCounts>,
@@ -353,7 +353,7 @@ fn best_known(problem: &Problem, limits: SetLimits, known: &KnownSets) -> Option
 }
 
 /// Changes one or two sensors of a set as long as that helps.
-pub(super) fn polished(
+pub fn polished(
     problem: &Problem,
     limits: SetLimits,
     kept: Option<&PairCounts>,

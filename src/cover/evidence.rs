@@ -1,0 +1,202 @@
+//! What every candidate says: rows of bits over the voxels of one region in all scenes, snapshots and repeats. What a set
+//! of candidates scores is read from unions of them.
+
+use std::borrow::Cow;
+use std::fmt::Debug;
+
+use super::layout::{BitLayout, CLEAR, FALSE, PLANES, SPACE_OF, Wanted};
+use perirobot_march::metrics::Confusion;
+use perirobot_march::voxel::{Joined, Ones};
+use perirobot_march::{Error, Result};
+
+/// A row that was asked for: each of the six planes; empty if no bit is set.
+pub type Row<'a> = [Cow<'a, [u64]>; PLANES];
+
+/// Rows that are not in memory, and read each time that they are asked for.
+pub trait RowStore: Debug + Send + Sync {
+    /// Whether a candidate has a bit in one of the six planes.
+    fn has_bits(&self, item: usize, plane: usize) -> bool;
+
+    /// Some planes of a candidate. They are empty if they cannot be read, and then `failure` says why.
+    fn row(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> Row<'_>;
+
+    /// Why a row could not be read, if that is so.
+    fn failure(&self) -> Option<Error>;
+}
+
+/// The bits of all candidates.
+#[derive(Debug)]
+enum Rows {
+    /// Nothing of a plane without a bit.
+    Held(Vec<[Box<[u64]>; PLANES]>),
+    Stored(Box<dyn RowStore>),
+}
+
+/// The evidence of all candidates.
+#[derive(Debug)]
+pub struct CandidateEvidence {
+    /// Which bit is which voxel.
+    pub layout: BitLayout,
+    /// Sensor and candidate of each row, in study order.
+    pub items: Vec<[usize; 2]>,
+    rows: Rows,
+    /// How many bytes it may take, with all that is kept beside it.
+    memory_bytes: u64,
+    /// Counts its bits.
+    pub(crate) ones: Ones,
+}
+
+/// The union of what some candidates say. A voxel that any of them wrongly calls occupied is no longer free, so
+/// it is set in the plane of free ones, where no candidate can add it.
+#[derive(Clone, Debug)]
+pub struct Union {
+    planes: [Vec<u64>; PLANES],
+}
+
+impl CandidateEvidence {
+    /// Evidence in memory: for each of `items`, which are sensor and candidate, its six planes; nothing of a plane without
+    /// a bit. A search may take `memory_bytes` with it.
+    pub fn held(
+        layout: BitLayout,
+        items: Vec<[usize; 2]>,
+        rows: Vec<[Box<[u64]>; PLANES]>,
+        memory_bytes: u64,
+    ) -> CandidateEvidence {
+        CandidateEvidence { layout, items, rows: Rows::Held(rows), memory_bytes, ones: Ones::new() }
+    }
+
+    /// Evidence that is elsewhere.
+    pub fn stored(
+        layout: BitLayout,
+        items: Vec<[usize; 2]>,
+        rows: Box<dyn RowStore>,
+        memory_bytes: u64,
+    ) -> CandidateEvidence {
+        CandidateEvidence { layout, items, rows: Rows::Stored(rows), memory_bytes, ones: Ones::new() }
+    }
+
+    /// How much memory the bits take; none if they are read from a file.
+    pub fn bytes(&self) -> u64 {
+        match &self.rows {
+            Rows::Held(rows) => rows.iter().flatten().map(|plane| 8 * plane.len() as u64).sum(),
+            Rows::Stored(_) => 0,
+        }
+    }
+
+    /// How much memory may be taken besides.
+    pub fn spare_bytes(&self) -> u64 {
+        self.memory_bytes.saturating_sub(self.bytes())
+    }
+
+    /// Whether rows are read from a file each time that they are asked for, so that only short searches pay.
+    pub fn is_filed(&self) -> bool {
+        matches!(self.rows, Rows::Stored(_))
+    }
+
+    /// Whether all rows could be read that were asked for.
+    ///
+    /// # Errors
+    /// `Error::Storage` if one could not.
+    pub fn was_read(&self) -> Result<()> {
+        match &self.rows {
+            Rows::Held(_) => Ok(()),
+            Rows::Stored(rows) => rows.failure().map_or(Ok(()), Err),
+        }
+    }
+
+    /// How many candidates there are.
+    pub fn count(&self) -> usize {
+        self.items.len()
+    }
+
+    /// Evidence of these candidates, made up.
+    #[cfg(test)]
+    pub(crate) fn made_up(
+        layout: BitLayout,
+        items: Vec<[usize; 2]>,
+        planes: Vec<[Vec<u64>; PLANES]>,
+    ) -> CandidateEvidence {
+        let blank_if_zero = |plane: Vec<u64>| match plane.iter().all(|&word| word == 0) {
+            true => Box::default(),
+            false => plane.into(),
+        };
+        let rows = planes.into_iter().map(|planes| planes.map(blank_if_zero)).collect();
+        CandidateEvidence::held(layout, items, rows, u64::MAX)
+    }
+
+    /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
+    /// each scene by scene and snapshot by snapshot, as a sweep counts it.
+    pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
+        let mut union = self.nothing();
+        set.iter().for_each(|&item| union.add(self, item));
+        self.counts_of(&union, None, Wanted::ALL)
+    }
+
+    /// One of the six planes of a candidate; empty if no bit is set.
+    #[inline]
+    pub fn plane(&self, item: usize, plane: usize) -> Cow<'_, [u64]> {
+        match &self.rows {
+            Rows::Held(rows) => Cow::Borrowed(&rows[item][plane]),
+            Rows::Stored(rows) => {
+                let mut wanted = [false; PLANES];
+                wanted[plane] = true;
+                std::mem::take(&mut rows.row(&self.layout, item, wanted)[plane])
+            }
+        }
+    }
+
+    /// Whether a candidate has a bit in one of the six planes.
+    pub fn has_bits(&self, item: usize, plane: usize) -> bool {
+        match &self.rows {
+            Rows::Held(rows) => !rows[item][plane].is_empty(),
+            Rows::Stored(rows) => rows.has_bits(item, plane),
+        }
+    }
+
+    /// What a candidate says.
+    pub fn row(&self, item: usize) -> Row<'_> {
+        match &self.rows {
+            Rows::Held(rows) => rows[item].each_ref().map(|plane| Cow::Borrowed(&plane[..])),
+            Rows::Stored(rows) => rows.row(&self.layout, item, [true; PLANES]),
+        }
+    }
+
+    /// The union of no candidate.
+    pub fn nothing(&self) -> Union {
+        Union { planes: std::array::from_fn(|plane| vec![0; self.layout.words[SPACE_OF[plane]]]) }
+    }
+
+    /// What a union scores, moment by moment, with one more candidate or as it is.
+    pub fn counts_of(&self, union: &Union, more: Option<&Row>, wanted: Wanted) -> Vec<Confusion> {
+        let more = |plane: usize| more.map_or(&[][..], |row| &row[plane]);
+        self.counts_of_planes(&union.planes, more, wanted)
+    }
+
+    /// What six planes score, joined with six more.
+    pub fn counts_of_planes<'a>(
+        &self,
+        planes: &'a [Vec<u64>; PLANES],
+        more: impl Fn(usize) -> &'a [u64],
+        wanted: Wanted,
+    ) -> Vec<Confusion> {
+        let planes: [Joined; PLANES] = std::array::from_fn(|plane| Joined::of(&planes[plane], more(plane)));
+        let counts = |moment| self.layout.counts(self.ones, moment, &planes, wanted);
+        self.layout.moments.iter().map(counts).collect()
+    }
+}
+
+impl Union {
+    /// One of the six planes.
+    pub fn plane(&self, plane: usize) -> &[u64] {
+        &self.planes[plane]
+    }
+
+    /// Joins what a candidate says.
+    pub fn add(&mut self, evidence: &CandidateEvidence, item: usize) {
+        let row = evidence.row(item);
+        for (to, from) in self.planes.iter_mut().zip(&row) {
+            to.iter_mut().zip(&**from).for_each(|(to, from)| *to |= from);
+        }
+        self.planes[CLEAR].iter_mut().zip(&*row[FALSE]).for_each(|(to, from)| *to |= from);
+    }
+}

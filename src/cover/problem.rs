@@ -1,0 +1,216 @@
+//! Which sets are allowed, and what each is worth.
+
+use super::evidence::{CandidateEvidence, Row, Union};
+use super::layout::Wanted;
+use super::odds::Odds;
+use super::worth::{Ratio, Worth};
+use perirobot_march::metrics::{Across, Confusion, Score};
+
+/// What is searched: allowed sets of candidates, by their numbers in the evidence.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    /// What the candidates say.
+    pub evidence: &'a CandidateEvidence,
+    /// The score that is to be high, and of which counts.
+    pub goal: (Score, Across),
+    /// What every set must reach.
+    pub require: Vec<(Score, Across, Ratio)>,
+    /// How large a set may be.
+    pub limits: SetLimits,
+    /// What each candidate costs, in thousandths.
+    pub cost: Vec<u64>,
+    /// Candidates that are in every set.
+    pub always: Vec<usize>,
+    /// For each candidate the others that are too near, a bit each.
+    pub near: Vec<Vec<u64>>,
+    /// How many of a sensor a set may have.
+    pub most: Vec<usize>,
+    /// How labels come to be, where that is not by unions.
+    pub odds: Option<Odds>,
+}
+
+/// Some candidates together, which others may join.
+pub enum Joint<'a> {
+    /// Their union.
+    Union(Union),
+    /// What each says, where sums decide.
+    Rows(Vec<(usize, Row<'a>)>),
+}
+
+/// How large a set may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SetLimits {
+    /// How many candidates it may have.
+    pub at_most: usize,
+    /// What it may cost, in thousandths.
+    pub budget: Option<u64>,
+}
+
+/// How good a set is: first by what it lacks of the requirements, then by its worth. Larger is better.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Merit {
+    /// Zero where all requirements are met, else below.
+    lacking: f64,
+    /// What it is worth, if it has a value.
+    pub worth: Option<Worth>,
+}
+
+impl SetLimits {
+    /// Whether a set may cost so much.
+    pub fn afford(&self, cost: u64) -> bool {
+        self.budget.is_none_or(|budget| cost <= budget)
+    }
+}
+
+/// A set and its worth.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// Candidates by their numbers in the evidence, lowest first.
+    pub set: Vec<usize>,
+    /// What it is worth.
+    pub worth: Worth,
+}
+
+impl Eq for Merit {}
+
+impl Ord for Merit {
+    fn cmp(&self, other: &Merit) -> std::cmp::Ordering {
+        self.lacking.total_cmp(&other.lacking).then(self.worth.cmp(&other.worth))
+    }
+}
+
+impl PartialOrd for Merit {
+    fn partial_cmp(&self, other: &Merit) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<'a> Problem<'a> {
+    /// Sums change labels, and of some scores labels are no part.
+    #[must_use]
+    pub fn without_idle_odds(mut self) -> Self {
+        self.odds = self.odds.take().filter(|_| self.wanted().labels);
+        self
+    }
+
+    /// Whether sets can be searched to the end: what any of them sees is a union, and at hand.
+    pub fn is_searchable(&self) -> bool {
+        self.odds.is_none() && !self.evidence.is_filed()
+    }
+
+    /// Whether labels are sums of what sensors say.
+    pub fn adds_up(&self) -> bool {
+        self.odds.is_some()
+    }
+
+    /// The same sets, by another score and without requirements.
+    pub fn asking(&self, score: Score, over: Across) -> Problem<'a> {
+        Problem { goal: (score, over), require: Vec::new(), ..self.clone() }.without_idle_odds()
+    }
+
+    /// Whether a candidate may join some others, whatever it costs.
+    pub fn may_join(&self, chosen: &[usize], item: usize) -> bool {
+        let sensor = self.evidence.items[item][0];
+        let of_it = || chosen.iter().filter(|&&other| self.evidence.items[other][0] == sensor).count();
+        chosen.iter().all(|&other| other != item && !self.are_near(other, item))
+            && of_it() < self.most[sensor]
+    }
+
+    fn are_near(&self, a: usize, b: usize) -> bool {
+        self.near.get(a).is_some_and(|near| near[b / 64] >> (b % 64) & 1 == 1)
+    }
+
+    /// What a set costs, in thousandths.
+    pub fn cost_of(&self, set: &[usize]) -> u64 {
+        set.iter().map(|&item| self.cost[item]).sum()
+    }
+
+    /// The largest amount below some cost, above zero, that a set may cost: all of them are multiples of one amount.
+    pub fn below(&self, cost: u64) -> u64 {
+        let common = self.cost.iter().fold(0, |a, &b| greatest_common_divisor(a, b)).max(1);
+        (cost - 1) / common * common
+    }
+
+    /// How many sensors a budget pays for at most.
+    pub fn most_affordable(&self, limits: SetLimits) -> usize {
+        let rest = limits.budget.map(|budget| budget.saturating_sub(self.cost_of(&self.always)));
+        let free = (0..self.cost.len()).filter(|item| !self.always.contains(item));
+        match (rest, free.map(|item| self.cost[item]).min()) {
+            (Some(rest), Some(least @ 1..)) => self.always.len() + (rest / least) as usize,
+            _ => usize::MAX,
+        }
+    }
+
+    /// Some candidates together.
+    pub fn joint(&self, set: &[usize]) -> Joint<'a> {
+        if self.odds.is_some() {
+            return Joint::Rows(set.iter().map(|&item| (item, self.evidence.row(item))).collect());
+        }
+        let mut union = self.evidence.nothing();
+        set.iter().for_each(|&item| union.add(self.evidence, item));
+        Joint::Union(union)
+    }
+
+    /// What a set counts, moment by moment: as [`CandidateEvidence::counts`] has it, unless sums of what its sensors say
+    /// decide.
+    pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
+        self.counts_with(&self.joint(set), None, Wanted::ALL)
+    }
+
+    /// What a set is worth, whatever is required; `None` where it has no value.
+    pub fn worth_of(&self, set: &[usize]) -> Option<Worth> {
+        self.merit(&self.joint(set), None).worth
+    }
+
+    /// What counts are asked for.
+    pub fn wanted(&self) -> Wanted {
+        Wanted::of(std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0)))
+    }
+
+    /// How good counts are.
+    fn merit_of(&self, counts: &[Confusion]) -> Merit {
+        let lacking = |&(score, over, least): &(Score, Across, Ratio)| match Worth::of(score, over, counts) {
+            Some(worth) if worth.reaches(least) => 0.0,
+            Some(worth) => (worth.value() - least.value()).min(-1e-12),
+            None => -2.0,
+        };
+        let (score, over) = self.goal;
+        Merit { lacking: self.require.iter().map(lacking).sum(), worth: Worth::of(score, over, counts) }
+    }
+
+    /// How good some candidates are together, with one more or as they are.
+    pub fn merit(&self, joint: &Joint, more: Option<(usize, &Row)>) -> Merit {
+        self.merit_of(&self.counts_with(joint, more, self.wanted()))
+    }
+
+    fn counts_with(&self, joint: &Joint, more: Option<(usize, &Row)>, wanted: Wanted) -> Vec<Confusion> {
+        match (joint, &self.odds) {
+            (Joint::Union(union), _) => self.evidence.counts_of(union, more.map(|(_, row)| row), wanted),
+            (Joint::Rows(rows), Some(odds)) => {
+                let rows = rows.iter().map(|(item, row)| (*item, row)).chain(more);
+                let planes = odds.fused(self.evidence, &rows.collect::<Vec<_>>());
+                self.evidence.counts_of_planes(&planes, |_| &[], wanted)
+            }
+            (Joint::Rows(_), None) => unreachable!("rows are kept where they are added up"),
+        }
+    }
+
+    /// What a set is worth, if it has a value and meets every requirement.
+    pub fn found(&self, set: &[usize]) -> Option<Found> {
+        let merit = self.merit(&self.joint(set), None);
+        let mut set = set.to_vec();
+        set.sort_unstable();
+        merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })
+    }
+}
+
+impl Merit {
+    /// Whether every requirement is met.
+    pub fn meets_all(&self) -> bool {
+        self.lacking == 0.0
+    }
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}
