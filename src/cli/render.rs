@@ -180,7 +180,7 @@ impl Args {
         }
         let region = |name: &String| {
             let found = regions.iter().position(|region| region == name);
-            let place = Site::Argument(Argument::OnlyRegion, name.clone());
+            let place = Site::Argument(Argument("only region"), name.clone());
             found.ok_or_else(|| Error::from(Issue::unknown(regions).at(place)))
         };
         let colour = match (self.colour, &self.pose) {

@@ -20,7 +20,7 @@ pub(crate) fn raised(error: &Error) -> PyErr {
 /// An argument as a keyword.
 fn name(argument: Argument) -> String {
     match argument {
-        Argument::VoxelSize => "voxel_size_m".into(),
-        other => other.name().replace(' ', "_"),
+        Argument("voxel size") => "voxel_size_m".into(),
+        Argument(other) => other.replace(' ', "_"),
     }
 }

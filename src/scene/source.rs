@@ -277,9 +277,9 @@ impl Sources {
             self.main.display()
         );
         let cure = Words::from("put it there, name its folder with ")
-            + Argument::Package.to("NAME=DIR")
+            + Argument("package").to("NAME=DIR")
             + " if it is of a robot's package, or allow all files with "
-            + Argument::AllowOutside;
+            + Argument("allow outside");
         Err(Error::input(path, what).wanted(cure))
     }
 

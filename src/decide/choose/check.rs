@@ -47,7 +47,7 @@ pub fn count_again(
             let pose = &alone.combinations[number].name;
             let what = format!("the device and the CPU disagree about {pose}: nothing was searched");
             let cure = Words::from("run again with ")
-                + Argument::Backend.to("cpu")
+                + Argument("backend").to("cpu")
                 + ", and `perirobot verify-backends` to see more";
             return Err(Error::Disagreement(Issue::says(what).cure(cure)));
         }

@@ -61,13 +61,13 @@ pub fn altered(
         Alteration::Dead(sensors) => {
             let members = what_if.without(&what_if.dead(sensors)?);
             if members.is_empty() {
-                let place = Site::Argument(Argument::Dead, sensors.join(", "));
+                let place = Site::Argument(Argument("dead"), sensors.join(", "));
                 return Err(Error::input(place, "no sensor is left to look at"));
             }
             (study.clone(), worlds.to_vec(), members)
         }
         Alteration::Draw(draw) => {
-            let place = Site::Argument(Argument::Draw, draw.to_string());
+            let place = Site::Argument(Argument("draw"), draw.to_string());
             let Some(error) = &study.mounting_error else {
                 let what = Issue::says(format!("{} has no [mounting_error]", study.path.display()));
                 let example = "[mounting_error] draws = 20, position_m = 0.01, angle_deg = 0.5";

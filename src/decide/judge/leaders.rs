@@ -52,7 +52,7 @@ pub fn leaders(
         requirements.iter().filter_map(|one| Some((one, one.counted()?))).collect();
     if requirements.is_empty() {
         let what = "no requirement is of a score that a sweep counts, so none tells which choice is good";
-        return Err(Error::from(Issue::says(what)).wanted(Words::from("say which with ") + Argument::Pose));
+        return Err(Error::from(Issue::says(what)).wanted(Words::from("say which with ") + Argument("pose")));
     }
     let mut all: Vec<Valued> = Vec::new();
     for (combination, representation) in asked(results, among)? {
@@ -92,7 +92,7 @@ fn better(limit: &Limit, a: &Option<Value>, b: &Option<Value>) -> Ordering {
 fn asked(results: &Results, among: Among) -> Result<Vec<(usize, usize)>> {
     let known: Vec<&str> = results.combinations.iter().map(|one| one.name.as_str()).collect();
     if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
-        return Err(unknown(Argument::Combination, Some(name), &known));
+        return Err(unknown(Argument("combination"), Some(name), &known));
     }
     let combinations = (0..known.len()).filter(|&c| among.combination.is_none_or(|name| known[c] == name));
     let of = |combination: usize| {
@@ -103,7 +103,7 @@ fn asked(results: &Results, among: Among) -> Result<Vec<(usize, usize)>> {
     let found: Vec<(usize, usize)> = combinations.clone().filter_map(of).collect();
     if found.is_empty() {
         let names = combinations.flat_map(|c| &results.combinations[c].representations);
-        return Err(unknown(Argument::Representation, among.representation, &names.collect::<Vec<_>>()));
+        return Err(unknown(Argument("representation"), among.representation, &names.collect::<Vec<_>>()));
     }
     Ok(found)
 }

@@ -86,7 +86,7 @@ fn bounds_m(grid: &Grid) -> [DVec3; 2] {
 /// # Errors
 /// When the study has none of that name.
 pub(super) fn named<'s>(study: &'s Study, name: &str) -> Result<&'s Posture> {
-    let place = || Site::Argument(Argument::Posture, name.into());
+    let place = || Site::Argument(Argument("posture"), name.into());
     if study.postures.is_empty() {
         let what = Issue::says(format!("{} has no [postures]", study.path.display()));
         let example = "[postures] people = [\"standing\"], spots = [[1.0, 0.5, 90]]";

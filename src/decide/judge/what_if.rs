@@ -193,7 +193,7 @@ impl<'a> WhatIf<'a> {
         let known = self.names();
         let number = |sensor: &String| {
             known.iter().position(|name| name == sensor).ok_or_else(|| {
-                let place = Site::Argument(Argument::Dead, sensor.clone());
+                let place = Site::Argument(Argument("dead"), sensor.clone());
                 Error::from(Issue::unknown(&known).at(place))
             })
         };

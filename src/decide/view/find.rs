@@ -34,8 +34,8 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
     let (combination, choice) = found[0];
     if let Some((other, _)) = found.get(1) {
         let [a, b] = [combination, *other].map(|number| &study.combinations[number].name);
-        let cure = Words::from("say which with ") + Argument::Combination;
-        let place = Site::Argument(Argument::Pose, wanted.poses.clone());
+        let cure = Words::from("say which with ") + Argument("combination");
+        let place = Site::Argument(Argument("pose"), wanted.poses.clone());
         return Err(Error::input(place, format!("is a choice of {a:?} and of {b:?}")).wanted(cure));
     }
     let names = representation_names(study, &study.combinations[combination]);
@@ -44,9 +44,9 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
         Some(name) => names
             .iter()
             .position(|known| known == name)
-            .ok_or_else(|| unknown(Argument::Representation, Some(name), &names))?,
+            .ok_or_else(|| unknown(Argument("representation"), Some(name), &names))?,
     };
-    below(Argument::Repeat, wanted.repeat, study.repeats as usize)?;
+    below(Argument("repeat"), wanted.repeat, study.repeats as usize)?;
     let scene = find_scene(study, wanted)?;
     let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
     let world = worlds.iter().find(here).expect("worlds are those of the study's scenes");
@@ -61,9 +61,9 @@ pub fn find_scene(study: &Study, wanted: &Names) -> Result<usize> {
         Some(name) => scenes
             .iter()
             .position(|known| known == name)
-            .ok_or_else(|| unknown(Argument::Scene, Some(name), &scenes))?,
+            .ok_or_else(|| unknown(Argument("scene"), Some(name), &scenes))?,
     };
-    below(Argument::Snapshot, wanted.snapshot, study.scenes[scene].snapshots)?;
+    below(Argument("snapshot"), wanted.snapshot, study.scenes[scene].snapshots)?;
     Ok(scene)
 }
 

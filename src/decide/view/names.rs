@@ -33,7 +33,7 @@ pub fn find_choices(
         .collect();
     if asked.is_empty() {
         let names: Vec<_> = all.iter().map(|names| names.combination).collect();
-        return Err(unknown(Argument::Combination, combination, &names));
+        return Err(unknown(Argument("combination"), combination, &names));
     }
     let meant = |(number, names): &(usize, &ChoiceNames)| {
         Some((*number, names.written(poses).or_else(|| names.spelled(poses))?))
@@ -54,7 +54,7 @@ pub fn find_choices(
         "must be sensor:pose as `perirobot check` lists poses, or as in the column `poses` of results.csv, as in {}",
         first.name(0)
     );
-    let place = Site::Argument(Argument::Pose, poses.into());
+    let place = Site::Argument(Argument("pose"), poses.into());
     Err(Error::input(place, format!("no such choice of poses{meant}")).wanted(rule))
 }
 

@@ -75,7 +75,7 @@ pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usiz
     if adapters.is_empty() {
         let cure = "install the GPU vendor's driver, or software Vulkan (on Debian and Ubuntu `apt-get install \
                     mesa-vulkan-drivers libvulkan1`), or use ";
-        return fail("no Vulkan adapter", Words::from(cure) + Argument::Backend.quoted("cpu"));
+        return fail("no Vulkan adapter", Words::from(cure) + Argument("backend").quoted("cpu"));
     }
     let known = || {
         let lines = adapters.iter().map(|a| format!("\n  {}: {}", a.index, a.label()));
@@ -92,9 +92,9 @@ pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usiz
                 Some(index) => Ok(index),
                 None => {
                     let cure = Words::from("use ")
-                        + Argument::Backend.quoted("cpu")
+                        + Argument("backend").quoted("cpu")
                         + " or "
-                        + Argument::Adapter.quoted("software")
+                        + Argument("adapter").quoted("software")
                         + format!("; there are{}", known());
                     fail("no hardware adapter", cure)
                 }

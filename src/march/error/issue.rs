@@ -202,7 +202,7 @@ fn bounded(text: String) -> String {
 
 impl fmt::Display for Issue {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.told(&|argument| argument.name().into()))
+        f.write_str(&self.told(&|argument| argument.0.into()))
     }
 }
 
@@ -277,7 +277,7 @@ mod tests {
             ),
             (Issue::says("is tilted").at(Site::Subject("pose 3".into())), "pose 3 is tilted"),
             (
-                Issue::unknown(&["a", "b"]).at(Site::Argument(Argument::Region, "c".into())),
+                Issue::unknown(&["a", "b"]).at(Site::Argument(Argument("region"), "c".into())),
                 "region c: there is no such one, there are a, b",
             ),
             (
@@ -307,10 +307,10 @@ mod tests {
 
     #[test]
     fn a_front_writes_settings_its_own_way() {
-        let words = Words::from("use `") + Argument::Backend.to("cpu") + "`";
-        let issue = Issue::says("does not fit").at(Argument::VoxelSize).wanted(words);
+        let words = Words::from("use `") + Argument("backend").to("cpu") + "`";
+        let issue = Issue::says("does not fit").at(Argument("voxel size")).wanted(words);
         assert_eq!(issue.to_string(), "voxel size: does not fit: use `backend cpu`");
-        let flag = |argument: Argument| format!("--{}", argument.name().replace(' ', "-"));
+        let flag = |argument: Argument| format!("--{}", argument.0.replace(' ', "-"));
         assert_eq!(issue.told(&flag), "--voxel-size: does not fit: use `--backend cpu`");
     }
 }

@@ -4,60 +4,9 @@
 use std::fmt;
 use std::ops::Add;
 
-macro_rules! arguments {
-    ($($argument:ident $name:literal),* $(,)?) => {
-        /// The arguments of the program.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        #[allow(missing_docs, reason = "each is the program's flag of that name")]
-        pub enum Argument {
-            $($argument),*
-        }
-
-        impl Argument {
-            /// All of them.
-            pub const ALL: &[Argument] = &[$(Argument::$argument),*];
-
-            /// Its plain name.
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Argument::$argument => $name),*
-                }
-            }
-        }
-    };
-}
-
-arguments! {
-    Adapter "adapter",
-    AllowOutside "allow outside",
-    Backend "backend",
-    Colour "colour",
-    Combination "combination",
-    CutAbove "cut above",
-    Dead "dead",
-    Draw "draw",
-    FovDeg "fov deg",
-    From "from",
-    LookAt "look at",
-    Memory "memory",
-    Noiseless "noiseless",
-    OnlyRegion "only region",
-    Out "out",
-    Package "package",
-    Pose "pose",
-    Posture "posture",
-    Region "region",
-    Repeat "repeat",
-    Representation "representation",
-    Restart "restart",
-    Scene "scene",
-    Shard "shard",
-    Size "size",
-    Snapshot "snapshot",
-    Topic "topic",
-    VoxelSize "voxel size",
-    Xacro "xacro",
-}
+/// An argument of the program by its plain name, such as "voxel size".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Argument(pub &'static str);
 
 impl Argument {
     /// The argument with a value.
@@ -124,6 +73,6 @@ impl<W: Into<Words>> Add<W> for Words {
 
 impl fmt::Display for Words {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.told(&|argument| argument.name().into()))
+        f.write_str(&self.told(&|argument| argument.0.into()))
     }
 }

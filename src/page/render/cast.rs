@@ -73,11 +73,11 @@ fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i3
             ["x", "y", "z"][axis]
         );
         let cure = Words::from("come nearer (a wider ")
-            + Argument::FovDeg
+            + Argument("fov deg")
             + " does, too), or take larger voxels ("
-            + Argument::VoxelSize
+            + Argument("voxel size")
             + ")";
-        return Err(Issue::too_large(what).wanted(cure).at(Argument::From).into());
+        return Err(Issue::too_large(what).wanted(cure).at(Argument("from")).into());
     }
     let shift = window.min.map(|low| -low);
     let whole = Window { min: [0; 3], size: window.size };

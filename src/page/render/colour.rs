@@ -78,8 +78,8 @@ pub(crate) struct Palette<'a> {
 impl<'a> Palette<'a> {
     pub(crate) fn new(world: &'a World, view: Option<&'a View<'a>>, colour: Colour) -> Result<Self> {
         if colour == Colour::Label && view.is_none() {
-            let only = Words::from("there are labels with ") + Argument::Pose + " only";
-            let place = Site::Argument(Argument::Colour, "label".into());
+            let only = Words::from("there are labels with ") + Argument("pose") + " only";
+            let place = Site::Argument(Argument("colour"), "label".into());
             return Err(Issue::says(only).at(place).into());
         }
         Ok(Palette { world, view, colour })

@@ -88,7 +88,7 @@ impl PictureCamera {
         let [width, height] = size.map(f64::from);
         let (eye_m, ahead) = match wish.eye {
             Eye::At(at) if at.distance(target) < 1e-6 => {
-                let both = Words::from(Argument::From) + " is where " + Argument::LookAt + " is";
+                let both = Words::from(Argument("from")) + " is where " + Argument("look at") + " is";
                 return Err(Issue::says(both).wanted("move one of them").into());
             }
             Eye::At(at) => (at, target - at),

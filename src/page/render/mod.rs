@@ -98,7 +98,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     let whole = Cut { open_m: 0.0, ..Cut::of(wish) }.solid(world, DVec3::ZERO);
     if whole.is_empty() {
         let both =
-            Words::from(Argument::OnlyRegion) + " and " + Argument::CutAbove + " leave nothing to draw";
+            Words::from(Argument("only region")) + " and " + Argument("cut above") + " leave nothing to draw";
         return Err(Issue::says(both).wanted("widen them").into());
     }
     let haze = view
@@ -112,7 +112,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     if height < 32 {
         let least = legend.height_px() + 32;
         let rule = format!("at least {least} pixels high");
-        return Err(Error::input(Argument::Size, "the legend leaves no room").wanted(rule));
+        return Err(Error::input(Argument("size"), "the legend leaves no room").wanted(rule));
     }
     let size = [wish.size_px[0] * FINE, height * FINE];
     let camera = PictureCamera::new(wish, size, &world.grid, &whole)?;

@@ -59,8 +59,8 @@ impl ReportSelection {
         let regions: Vec<&str> = results.regions.iter().map(String::as_str).collect();
         let combinations: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
         Ok(ReportSelection {
-            regions: chosen(Argument::Region, region, &regions)?,
-            combinations: chosen(Argument::Combination, combination, &combinations)?,
+            regions: chosen(Argument("region"), region, &regions)?,
+            combinations: chosen(Argument("combination"), combination, &combinations)?,
             scores: scores.to_vec(),
         })
     }

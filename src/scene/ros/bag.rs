@@ -122,7 +122,7 @@ fn asked_for(
         }
         (None, [only]) => Ok((*only).clone()),
         (None, _) => Err(Issue::says(format!("has point clouds on several topics: {known:?}"))
-            .cure(Words::from("name one with ") + Argument::Topic)),
+            .cure(Words::from("name one with ") + Argument("topic"))),
         (Some(named), _) if topics.contains_key(named) => Ok(named.into()),
         (Some(named), _) => Err(Issue::value("topic", format!("{named:?}"), format!("must be of {known:?}"))),
     }

@@ -151,7 +151,7 @@ pub(super) mod tests {
     const PARTS: usize = 4 + 2 * 7;
 
     /// Someone 1.75 m tall who stands on the origin, looks along x and lets the arms hang.
-    pub(in crate::scene) fn standing() -> Keypoints {
+    pub(crate) fn standing() -> Keypoints {
         let mut keypoints = [Some(DVec3::new(0.1, 0.0, 1.6)); 17];
         let pairs = [
             (1, 0.08, 0.03, 1.63),

@@ -101,7 +101,7 @@ pub(super) mod tests {
 
     /// Panics unless every edge is used equally often in both directions, as on a closed, oriented surface.
     #[track_caller]
-    pub(in crate::scene) fn assert_closed(mesh: &Mesh) {
+    pub(crate) fn assert_closed(mesh: &Mesh) {
         let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
         for t in &mesh.triangles {
             for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
@@ -114,7 +114,7 @@ pub(super) mod tests {
     }
 
     /// Six times the enclosed volume is the sum of triple products; positive when faces look outward.
-    pub(in crate::scene) fn volume(mesh: &Mesh) -> f64 {
+    pub(crate) fn volume(mesh: &Mesh) -> f64 {
         let corner = |i: u32| mesh.vertices[i as usize];
         mesh.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum()
     }

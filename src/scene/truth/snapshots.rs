@@ -133,7 +133,7 @@ fn refuse_excess(objects: &[&Arc<Object>], truths: usize, grid: &Grid, free: Opt
         objects.len()
     );
     let cure = Words::from("take larger voxels (")
-        + Argument::VoxelSize
+        + Argument("voxel size")
         + "), set bounds_m around the part that matters, or split the scene";
     Err(Issue::too_large(what).wanted(cure).into())
 }

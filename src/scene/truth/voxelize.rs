@@ -70,7 +70,7 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
         let cause = cause();
         let size = if told {
             Words::from(format!("set voxel_size_m = {fits} or more ("))
-                + Argument::VoxelSize
+                + Argument("voxel size")
                 + "), or bounds_m"
         } else {
             "set bounds_m".into()

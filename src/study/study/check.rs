@@ -184,7 +184,7 @@ fn voxel_size(at: &Place, file: &StudyFile, overrides: &Overrides) -> Result<f64
     at.key("grid").number("voxel_size_m", file.grid.voxel_size_m, VOXEL_SIZES_M, rule)?;
     match overrides.voxel_size_m {
         Some(size) if !VOXEL_SIZES_M.contains(&size) => {
-            let place = Site::Argument(Argument::VoxelSize, size.to_string());
+            let place = Site::Argument(Argument("voxel size"), size.to_string());
             Err(Issue::says(format!("must be {rule}")).at(place).into())
         }
         other => Ok(other.unwrap_or(file.grid.voxel_size_m)),
@@ -282,7 +282,7 @@ fn no_mixed_noise(at: &Place, sensors: &[Sensor]) -> Result<()> {
             let cure = Words::from(format!(
                 "give {unknown:?} noise = {{ std_m = ... }}, or write mixed_noise = true at the top of the study (or sweep \
                  with "
-            )) + Argument::Noiseless
+            )) + Argument("noiseless")
                 + ")";
             Err(at.says(what).wanted(cure))
         }

@@ -179,17 +179,17 @@ impl OutputFolder {
     /// Makes the folder where needed and proves that the files of a sweep can be written in it.
     pub fn open(path: &Path) -> Result<Self> {
         if path.as_os_str().is_empty() {
-            let empty = Words::from(Argument::Out) + " is empty";
+            let empty = Words::from(Argument("out")) + " is empty";
             return Err(Issue::says(empty).wanted("name a folder for the results").into());
         }
         let missing = path.ancestors().filter(|p| !p.as_os_str().is_empty()).take_while(|p| !p.exists());
         let folder = OutputFolder { path: path.into(), made: missing.map(Path::to_path_buf).collect() };
-        let cannot = |be: &str| Words::from(format!("cannot be {be} (")) + Argument::Out + ")";
+        let cannot = |be: &str| Words::from(format!("cannot be {be} (")) + Argument("out") + ")";
         fs::create_dir_all(path).map_err(|e| Error::io(path, cannot("made a folder for results"), e))?;
         PartialFile::create(&path.join("probe")).map_err(|e| Error::io(path, cannot("written to"), e))?;
         for file in BEGUN.iter().chain(&TABLES).map(|name| path.join(name)) {
             if file.is_dir() {
-                let what = Words::from("is a folder, and ") + Argument::Out + " needs a file there";
+                let what = Words::from("is a folder, and ") + Argument("out") + " needs a file there";
                 return Err(Error::input(file, what).wanted("move it away"));
             }
         }
@@ -225,7 +225,7 @@ impl OutputFolder {
         let mut places = BEGUN.iter().chain(&TABLES).chain(more).map(|name| self.path.join(name));
         let Some(place) = places.find(|place| sources.has_read(place)) else { return Ok(()) };
         let what =
-            Words::from("is a file that the study reads, and ") + Argument::Out + " would write over it";
+            Words::from("is a file that the study reads, and ") + Argument("out") + " would write over it";
         Err(Error::input(place, what).wanted("name another folder"))
     }
 
@@ -256,7 +256,7 @@ pub fn shards_below(out: &Path) -> Result<Vec<PathBuf>> {
     let mut found: Vec<_> = paths.filter_map(|path| Some((number(&path)?, path))).collect();
     found.sort();
     if found.is_empty() {
-        let cure = Words::from("name the sweep's ") + Argument::Out + ", or each shard's folder";
+        let cure = Words::from("name the sweep's ") + Argument("out") + ", or each shard's folder";
         return Err(Error::input(out, "has no folders of shards (shard-0-of-4)").wanted(cure));
     }
     Ok(found.into_iter().map(|(_, path)| path).collect())

@@ -131,7 +131,7 @@ impl<'a> Store<'a> {
                 self.slots
             );
             let cure =
-                Words::from("use larger voxels, smaller regions, or ") + Argument::Backend.quoted("cpu");
+                Words::from("use larger voxels, smaller regions, or ") + Argument("backend").quoted("cpu");
             let place = format!("combination {combination:?}");
             return Err(Issue::too_large(what).wanted(cure).at(place).into());
         }

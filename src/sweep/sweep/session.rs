@@ -83,7 +83,7 @@ impl<'a> Session<'a> {
                 "the study has {} choices of poses, at most so many shards have work",
                 layout.pose_choices()
             );
-            let place = Site::Argument(Argument::Shard, format!("{}/{}", shard.number, shard.of));
+            let place = Site::Argument(Argument("shard"), format!("{}/{}", shard.number, shard.of));
             return Err(Issue::says(what).at(place).into());
         }
         let folder = OutputFolder::open(path)?;
@@ -110,7 +110,7 @@ impl<'a> Session<'a> {
             (false, Ok(Some(found))) => return Err(another(path, found, &header, &manifest)),
             (false, Err(unfit)) => {
                 let cure = match unfit {
-                    Unfit::Damaged => Words::from(Argument::Restart) + " begins anew",
+                    Unfit::Damaged => Words::from(Argument("restart")) + " begins anew",
                     Unfit::Format(_) => "name another folder".into(),
                     Unfit::Foreign => "name another folder, or move it away".into(),
                 };
@@ -121,7 +121,7 @@ impl<'a> Session<'a> {
                 let what = format!(
                     "is of an earlier sweep, whose {JOURNAL} is gone, so that nothing is left to go on with"
                 );
-                let cure = Words::from("name another folder, or ") + Argument::Restart + " to lose it";
+                let cure = Words::from("name another folder, or ") + Argument("restart") + " to lose it";
                 return Err(Error::input(path.join(table), what).wanted(cure));
             }
             (true, _) | (false, Ok(None)) => {
@@ -303,7 +303,7 @@ fn moments(study: &Study) -> Vec<usize> {
 /// The error for a folder whose sweep cannot be resumed.
 fn another(path: &Path, found: &JournalHeader, header: &JournalHeader, manifest: &Manifest) -> Error {
     let cure = Words::from("name another folder, or begin anew with ")
-        + Argument::Restart
+        + Argument("restart")
         + " (what is finished there is then lost)";
     if found.fingerprint == header.fingerprint {
         let Shard { number, of } = found.shard;

@@ -168,7 +168,7 @@ impl Worker<'_> {
                 let what =
                     format!("the device and the CPU disagree: {}. {kept}. {cleared}", difference.place);
                 let cure = Words::from("run again with ")
-                    + Argument::Backend.to("cpu")
+                    + Argument("backend").to("cpu")
                     + ", and `perirobot verify-backends` to see more";
                 Err(Error::Disagreement(Issue::says(what).cure(cure)))
             }

@@ -375,7 +375,7 @@ impl<'a> Casting<'a> {
             self.memory_bytes >> 20
         );
         let cure = Words::from("give ")
-            + Argument::Memory.to(format!("{}MiB", mib(needed)))
+            + Argument("memory").to(format!("{}MiB", mib(needed)))
             + ", or use larger voxels, a smaller region, or fewer poses";
         Err(Issue::too_large(what).wanted(cure).into())
     }

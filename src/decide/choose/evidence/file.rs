@@ -126,8 +126,9 @@ impl EvidenceFile {
     ) -> Result<EvidenceFile> {
         let path = folder.join(EVIDENCE);
         if study.sources.has_read(&path) {
-            let what =
-                Words::from("is a file that the study reads, and ") + Argument::Out + " would write over it";
+            let what = Words::from("is a file that the study reads, and ")
+                + Argument("out")
+                + " would write over it";
             return Err(Error::input(path, what).wanted("name another folder"));
         }
         let there = path.symlink_metadata().is_ok();
@@ -164,13 +165,13 @@ impl EvidenceFile {
         let version = u32::from_le_bytes(std::array::from_fn(|i| bytes[8 + i]));
         if version != VERSION {
             let what = format!("is evidence of format {version}, this perirobot writes {VERSION}");
-            let cure = Words::from("name another folder, or begin anew with ") + Argument::Restart;
+            let cure = Words::from("name another folder, or begin anew with ") + Argument("restart");
             return Err(unfit(what, cure));
         }
         let length = u64::from_le_bytes(std::array::from_fn(|i| bytes[12 + i]));
         let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
         let damaged =
-            || unfit("has a damaged beginning".into(), Words::from(Argument::Restart) + " begins anew");
+            || unfit("has a damaged beginning".into(), Words::from(Argument("restart")) + " begins anew");
         if check([body, &[]]) != sum || length > MOST_SAID {
             return Err(damaged());
         }
@@ -190,7 +191,7 @@ impl EvidenceFile {
         let was: Map<String, Value> = serde_json::from_slice(was).unwrap_or_default();
         let changes = changes(&was, is).join("; ");
         let cure = Words::from("name another folder, or begin anew with ")
-            + Argument::Restart
+            + Argument("restart")
             + " (what was cast is then lost)";
         Error::input(&self.path, Words::from(format!("holds evidence of something else: {changes}. ")) + cure)
     }

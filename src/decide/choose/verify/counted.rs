@@ -11,7 +11,7 @@ use perirobot_sweep::sweep::run_unless;
 ///
 /// # Errors
 /// When the backend fails; `Error::Stopped` when it is stopped.
-pub(in crate::choose) fn recounted(
+pub(crate) fn recounted(
     study: &Study,
     choose: &Choose,
     worlds: &[World],

@@ -12,7 +12,7 @@ use perirobot_march::march::March;
 use perirobot_study::sensor::{FieldOfView, quantise_q15};
 
 /// A sensor's rays from where it stands.
-pub(in crate::view) struct Sight<'a> {
+pub(crate) struct Sight<'a> {
     rays: &'a Rays,
     from: &'a GridPose,
     field: FieldOfView,
@@ -30,17 +30,17 @@ enum Finder<'a> {
 }
 
 /// A voxel as a sensor sees it.
-pub(in crate::view) struct Look {
+pub(crate) struct Look {
     /// Whether the voxel's centre is in the field of view.
-    pub(in crate::view) in_view: bool,
+    pub(crate) in_view: bool,
     /// The ray nearest to its centre; `None` where none is near enough to cross it.
-    pub(in crate::view) ray: Option<u32>,
+    pub(crate) ray: Option<u32>,
     /// How far its centre is, squared, in 1/2^32 voxels squared.
-    pub(in crate::view) squared_q32: i128,
+    pub(crate) squared_q32: i128,
 }
 
 impl<'a> Sight<'a> {
-    pub(in crate::view) fn new(rays: &'a Rays, from: &'a GridPose, field: FieldOfView) -> Self {
+    pub(crate) fn new(rays: &'a Rays, from: &'a GridPose, field: FieldOfView) -> Self {
         let finder = match rays.image {
             Some(image) => Finder::Pixels(image),
             None => Finder::Table {
@@ -53,7 +53,7 @@ impl<'a> Sight<'a> {
     }
 
     /// Where a voxel's centre is.
-    pub(in crate::view) fn look(&self, voxel: [i32; 3]) -> Look {
+    pub(crate) fn look(&self, voxel: [i32; 3]) -> Look {
         let way: [i64; 3] = std::array::from_fn(|r| {
             (i64::from(voxel[r]) << 16) + 0x8000 - i64::from(self.from.origin_q16[r])
         });
@@ -80,7 +80,7 @@ impl<'a> Sight<'a> {
     }
 
     /// A ray at its start.
-    pub(in crate::view) fn start(&self, ray: u32) -> March {
+    pub(crate) fn start(&self, ray: u32) -> March {
         self.from.launch(self.rays.dirs_q15[ray as usize])
     }
 }

@@ -1,6 +1,6 @@
 //! Small cells whose reasons are worked by hand. All other cells are tested in `proof`.
 
-pub(in crate::view) mod proof;
+pub(crate) mod proof;
 
 use tempfile::TempDir;
 
@@ -11,7 +11,7 @@ use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// A study made ready, from its text, that of its scene `cell.toml`, and other files.
-pub(in crate::view) fn ready(study: &str, scene: &str, others: &[(&str, String)]) -> (Study, Vec<World>) {
+pub(crate) fn ready(study: &str, scene: &str, others: &[(&str, String)]) -> (Study, Vec<World>) {
     let folder = TempDir::new().unwrap();
     let files = [("study.toml", study.to_string()), ("cell.toml", scene.to_string())];
     files

@@ -55,7 +55,7 @@ pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
     let needed = most_storage_buffers();
     if report.max_storage_buffers < needed {
         let what = format!("{} storage buffers a kernel, {needed} are needed", report.max_storage_buffers);
-        let cure = Words::from("use ") + Argument::Backend.quoted("cpu");
+        let cure = Words::from("use ") + Argument("backend").quoted("cpu");
         return Err(Error::input(format!("adapter {}", report.label()), what).wanted(cure));
     }
     let had = adapter.limits();

@@ -52,7 +52,7 @@ pub(super) fn refuse_forked() -> Result<()> {
     }
     let what =
         "this process was forked from one that had asked for GPUs, whose drivers work in one process only";
-    let cure = Words::from("spawn processes, or use a fork server, or ") + Argument::Backend.quoted("cpu");
+    let cure = Words::from("spawn processes, or use a fork server, or ") + Argument("backend").quoted("cpu");
     Err(Error::device(what).wanted(cure))
 }
 

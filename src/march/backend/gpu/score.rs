@@ -64,7 +64,7 @@ impl Gpu {
             if job.len() > MOST_READINGS as usize {
                 let cure = Words::from(format!(
                     "a GPU fuses at most {MOST_READINGS}, use smaller combinations, or "
-                )) + Argument::Backend.quoted("cpu");
+                )) + Argument("backend").quoted("cpu");
                 let what = format!("a choice of {} readings", job.len());
                 return Err(Issue::too_large(what).wanted(cure).into());
             }

@@ -5,18 +5,18 @@ const LETTER: f64 = 0.6;
 const LINE: f64 = 1.15;
 
 /// A box of the drawing: left, top, right, bottom.
-pub(in crate::render) type Area = [f64; 4];
+pub(crate) type Area = [f64; 4];
 
 /// The names so far, and what they must not cover.
 #[derive(Debug)]
-pub(in crate::render) struct Labels {
+pub(crate) struct Labels {
     within: Area,
     taken: Vec<Area>,
 }
 
 impl Labels {
     /// Inside a box.
-    pub(in crate::render) fn within(within: Area) -> Labels {
+    pub(crate) fn within(within: Area) -> Labels {
         Labels { within, taken: Vec::new() }
     }
 
@@ -27,7 +27,7 @@ impl Labels {
 
     /// Where the middle of a name stands that belongs to an area: in it, else around it; `None` where there is no
     /// room.
-    pub(in crate::render) fn place(
+    pub(crate) fn place(
         &mut self,
         name: &str,
         size: f64,

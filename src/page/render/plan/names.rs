@@ -176,15 +176,15 @@ impl Drawing<'_> {
 }
 
 /// Something that has a name in a picture from above, and the box of its largest part.
-pub(in crate::render) struct Thing {
+pub(crate) struct Thing {
     role: Role,
-    pub(in crate::render) name: String,
-    pub(in crate::render) low_m: DVec3,
-    pub(in crate::render) high_m: DVec3,
+    pub(crate) name: String,
+    pub(crate) low_m: DVec3,
+    pub(crate) high_m: DVec3,
 }
 
 /// Robots, people and furniture of a cell, in the order in which they are named.
-pub(in crate::render) fn named_things(world: &World) -> Vec<Thing> {
+pub(crate) fn named_things(world: &World) -> Vec<Thing> {
     let truth = world.truth();
     let room_m = room_m(&truth);
     let storey = Storey::new(&truth, room_m, world.floor.z_m);

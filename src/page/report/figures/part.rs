@@ -61,7 +61,7 @@ impl Part {
         if series.is_empty() {
             let mut known: Vec<&String> = all.iter().map(name).collect();
             known.dedup();
-            return Err(unknown(Argument::Representation, wanted.representation, &known));
+            return Err(unknown(Argument("representation"), wanted.representation, &known));
         }
         let ReportSelection { regions, combinations, scores } = selection;
         Ok(Part { regions, combinations, series, scores, extents: extents(results, wanted.scene)? })
@@ -81,7 +81,7 @@ fn extents(results: &Results, wanted: Option<&str>) -> Result<Vec<Extent>> {
     if let Some(name) = wanted {
         let known: Vec<&str> = results.scenes.iter().map(|scene| scene.name.as_str()).collect();
         let found = known.iter().position(|known| *known == name);
-        let found = found.ok_or_else(|| unknown(Argument::Scene, Some(name), &known))?;
+        let found = found.ok_or_else(|| unknown(Argument("scene"), Some(name), &known))?;
         return Ok(vec![of_scene(found)]);
     }
     let count = results.scenes.len();

@@ -56,8 +56,8 @@ impl Sweeps {
             let known = &results.combinations[combination].representations;
             let representation =
                 among.representation.map_or(Some(0), |name| known.iter().position(|k| k == name));
-            let representation =
-                representation.ok_or_else(|| unknown(Argument::Representation, among.representation, known));
+            let representation = representation
+                .ok_or_else(|| unknown(Argument("representation"), among.representation, known));
             let series = Series { combination, representation: representation? };
             Ok(RankedPlacement { sweep, series, choice })
         };
@@ -93,7 +93,7 @@ impl Sweeps {
         let results = &self.all[sweep].results;
         let known: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
         if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
-            return Err(unknown(Argument::Combination, Some(name), &known));
+            return Err(unknown(Argument("combination"), Some(name), &known));
         }
         let asked = |c: &usize| among.combination.is_none_or(|name| results.combinations[*c].name == name);
         let all = series(results, (0..known.len()).filter(asked));
@@ -102,7 +102,7 @@ impl Sweeps {
         let found: Vec<Series> = all.iter().filter(asked).copied().collect();
         match found.is_empty() {
             true => Err(unknown(
-                Argument::Representation,
+                Argument("representation"),
                 among.representation,
                 &all.iter().map(name).collect::<Vec<_>>(),
             )),
@@ -126,7 +126,7 @@ impl Sweeps {
 }
 
 /// The names of a combination's choices.
-pub(in crate::report) fn choice_names(combination: &CombinationResults) -> ChoiceNames<'_> {
+pub(crate) fn choice_names(combination: &CombinationResults) -> ChoiceNames<'_> {
     let members = combination.members.iter().map(|member| {
         let poses = member.candidates.iter().map(|&candidate| member.poses[candidate].name.as_str());
         (member.sensor.as_str(), poses.collect())

@@ -60,7 +60,7 @@ impl Sweeps {
             let found = shared.iter().find(|region| *region == name).cloned();
             return found
                 .map(|name| (vec![name], None))
-                .ok_or_else(|| unknown(Argument::Region, Some(name), &shared));
+                .ok_or_else(|| unknown(Argument("region"), Some(name), &shared));
         }
         if shared.is_empty() {
             let folders = self.all.iter().map(|sweep| sweep.folder.display().to_string());
@@ -116,7 +116,7 @@ fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -
     };
     if let Some(name) = scene {
         let found = shared.iter().find(|known| *known == name);
-        let found = found.ok_or_else(|| unknown(Argument::Scene, Some(name), &shared))?;
+        let found = found.ok_or_else(|| unknown(Argument("scene"), Some(name), &shared))?;
         return Ok(vec![scope(found, std::slice::from_ref(found))]);
     }
     if shared.is_empty() {

@@ -105,7 +105,7 @@ impl Layout {
 
 /// An adult's nose, eyes and ears, by where the head is joined to the neck and by which way the head is: `left` and
 /// `up` are unit vectors at a right angle.
-pub(in crate::scene) fn face(head: DVec3, left: DVec3, up: DVec3) -> [Option<DVec3>; 5] {
+pub(crate) fn face(head: DVec3, left: DVec3, up: DVec3) -> [Option<DVec3>; 5] {
     let forward = left.cross(up);
     let at = |ahead: f64, aside: f64, above: f64| Some(head + ahead * forward + aside * left + above * up);
     [

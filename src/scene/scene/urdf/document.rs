@@ -302,7 +302,7 @@ pub(super) fn expand(path: &Path) -> Issue {
         .wanted(format!("run `xacro {from} > {to}` (or `ros2 run xacro xacro {from} > {to}`) and name {to}"))
         .cure(
             Words::from("a file that ends in .xacro is expanded by ")
-                + Argument::Xacro
+                + Argument("xacro")
                 + ", which runs that program (ROS has it, and so has `pip install xacro`)",
         )
 }

@@ -74,7 +74,7 @@ impl RobotModel {
 }
 
 /// All links as one mesh, each where its joints put it.
-pub(in crate::scene) fn merged(meshes: &[Mesh], root_from_link: &[DAffine3]) -> Mesh {
+pub(crate) fn merged(meshes: &[Mesh], root_from_link: &[DAffine3]) -> Mesh {
     let mut whole = Mesh::default();
     for (mesh, root_from_link) in meshes.iter().zip(root_from_link) {
         whole.append(&mesh.placed(root_from_link));

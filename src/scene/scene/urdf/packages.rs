@@ -44,7 +44,7 @@ impl Packages {
             if known.is_empty() { String::new() } else { format!(" (known are {})", known.join(", ")) };
         Issue::says(format!("package {name:?} is not known{known}")).wanted(
             Words::from("say where it is with ")
-                + Argument::Package.to(format!("{name}=DIR"))
+                + Argument("package").to(format!("{name}=DIR"))
                 + format!(" or with packages = {{ {name} = \"DIR\" }} in the scene file"),
         )
     }

@@ -18,7 +18,7 @@ const FARTHEST: f64 = 1e4;
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(in crate::study) struct RequirementFile {
+pub(crate) struct RequirementFile {
     /// Its name in verdicts.
     name: String,
     /// The score: one of results.csv, of how near bodies come unnoticed, or of what a controller would measure.
@@ -59,19 +59,19 @@ fn as_planned() -> Vec<Condition> {
 }
 
 /// What requirements may name.
-pub(in crate::study) struct Known<'a> {
-    pub(in crate::study) regions: &'a [(String, RegionSpec)],
-    pub(in crate::study) approach: &'a Approach,
+pub(crate) struct Known<'a> {
+    pub(crate) regions: &'a [(String, RegionSpec)],
+    pub(crate) approach: &'a Approach,
     /// Whether the study has a mounting error.
-    pub(in crate::study) has_draws: bool,
+    pub(crate) has_draws: bool,
     /// Whether the study says who stands where.
-    pub(in crate::study) has_postures: bool,
+    pub(crate) has_postures: bool,
     /// Whether it says how far people must be.
-    pub(in crate::study) has_stopping: bool,
+    pub(crate) has_stopping: bool,
 }
 
 /// The requirements that are right.
-pub(in crate::study) fn check(
+pub(crate) fn check(
     at: &Place,
     entries: Vec<RequirementFile>,
     known: &Known,

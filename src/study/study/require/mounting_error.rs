@@ -15,7 +15,7 @@ const DRAWS: RangeInclusive<u32> = 1..=10_000;
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(in crate::study) struct MountingErrorFile {
+pub(crate) struct MountingErrorFile {
     /// How many times the mounts of all sensors are drawn, at most 10000.
     draws: u32,
     /// Seed of the draws. Default 0.
@@ -42,7 +42,7 @@ pub struct MountingError {
 }
 
 impl MountingErrorFile {
-    pub(in crate::study) fn check(self, at: &Place) -> Result<MountingError> {
+    pub(crate) fn check(self, at: &Place) -> Result<MountingError> {
         let at = at.key("mounting_error");
         let MountingErrorFile { draws, seed, position_m, angle_deg } = self;
         if !DRAWS.contains(&draws) {

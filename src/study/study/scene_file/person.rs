@@ -14,16 +14,16 @@ use perirobot_scene::scene::spec::{PersonFile, SurfaceSpec};
 use perirobot_scene::source::ending;
 
 /// The keys beside a file of a person's joints.
-pub(in crate::study) struct PersonKeys<'a> {
-    pub(in crate::study) layout: Option<Layout>,
-    pub(in crate::study) unit: Option<Unit>,
-    pub(in crate::study) up: Option<UpFile>,
-    pub(in crate::study) bones: Option<&'a BTreeMap<String, String>>,
+pub(crate) struct PersonKeys<'a> {
+    pub(crate) layout: Option<Layout>,
+    pub(crate) unit: Option<Unit>,
+    pub(crate) up: Option<UpFile>,
+    pub(crate) bones: Option<&'a BTreeMap<String, String>>,
 }
 
 impl PersonKeys<'_> {
     /// A table or a motion, by the ending of its name. A motion begins with its first frame.
-    pub(in crate::study) fn check(&self, at: &Place, key: &str, path: &Path) -> Result<PersonFile> {
+    pub(crate) fn check(&self, at: &Place, key: &str, path: &Path) -> Result<PersonFile> {
         if !is_motion(path) {
             if self.bones.is_some() {
                 return Err(at.says("bones belong to motion capture").wanted("a .bvh file"));

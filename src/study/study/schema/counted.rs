@@ -10,7 +10,7 @@ use perirobot_march::metrics::Score;
 #[serde(rename_all = "snake_case")]
 #[schemars(inline)]
 #[allow(dead_code)]
-pub(in crate::study) enum FusionName {
+pub(crate) enum FusionName {
     /// Occupied if any sensor says so, else free if any does, else unknown.
     OccupiedWins,
     /// Log-odds summed in the order of the sensors, clamped after each; above zero is occupied, below is free.
@@ -22,7 +22,7 @@ pub(in crate::study) enum FusionName {
 #[serde(rename_all = "snake_case")]
 #[schemars(inline)]
 #[allow(dead_code)]
-pub(in crate::study) enum ScoreName {
+pub(crate) enum ScoreName {
     /// Agreement with the truth over the region: 2TP / (2TP + FP + FN + UF + UO).
     F1,
     /// Cohen's kappa: agreement with the truth beyond chance.

@@ -9,7 +9,7 @@ use super::{CommonFile, NoKeys, camera_info, cover, gate, lidar, pad, rays, reco
 use crate::study::catalogue::models;
 
 /// A sensor of any kind, to the schema.
-pub(in crate::study) struct AnySensor;
+pub(crate) struct AnySensor;
 
 impl JsonSchema for AnySensor {
     fn inline_schema() -> bool {

@@ -7,7 +7,7 @@ use perirobot_study::study::Overrides;
 
 /// One lie about each pose.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sweep) enum Lie {
+pub(crate) enum Lie {
     None,
     Occupied([i32; 3]),
     Free([i32; 3]),
@@ -21,7 +21,7 @@ pub(in crate::sweep) enum Lie {
 }
 
 /// The CPU, but for the lie.
-pub(in crate::sweep) struct Liar(pub(in crate::sweep) Cpu, pub(in crate::sweep) Lie);
+pub(crate) struct Liar(pub(crate) Cpu, pub(in crate::sweep) Lie);
 
 impl Backend for Liar {
     fn name(&self) -> &'static str {
@@ -83,7 +83,7 @@ impl Backend for Liar {
     }
 }
 
-pub(in crate::sweep) fn tiny() -> (Study, World) {
+pub(crate) fn tiny() -> (Study, World) {
     let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/tiny.toml");
     let study = Study::load(&path, &Overrides::default()).unwrap();
     let world = World::prepare(&study, 0).unwrap().remove(0);

@@ -226,10 +226,10 @@ fn every_kind_of_sensor_has_its_reasons() {
 }
 
 /// Numbers from a seed.
-pub(in crate::view) struct CaseRandom(pub(in crate::view) u32);
+pub(crate) struct CaseRandom(pub(crate) u32);
 
 impl CaseRandom {
-    pub(in crate::view) fn below(&mut self, n: u32) -> u32 {
+    pub(crate) fn below(&mut self, n: u32) -> u32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9);
         pcg(pcg(self.0)) % n
     }
@@ -248,7 +248,7 @@ impl CaseRandom {
 }
 
 /// Boxes anywhere, some of them in others, see-through or tags; a person and a robot.
-pub(in crate::view) fn random_scene(random: &mut CaseRandom) -> String {
+pub(crate) fn random_scene(random: &mut CaseRandom) -> String {
     let mut scene = String::from("interior = \"free\"\n");
     for number in 0..2 + random.below(5) {
         let more =
@@ -275,7 +275,7 @@ pub(in crate::view) fn random_scene(random: &mut CaseRandom) -> String {
 }
 
 /// A camera, a LIDAR, a table of rays, a gate, a cover and the robot's pose, alone and together.
-pub(in crate::view) fn random_study(random: &mut CaseRandom) -> String {
+pub(crate) fn random_study(random: &mut CaseRandom) -> String {
     let mut study = format!(
         "seed = {}\n[grid]\nvoxel_size_m = {}\noutside = \"{}\"\n\
          bounds_m = {{ min = [-1.25, -1.05, -0.05], max = [1.25, 1.05, 1.65] }}\n[[scene]]\nfile = \"cell.toml\"\n\
@@ -347,7 +347,7 @@ pub(in crate::view) fn random_study(random: &mut CaseRandom) -> String {
 }
 
 /// Directions in no order.
-pub(in crate::view) fn random_ring(random: &mut CaseRandom) -> String {
+pub(crate) fn random_ring(random: &mut CaseRandom) -> String {
     let mut csv = String::from("x,y,z\n");
     for _ in 0..1 + random.below(60) {
         let [y, z] = [(); 2].map(|()| random.between(-1.0, 1.0));

@@ -46,6 +46,6 @@ pub(in crate::backend::gpu) fn fits(
         return Ok(());
     }
     let what = format!("{what} {bytes} bytes, but adapter {} binds at most {limit}", adapter.label());
-    let cure = Words::from(format!("use {cure}, or ")) + Argument::Backend.quoted("cpu");
+    let cure = Words::from(format!("use {cure}, or ")) + Argument("backend").quoted("cpu");
     Err(Issue::too_large(what).wanted(cure).into())
 }

@@ -21,52 +21,52 @@ const MOST_NAMED: usize = 4;
 
 /// The first screen.
 #[derive(Debug)]
-pub(in crate::report::html) struct Answer {
+pub(crate) struct Answer {
     /// What was asked, as a sentence.
-    pub(in crate::report::html) asked: String,
+    pub(crate) asked: String,
     /// The name of the recommended combination, of which all numbers are.
-    pub(in crate::report::html) set: String,
+    pub(crate) set: String,
     /// Of what the recommended choice is the best.
-    pub(in crate::report::html) why: String,
-    pub(in crate::report::html) sensors: Vec<AnswerSensor>,
+    pub(crate) why: String,
+    pub(crate) sensors: Vec<AnswerSensor>,
     /// Which of them cast fewer rays than their devices.
-    pub(in crate::report::html) thinned: Vec<String>,
+    pub(crate) thinned: Vec<String>,
     /// In which region, and over what.
-    pub(in crate::report::html) counted: String,
-    pub(in crate::report::html) tiles: Vec<Tile>,
+    pub(crate) counted: String,
+    pub(crate) tiles: Vec<Tile>,
     /// That of the scene where the choice is the worst first.
-    pub(in crate::report::html) plans: Vec<ShownPlan>,
+    pub(crate) plans: Vec<ShownPlan>,
 }
 
 /// A sensor of the recommended choice.
 #[derive(Debug)]
-pub(in crate::report::html) struct AnswerSensor {
+pub(crate) struct AnswerSensor {
     /// As in the plan.
-    pub(in crate::report::html) letter: String,
-    pub(in crate::report::html) name: String,
-    pub(in crate::report::html) place: String,
-    pub(in crate::report::html) cost: String,
+    pub(crate) letter: String,
+    pub(crate) name: String,
+    pub(crate) place: String,
+    pub(crate) cost: String,
 }
 
 /// A large number.
 #[derive(Debug)]
-pub(in crate::report::html) struct Tile {
-    pub(in crate::report::html) name: String,
-    pub(in crate::report::html) value: String,
+pub(crate) struct Tile {
+    pub(crate) name: String,
+    pub(crate) value: String,
     /// Of what it is the number.
-    pub(in crate::report::html) meaning: String,
+    pub(crate) meaning: String,
     /// The worst of all moments, and what is possible at best.
-    pub(in crate::report::html) notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 /// A plan with what stands below it.
 #[derive(Debug)]
-pub(in crate::report::html) struct ShownPlan {
-    pub(in crate::report::html) svg: String,
-    pub(in crate::report::html) title: String,
+pub(crate) struct ShownPlan {
+    pub(crate) svg: String,
+    pub(crate) title: String,
     /// The sign and its meaning.
-    pub(in crate::report::html) legend: Vec<(String, String)>,
-    pub(in crate::report::html) floor: String,
+    pub(crate) legend: Vec<(String, String)>,
+    pub(crate) floor: String,
 }
 
 /// The first screen of what is recommended.

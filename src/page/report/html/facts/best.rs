@@ -15,44 +15,44 @@ use perirobot_sweep::results::Results;
 
 /// A region's best placements.
 #[derive(Debug)]
-pub(in crate::report::html) struct RegionBest<'a> {
-    pub(in crate::report::html) name: &'a str,
-    pub(in crate::report::html) number: usize,
+pub(crate) struct RegionBest<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) number: usize,
     /// By F1, and by human_seen and parts_detected where there are people.
-    pub(in crate::report::html) best: Vec<Best<'a>>,
+    pub(crate) best: Vec<Best<'a>>,
     /// The scores of answers without a sensor, and the upper bound, in the columns of the rows.
-    pub(in crate::report::html) baselines: Vec<(&'static str, Vec<(String, String)>)>,
+    pub(crate) baselines: Vec<(&'static str, Vec<(String, String)>)>,
     /// How many choices score below the best answer without a sensor, in words.
-    pub(in crate::report::html) below: String,
+    pub(crate) below: String,
     /// Why the upper bound of human_seen is out of reach.
-    pub(in crate::report::html) near_side: &'static str,
+    pub(crate) near_side: &'static str,
 }
 
 /// The best by one score.
 #[derive(Debug)]
-pub(in crate::report::html) struct Best<'a> {
-    pub(in crate::report::html) by: String,
+pub(crate) struct Best<'a> {
+    pub(crate) by: String,
     /// The best choice of each representation, the best of all first.
-    pub(in crate::report::html) rows: Vec<BestRow>,
+    pub(crate) rows: Vec<BestRow>,
     /// How to mount the first.
-    pub(in crate::report::html) sheets: Vec<Sheet>,
+    pub(crate) sheets: Vec<Sheet>,
     /// What the first misses and why, at the worst moment of each scene, in words.
-    pub(in crate::report::html) missed: Vec<(String, &'a Explained)>,
+    pub(crate) missed: Vec<(String, &'a Explained)>,
 }
 
 /// A choice of poses and what it scores.
 #[derive(Debug)]
-pub(in crate::report::html) struct BestRow {
-    pub(in crate::report::html) series: String,
-    pub(in crate::report::html) series_number: usize,
-    pub(in crate::report::html) choice: usize,
-    pub(in crate::report::html) poses: String,
+pub(crate) struct BestRow {
+    pub(crate) series: String,
+    pub(crate) series_number: usize,
+    pub(crate) choice: usize,
+    pub(crate) poses: String,
     /// Where they are, in words.
-    pub(in crate::report::html) place: String,
+    pub(crate) place: String,
     /// For each score its name and its mean; behind it the worst value, if the score is one by which a best is named.
-    pub(in crate::report::html) cells: Vec<(String, String)>,
+    pub(crate) cells: Vec<(String, String)>,
     /// The answers without a sensor that score more, in words; empty for none.
-    pub(in crate::report::html) below: String,
+    pub(crate) below: String,
 }
 
 /// The best of a region.

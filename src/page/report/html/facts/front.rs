@@ -18,44 +18,44 @@ const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00
 
 /// What the page shows.
 #[derive(Debug)]
-pub(in crate::report::html) struct FrontFacts {
+pub(crate) struct FrontFacts {
     /// How the front is read, a sentence each.
-    pub(in crate::report::html) notes: Vec<String>,
-    pub(in crate::report::html) picture: Picture,
+    pub(crate) notes: Vec<String>,
+    pub(crate) picture: Picture,
     /// The front, and where its sensors are.
-    pub(in crate::report::html) tables: Vec<(String, Table)>,
+    pub(crate) tables: Vec<(String, Table)>,
     /// The best set sensor by sensor, and those that are nearly as good.
-    pub(in crate::report::html) sets: Vec<(String, Table)>,
+    pub(crate) sets: Vec<(String, Table)>,
 }
 
 /// The front as it is drawn, in pixels.
 #[derive(Debug)]
-pub(in crate::report::html) struct Picture {
-    pub(in crate::report::html) size: [f64; 2],
+pub(crate) struct Picture {
+    pub(crate) size: [f64; 2],
     /// Left, upper, right and lower edge of the plot.
-    pub(in crate::report::html) edges: [f64; 4],
-    pub(in crate::report::html) across: PlotAxis,
-    pub(in crate::report::html) up: PlotAxis,
-    pub(in crate::report::html) steps: Vec<DrawnStep>,
+    pub(crate) edges: [f64; 4],
+    pub(crate) across: PlotAxis,
+    pub(crate) up: PlotAxis,
+    pub(crate) steps: Vec<DrawnStep>,
 }
 
 /// An axis: its title, and where its marks are.
 #[derive(Debug)]
-pub(in crate::report::html) struct PlotAxis {
-    pub(in crate::report::html) title: String,
-    pub(in crate::report::html) marks: Vec<(f64, String)>,
+pub(crate) struct PlotAxis {
+    pub(crate) title: String,
+    pub(crate) marks: Vec<(f64, String)>,
 }
 
 /// A step: its best set as a point, and what no set is above as a line to where the step ends.
 #[derive(Debug)]
-pub(in crate::report::html) struct DrawnStep {
-    pub(in crate::report::html) at: [f64; 2],
-    pub(in crate::report::html) words: String,
-    pub(in crate::report::html) sensors: usize,
-    pub(in crate::report::html) colour: &'static str,
-    pub(in crate::report::html) proven: bool,
+pub(crate) struct DrawnStep {
+    pub(crate) at: [f64; 2],
+    pub(crate) words: String,
+    pub(crate) sensors: usize,
+    pub(crate) colour: &'static str,
+    pub(crate) proven: bool,
     /// Height of the bound, and how far right it holds.
-    pub(in crate::report::html) bound: Option<[f64; 2]>,
+    pub(crate) bound: Option<[f64; 2]>,
 }
 
 /// A range of values over pixels.

@@ -16,24 +16,24 @@ use perirobot_sweep::results::files::CONDITIONS;
 
 /// Whether it is good enough.
 #[derive(Debug, Default)]
-pub(in crate::report::html) struct Good {
+pub(crate) struct Good {
     /// Where the verdicts are from, and what of the folder is not shown.
-    pub(in crate::report::html) notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
     /// What is required, with its verdicts.
-    pub(in crate::report::html) required: Vec<ShownRequirement>,
+    pub(crate) required: Vec<ShownRequirement>,
     /// Of several choices that were judged each: its names, and what was decided.
-    pub(in crate::report::html) judged: Vec<(String, Good)>,
+    pub(crate) judged: Vec<(String, Good)>,
     /// What scores are under each condition, and the ways in.
-    pub(in crate::report::html) tables: Vec<Titled>,
+    pub(crate) tables: Vec<Titled>,
     /// Floor plans of approach: their names, and the pictures as addresses.
-    pub(in crate::report::html) plans: Vec<(String, String)>,
+    pub(crate) plans: Vec<(String, String)>,
     /// How more is found out: commands.
-    pub(in crate::report::html) commands: Vec<(String, String)>,
+    pub(crate) commands: Vec<(String, String)>,
 }
 
 impl Good {
     /// FAIL if a requirement is missed, else OPEN if one is not decided or there is none, else PASS.
-    pub(in crate::report::html) fn verdict(&self) -> &'static str {
+    pub(crate) fn verdict(&self) -> &'static str {
         match self.counts() {
             [_, 0, 0] if !self.required.is_empty() => "PASS",
             [_, 0, _] => "OPEN",
@@ -42,7 +42,7 @@ impl Good {
     }
 
     /// All verdicts in a line.
-    pub(in crate::report::html) fn overall(&self) -> String {
+    pub(crate) fn overall(&self) -> String {
         let [met, missed, open] = self.counts();
         let many = |count: usize| if count == 1 { "requirement" } else { "requirements" };
         let checks: Vec<&str> =

@@ -11,7 +11,7 @@ const OF: [&str; 3] = ["combination", "poses", "representation"];
 
 /// A table, or some rows of it.
 #[derive(Clone, Debug, Default)]
-pub(in crate::report::html) struct Kept {
+pub(crate) struct Kept {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
@@ -21,7 +21,7 @@ impl Kept {
     ///
     /// # Errors
     /// When the file cannot be read, or is no table.
-    pub(in crate::report::html) fn read(path: &Path) -> Result<Kept> {
+    pub(crate) fn read(path: &Path) -> Result<Kept> {
         if !path.exists() {
             return Ok(Kept::default());
         }
@@ -37,12 +37,12 @@ impl Kept {
         self.rows.is_empty()
     }
 
-    pub(in crate::report::html) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|values| Row { names: &self.names, values })
     }
 
     /// The rows that are meant, and the others.
-    pub(in crate::report::html) fn parted(&self, is_meant: impl Fn(&Row) -> bool) -> [Kept; 2] {
+    pub(crate) fn parted(&self, is_meant: impl Fn(&Row) -> bool) -> [Kept; 2] {
         [true, false].map(|wanted| {
             let rows = self.rows().filter(|row| is_meant(row) == wanted);
             Kept { names: self.names.clone(), rows: rows.map(|row| row.values.to_vec()).collect() }
@@ -66,7 +66,7 @@ impl Kept {
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::report::html) struct Row<'k> {
+pub(crate) struct Row<'k> {
     names: &'k [String],
     values: &'k [String],
 }
@@ -97,12 +97,12 @@ impl<'k> Row<'k> {
     }
 
     /// Of which choice it is: combination, poses and representation.
-    pub(in crate::report::html) fn choice(&self) -> [String; 3] {
+    pub(crate) fn choice(&self) -> [String; 3] {
         OF.map(|column| self.of(column).to_string())
     }
 
     /// Whether it is of a choice: of this combination, these poses and this representation.
-    pub(in crate::report::html) fn is_of(&self, choice: &[String; 3]) -> bool {
+    pub(crate) fn is_of(&self, choice: &[String; 3]) -> bool {
         OF.iter().zip(choice).all(|(column, name)| self.of(column) == name)
     }
 }

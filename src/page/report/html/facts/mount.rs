@@ -9,15 +9,15 @@ use perirobot_study::world::place::room_m;
 
 /// How to mount one sensor.
 #[derive(Debug)]
-pub(in crate::report::html) struct Sheet {
-    pub(in crate::report::html) sensor: String,
-    pub(in crate::report::html) pose: String,
+pub(crate) struct Sheet {
+    pub(crate) sensor: String,
+    pub(crate) pose: String,
     /// What is measured, and its value.
-    pub(in crate::report::html) lines: Vec<(String, String)>,
+    pub(crate) lines: Vec<(String, String)>,
     /// Plan and elevation of what is mounted in the cell.
-    pub(in crate::report::html) sketches: Vec<String>,
+    pub(crate) sketches: Vec<String>,
     /// What the study says of the sensor.
-    pub(in crate::report::html) device: String,
+    pub(crate) device: String,
 }
 
 /// A sheet for each sensor of a choice that is mounted somewhere or has a setting.

@@ -11,10 +11,10 @@ use perirobot_sweep::results::manifest::Fault;
 
 /// What was run.
 #[derive(Debug)]
-pub(in crate::report::html) struct RunFacts {
+pub(crate) struct RunFacts {
     /// Name and value.
-    pub(in crate::report::html) lines: Vec<(&'static str, String)>,
-    pub(in crate::report::html) tables: Vec<Titled>,
+    pub(crate) lines: Vec<(&'static str, String)>,
+    pub(crate) tables: Vec<Titled>,
 }
 
 pub(super) fn run(sweep: &ReportedSweep) -> RunFacts {

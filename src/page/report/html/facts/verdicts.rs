@@ -21,34 +21,34 @@ const OTHERWISE: &str =
 
 /// A requirement under a condition.
 #[derive(Clone, Debug)]
-pub(in crate::report::html) struct ShownVerdict {
+pub(crate) struct ShownVerdict {
     /// PASS, FAIL, or OPEN where nothing has decided it.
-    pub(in crate::report::html) verdict: &'static str,
-    pub(in crate::report::html) name: String,
-    pub(in crate::report::html) words: String,
+    pub(crate) verdict: &'static str,
+    pub(crate) name: String,
+    pub(crate) words: String,
     /// The verdict in few words: `missed with one sensor dead (30 %)`.
     pub(super) brief: String,
 }
 
 /// The verdicts on a requirement, one for each of its conditions, and all of them together.
 #[derive(Clone, Debug)]
-pub(in crate::report::html) struct ShownRequirement {
-    pub(in crate::report::html) name: String,
+pub(crate) struct ShownRequirement {
+    pub(crate) name: String,
     /// The score and its limit.
-    pub(in crate::report::html) asked: String,
-    pub(in crate::report::html) verdicts: Vec<ShownVerdict>,
+    pub(crate) asked: String,
+    pub(crate) verdicts: Vec<ShownVerdict>,
 }
 
 impl ShownRequirement {
     /// FAIL if it is missed under a condition, else OPEN if one is open, else PASS.
-    pub(in crate::report::html) fn verdict(&self) -> &'static str {
+    pub(crate) fn verdict(&self) -> &'static str {
         let any =
             |wanted: &'static str| self.verdicts.iter().any(|one| one.verdict == wanted).then_some(wanted);
         any("FAIL").or(any("OPEN")).unwrap_or("PASS")
     }
 
     /// What was found under each condition.
-    pub(in crate::report::html) fn found(&self) -> String {
+    pub(crate) fn found(&self) -> String {
         self.verdicts.iter().map(|one| one.brief.as_str()).collect::<Vec<_>>().join(", ")
     }
 }
@@ -69,10 +69,7 @@ pub(super) fn not_judged(sweep: &ReportedSweep, looked: &Choice) -> Result<(Stri
 
 /// What `judge` has decided of a choice, as far as it is what the study requires: where that is from, and the verdicts,
 /// in the order of the study.
-pub(in crate::report::html) fn of_kept(
-    sweep: &ReportedSweep,
-    kept: &Kept,
-) -> (String, Vec<ShownRequirement>) {
+pub(crate) fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownRequirement>) {
     let regions = &sweep.results.regions;
     let mut used = 0;
     let shown = |requirement: &Requirement| {
