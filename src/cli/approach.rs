@@ -98,7 +98,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (at_study, at_worlds, at_choice) = alteration.where_bodies_come_in(planned, altered);
     // All scenes are checked before anything is cast.
     let grounds = Ground::of_scenes(at_study, at_worlds, Watchers::new(at_study, at_choice).each())?;
-    let of = Asked::of(&study, &choice, alteration.words());
+    let of = Asked::new(&study, &choice, alteration.words());
     // A folder that was made here is removed again if nothing can be written.
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
     let folder = OutputFolder::open(&out)?;

@@ -110,7 +110,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let shown = SearchBar { progress: args.progress.search(), stop };
     let answer = choose::answer(&problem, &shown)?;
     let why = stop.reason().filter(|_| !answer.complete);
-    let mut told = Told::of(&study, &worlds, &problem, &answer);
+    let mut told = Told::new(&study, &worlds, &problem, &answer);
     if let Some(why) = why.as_ref().filter(|_| told.steps.is_empty()) {
         say!("{why}: no set was found yet, and nothing is written");
         return Ok(stopped());

@@ -82,7 +82,7 @@ Why what is there is not called occupied; a voxel has the first that applies:
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     super::backend::start_threads(None)?;
-    let format = args.out.as_deref().map(TableFormat::of).transpose()?;
+    let format = args.out.as_deref().map(TableFormat::from_path).transpose()?;
     let sources = Sources::beside(&args.map).allow_outside();
     let asked = Asked { sensor_m: args.sensor, topic: args.topic.as_deref(), message: args.message };
     let recording = Recording::read(&args.map, asked, &sources)?;

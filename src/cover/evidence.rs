@@ -179,7 +179,7 @@ impl CandidateEvidence {
         more: impl Fn(usize) -> &'a [u64],
         wanted: Wanted,
     ) -> Vec<Confusion> {
-        let planes: [Joined; PLANES] = std::array::from_fn(|plane| Joined::of(&planes[plane], more(plane)));
+        let planes: [Joined; PLANES] = std::array::from_fn(|plane| Joined::new(&planes[plane], more(plane)));
         let counts = |moment| self.layout.counts(self.ones, moment, &planes, wanted);
         self.layout.moments.iter().map(counts).collect()
     }

@@ -231,7 +231,7 @@ impl<'a> GapSearch<'a> {
         let moments: Vec<usize> = asked(&each, anything)?.iter().map(|one| one.moment).collect();
         let counts = problem.counts(known);
         let of = |&moment: &usize| {
-            let known = Worth::of(problem.goal.0, Across::Worst, &counts[moment..=moment])?;
+            let known = Worth::from_counts(problem.goal.0, Across::Worst, &counts[moment..=moment])?;
             let whole = GapSearch::new(problem, limits, stop);
             let longest = (whole.longest / moments.len() as u32).max(SHORTEST);
             let search = GapSearch { problem: each.clone(), moment: Some(moment), longest, ..whole };

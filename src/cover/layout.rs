@@ -83,7 +83,7 @@ impl Wanted {
     pub const ALL: Wanted = Wanted { labels: true, roles: true, people: true };
 
     /// What some scores are made of.
-    pub fn of(scores: impl Iterator<Item = Score>) -> Wanted {
+    pub fn from_scores(scores: impl Iterator<Item = Score>) -> Wanted {
         let mut wanted = Wanted { labels: false, roles: false, people: false };
         for score in scores {
             match score {
@@ -196,7 +196,7 @@ impl BitLayout {
                 PartTally { person: part.person, part: part.part, voxels: part.voxels, hit }
             };
             let parts: Vec<PartTally> = moment.parts.iter().map(tally).collect();
-            counts.detection = Detection::of(self.min_hits, parts, &sensed);
+            counts.detection = Detection::from_parts(self.min_hits, parts, &sensed);
         }
         if wanted.people && !wanted.roles {
             // Scores of people need their number of voxels; without labels all of them count as unknown.

@@ -39,7 +39,7 @@ impl Odds {
     pub(super) fn fused(&self, evidence: &CandidateEvidence, set: &[(usize, &Row)]) -> [Vec<u64>; PLANES] {
         let mut set = set.to_vec();
         set.sort_by_key(|&(item, _)| (self.readings[item].0, item));
-        let sayings = Saying::of(set.iter().map(|&(item, _)| self.readings[item].1));
+        let sayings = Saying::from_readings(set.iter().map(|&(item, _)| self.readings[item].1));
         let mut planes: [Vec<u64>; PLANES] =
             std::array::from_fn(|plane| vec![0; evidence.layout.words[SPACE_OF[plane]]]);
         for (plane, words) in planes.iter_mut().enumerate() {

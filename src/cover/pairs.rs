@@ -47,7 +47,7 @@ impl PairCounts {
         if (counts + tables.max(rows)) as u64 > evidence.spare_bytes() {
             return None;
         }
-        let rows = Rows::of(evidence, &classes);
+        let rows = Rows::new(evidence, &classes);
         let mut counts = vec![vec![0; size * size]; classes.len()];
         for (number, square) in counts.iter_mut().enumerate() {
             square.par_chunks_mut(BLOCK * size).enumerate().for_each(|(block, part)| {
@@ -134,7 +134,7 @@ struct Rows {
 }
 
 impl Rows {
-    fn of(evidence: &CandidateEvidence, classes: &[Class]) -> Rows {
+    fn new(evidence: &CandidateEvidence, classes: &[Class]) -> Rows {
         let of_class = |(plane, words): &Class| {
             let all = || (0..evidence.count()).map(|item| evidence.plane(item, *plane)).enumerate();
             let all = || all().filter(|(_, row)| !row.is_empty());

@@ -164,18 +164,22 @@ impl<'a> Problem<'a> {
 
     /// What counts are asked for.
     pub fn wanted(&self) -> Wanted {
-        Wanted::of(std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0)))
+        Wanted::from_scores(std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0)))
     }
 
     /// How good counts are.
     fn merit_of(&self, counts: &[Confusion]) -> Merit {
-        let lacking = |&(score, over, least): &(Score, Across, Ratio)| match Worth::of(score, over, counts) {
-            Some(worth) if worth.reaches(least) => 0.0,
-            Some(worth) => (worth.value() - least.value()).min(-1e-12),
-            None => -2.0,
-        };
+        let lacking =
+            |&(score, over, least): &(Score, Across, Ratio)| match Worth::from_counts(score, over, counts) {
+                Some(worth) if worth.reaches(least) => 0.0,
+                Some(worth) => (worth.value() - least.value()).min(-1e-12),
+                None => -2.0,
+            };
         let (score, over) = self.goal;
-        Merit { lacking: self.require.iter().map(lacking).sum(), worth: Worth::of(score, over, counts) }
+        Merit {
+            lacking: self.require.iter().map(lacking).sum(),
+            worth: Worth::from_counts(score, over, counts),
+        }
     }
 
     /// How good some candidates are together, with one more or as they are.

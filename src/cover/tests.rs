@@ -111,7 +111,7 @@ fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Acros
     }
     let require = (0..if random.one_in(3) { 1 + random.below(2) } else { 0 }).map(|_| {
         let over = [Across::Pooled, Across::Worst, Across::Mean][random.below(3) as usize];
-        (SCORES[random.below(5) as usize], over, Ratio::of(random.below(80) as f64 / 100.0))
+        (SCORES[random.below(5) as usize], over, Ratio::from_f64(random.below(80) as f64 / 100.0))
     });
     let require = require.collect();
     Problem {
@@ -370,7 +370,7 @@ fn no_set_is_above_what_cuts_say() {
         let poor = (0..9).filter_map(|item| problem.found(&[item])).map(|found| found.worth).min();
         let known = poor.unwrap_or(best).min(best);
         let Some((gap, _)) = GapSearch::new(&problem, problem.limits, &|| false).run(known) else { continue };
-        assert!(gap.above >= Ratio::of(best.value() - 1e-9), "case {case}: {:?} < {best:?}", gap.above);
+        assert!(gap.above >= Ratio::from_f64(best.value() - 1e-9), "case {case}: {:?} < {best:?}", gap.above);
         shown += 1;
         near += usize::from(gap.above.value() < best.value() + 0.05);
         let asked = CutLimits {

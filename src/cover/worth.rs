@@ -19,14 +19,14 @@ pub const MOST_VOXELS: u64 = 1 << 31;
 
 impl Worth {
     /// What counts are worth, moment by moment; `None` where no score has a value.
-    pub fn of(score: Score, over: Across, counts: &[Confusion]) -> Option<Worth> {
+    pub fn from_counts(score: Score, over: Across, counts: &[Confusion]) -> Option<Worth> {
         match over {
             Across::Pooled => {
                 let all = counts.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
-                Ratio::of_score(score, &all).map(Worth::Exact)
+                Ratio::from_score(score, &all).map(Worth::Exact)
             }
             Across::Worst => {
-                counts.iter().filter_map(|counts| Ratio::of_score(score, counts)).min().map(Worth::Exact)
+                counts.iter().filter_map(|counts| Ratio::from_score(score, counts)).min().map(Worth::Exact)
             }
             Across::Mean => {
                 let values: Vec<f64> = counts.iter().filter_map(|counts| score.of(counts)).collect();
@@ -117,7 +117,7 @@ mod tests {
         for case in 0..20_000 {
             let counts = random(&mut state);
             for score in Score::ALL {
-                let (found, expected) = (Ratio::of_score(score, &counts), score.of(&counts));
+                let (found, expected) = (Ratio::from_score(score, &counts), score.of(&counts));
                 assert_eq!(found.map(Ratio::value), expected, "case {case}: {score:?} of {counts:?}");
                 *if found.is_some() { &mut some } else { &mut none } += 1;
             }

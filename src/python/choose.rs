@@ -38,7 +38,7 @@ pub(crate) fn search(
     listener.begins("sets", 0);
     let found = answer(&problem, listener)?;
     listener.go_on()?;
-    let (mut told, mut with_poses) = (Told::of(study, worlds, &problem, &found), None);
+    let (mut told, mut with_poses) = (Told::new(study, worlds, &problem, &found), None);
     if choose.refine {
         let asked = (study, choose, worlds);
         let refined = refine(asked, (&problem, &found, &told), MEMORY_BYTES, &mut backends, listener)?;

@@ -89,7 +89,7 @@ fn reasons(map: &RecordedMap, view: &View, rows: &[Row]) -> Columns {
     }
     let words = ["region", "reason", "object"].into_iter().zip(words);
     let counts = ["voxels_occupied", "voxels_human"].into_iter().zip(counts);
-    let words = words.map(|(name, all)| (name, Names::of(all.into_iter()).column()));
+    let words = words.map(|(name, all)| (name, Names::new(all.into_iter()).column()));
     words.chain(counts.map(|(name, all)| (name, Column::Counts(all)))).collect()
 }
 

@@ -93,16 +93,16 @@ pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
         ways.extend(of_ways);
     }
     let mut columns: Columns = vec![
-        ("scene", named(Names::of(scenes.into_iter()), &|row| row.scene)),
+        ("scene", named(Names::new(scenes.into_iter()), &|row| row.scene)),
         ("snapshot", counts(&|row| row.snapshot as u64)),
         ("repeat", counts(&|row| row.repeat as u64)),
-        ("combination", named(Names::of(names.into_iter()), &|row| row.combination)),
-        ("poses", named(Names::of(poses.into_iter()), &|row| choices[row.combination] + row.choice)),
+        ("combination", named(Names::new(names.into_iter()), &|row| row.combination)),
+        ("poses", named(Names::new(poses.into_iter()), &|row| choices[row.combination] + row.choice)),
         (
             "representation",
-            named(Names::of(ways.into_iter()), &|row| firsts[row.combination] + row.representation),
+            named(Names::new(ways.into_iter()), &|row| firsts[row.combination] + row.representation),
         ),
-        ("region", named(Names::of(regions.into_iter()), &|row| row.region)),
+        ("region", named(Names::new(regions.into_iter()), &|row| row.region)),
     ];
     for (number, name) in COUNT_COLUMNS.into_iter().enumerate() {
         columns.push((name, counts(&|row| row.counts.counts()[number])));
@@ -110,7 +110,7 @@ pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
     for (number, name) in DETECTION_COLUMNS.into_iter().enumerate() {
         columns.push((name, counts(&|row| row.counts.detection.counts()[number])));
     }
-    let missed = Names::of(rows.iter().map(|row| row.counts.detection.missed_names()));
+    let missed = Names::new(rows.iter().map(|row| row.counts.detection.missed_names()));
     columns.push((MISSED_COLUMN, missed.column()));
     for score in scores() {
         let value = |row: &Row| score.of(&row.counts).unwrap_or(f64::NAN);
@@ -126,7 +126,7 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    pub(crate) fn of(names: impl Iterator<Item = String>) -> Names {
+    pub(crate) fn new(names: impl Iterator<Item = String>) -> Names {
         let (mut known, mut all) = (HashMap::new(), Vec::new());
         let of = names.map(|name| {
             *known.entry(name).or_insert_with_key(|name| {

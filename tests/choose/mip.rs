@@ -95,7 +95,7 @@ fn claimed(path: &Path) -> Value {
     casting.run(&mut Cpu::new(Some(2)).unwrap(), &mut Alone).unwrap();
     let evidence = casting.evidence();
     let problem = problem_of(&study, choose, &worlds, &evidence);
-    let told = Told::of(&study, &worlds, &problem, &answer(&problem, &|| false).unwrap());
+    let told = Told::new(&study, &worlds, &problem, &answer(&problem, &|| false).unwrap());
     let step = told.steps.iter().find(|step| step.at_most == choose.at_most).unwrap();
     assert!(step.proven, "{}", path.display());
     let f1 = step.best.exactly.as_ref().unwrap().clone().map(|number| number.parse::<u64>().unwrap());

@@ -367,7 +367,7 @@ fn a_stop_keeps_what_was_gained_until_then() {
     let evidence = casting.evidence();
     let problem = problem_of(&study, asked, &worlds, &evidence);
     let answer = choose::answer(&problem, &|| false).unwrap();
-    let told = Told::of(&study, &worlds, &problem, &answer);
+    let told = Told::new(&study, &worlds, &problem, &answer);
     let refined = |most: usize| -> Refinement {
         let (asked, found) = ((&study, asked, &*worlds), (&problem, &answer, &told));
         choose::refine(asked, found, MEMORY_BYTES, &mut Cpus(Cell::new(0)), &patience(most)).unwrap()

@@ -398,7 +398,7 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
                     let (world, repeat) = (&worlds[number % worlds.len()], number / worlds.len());
                     let view =
                         View::new(&own, world, Choice { repeat, ..choice }, &mut Oracle::default()).unwrap();
-                    let expected = Surroundings::of(world).separation(Some(&view.labels));
+                    let expected = Surroundings::new(world).separation(Some(&view.labels));
                     assert_eq!(*measured, expected, "{:?} at {number}", case.alteration);
                 }
             }

@@ -183,7 +183,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    pub(super) fn of(set: &BitGrid) -> Sums {
+    pub(super) fn new(set: &BitGrid) -> Sums {
         let window = set.window();
         let [width, _, height] = window.size.map(|n| n as usize);
         let mut before = vec![0; (width + 1) * (height + 1) * window.size[1] as usize];
@@ -271,7 +271,7 @@ pub(super) mod tests {
                 let (body, set) = (body(shape, on_floor, 1), scattered(grid.window(), 100, seed));
                 let places = places(body.size, on_floor.then_some(1), &grid);
                 for most in [0, 2, 5] {
-                    let found = body.covers_at_most(most, &Sums::of(&set), places);
+                    let found = body.covers_at_most(most, &Sums::new(&set), places);
                     assert!(!places.is_empty() && (found.count() > 0 || most == 0));
                     for place in BitGrid::full(places).voxels() {
                         let covered = body.voxels(place).filter(|&voxel| set.get(voxel)).count();

@@ -75,8 +75,8 @@ pub(super) fn outside_gate(
     for [x, y, z] in inside.voxels() {
         (z - 1..=z + 1).for_each(|z| (y - 1..=y + 1).for_each(|y| beside.set_run(x - 1, x + 2, y, z)));
     }
-    let mut begin = body.covers_at_most(0, &Sums::of(&inside), places);
-    begin.remove(&body.covers_at_most(0, &Sums::of(&beside), places));
+    let mut begin = body.covers_at_most(0, &Sums::new(&inside), places);
+    begin.remove(&body.covers_at_most(0, &Sums::new(&beside), places));
     // The curtain's thin side points away from the zone; in the plane of the floor.
     let corners = curtain.corners_q16(pose, grid);
     let middle = |corners: &[[i64; 2]]| {

@@ -138,7 +138,7 @@ impl<'a> Ground<'a> {
     /// Refuses an entry at which a body is in something solid, at all places and in all snapshots.
     fn refuse_walls(&self) -> Result<(), Issue> {
         let truths = self.worlds.iter().map(|world| world.truth_without_people());
-        let solids: Vec<_> = truths.map(|truth| Sums::of(&solid(&truth))).collect();
+        let solids: Vec<_> = truths.map(|truth| Sums::new(&solid(&truth))).collect();
         for ((body, places), begins) in self.bodies.iter().zip(&self.places).zip(&self.begins) {
             let mut walled: Vec<bool> = vec![true; begins.len()];
             for solid in &solids {

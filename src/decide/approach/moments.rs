@@ -141,7 +141,7 @@ impl<'g> Moment<'g> {
             solid.keep(&super::ground::solid(truth));
             hazard.add(&ground.hazard(world)?);
         }
-        let sums = Sums::of(&solid);
+        let sums = Sums::new(&solid);
         let free = ground.bodies.iter().zip(&ground.places);
         let free = free.map(|(body, &places)| body.covers_at_most(0, &sums, places)).collect();
         let snapshot = if let [world] = worlds { Some(world.snapshot) } else { None };
@@ -151,7 +151,7 @@ impl<'g> Moment<'g> {
 
     /// Of each body, where it has room and is not noticed.
     fn open(&self, watched: &BitGrid) -> Vec<BitGrid> {
-        let sums = Sums::of(watched);
+        let sums = Sums::new(watched);
         let each = self.ground.bodies.iter().zip(&self.ground.places).zip(&self.free);
         let open = each.map(|((body, &places), free)| {
             let mut open = body.covers_at_most(body.min_voxels - 1, &sums, places);

@@ -102,7 +102,7 @@ pub struct Asked {
 
 impl Asked {
     /// A choice of a study, and what of it is not as planned.
-    pub fn of(study: &Study, choice: &Choice, case: String) -> Asked {
+    pub fn new(study: &Study, choice: &Choice, case: String) -> Asked {
         let combination = &study.combinations[choice.combination];
         Asked {
             combination: combination.name.clone(),

@@ -30,7 +30,7 @@ pub fn cast_evidence(
     backend: &mut dyn Backend,
     watch: &mut dyn CastingWatch,
 ) -> Result<CandidateEvidence> {
-    let mut casting = Casting::of(study, worlds, of, Wanted::ALL, memory_bytes, None)?;
+    let mut casting = Casting::new(study, worlds, of, Wanted::ALL, memory_bytes, None)?;
     casting.run(backend, watch)?;
     Ok(casting.evidence())
 }

@@ -109,7 +109,7 @@ pub struct AskedSensor {
 
 impl Asked {
     /// What a study asks for.
-    pub(super) fn of(study: &Study, choose: &Choose) -> Asked {
+    pub(super) fn new(study: &Study, choose: &Choose) -> Asked {
         let pose = |&[sensor, candidate]: &[usize; 2]| {
             let sensor = &study.sensors[sensor];
             format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
@@ -154,7 +154,7 @@ impl Chosen {
             voxel_size_m: study.voxel_size_m,
             noiseless: study.noiseless,
             candidates: study.sensors.iter().map(|sensor| sensor.candidates.len()).sum(),
-            asked: Asked::of(study, choose),
+            asked: Asked::new(study, choose),
             certified: format!("{CERTIFIED} {:?}", choose.fusion.name()),
             told,
         }

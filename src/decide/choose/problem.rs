@@ -40,7 +40,7 @@ pub fn problem_of<'a>(
     Problem {
         evidence,
         goal: (choose.objective, choose.over),
-        require: choose.require.iter().map(|r| (r.score, r.over, Ratio::of(r.at_least))).collect(),
+        require: choose.require.iter().map(|r| (r.score, r.over, Ratio::from_f64(r.at_least))).collect(),
         limits: SetLimits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
         cost: items.iter().map(cost).collect(),
         always: choose.always.iter().map(number).collect(),

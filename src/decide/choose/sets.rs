@@ -70,7 +70,7 @@ impl Told {
         for (combination, set) in self.sets().enumerate() {
             let key = RowKey { combination, choice: 0, representation: 0, region: choose.region };
             let counts = results.readings(results.moments(), &key)?.concat();
-            let swept = Worth::of(choose.objective, choose.over, &counts).map(Worth::value);
+            let swept = Worth::from_counts(choose.objective, choose.over, &counts).map(Worth::value);
             if swept != Some(set.score) {
                 let (name, score, set) = (choose.objective.name(), set.score, set.name());
                 let what =

@@ -133,7 +133,7 @@ pub struct ToldSensor {
 
 impl ToldSet {
     /// A set of these sensors.
-    pub(super) fn of(sensors: Vec<ToldSensor>, worth: Worth) -> ToldSet {
+    pub(super) fn new(sensors: Vec<ToldSensor>, worth: Worth) -> ToldSet {
         let cost = |sum: Cost, one: &ToldSensor| one.cost.map(|cost| sum.plus(cost));
         ToldSet {
             poses: sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose)).collect(),
@@ -177,8 +177,8 @@ impl Told {
     }
 
     /// Tells an answer.
-    pub fn of(study: &Study, worlds: &[World], problem: &Problem, answer: &Answer) -> Told {
-        let teller = Teller { study, problem, places: Places::of(study, &worlds[0]) };
+    pub fn new(study: &Study, worlds: &[World], problem: &Problem, answer: &Answer) -> Told {
+        let teller = Teller { study, problem, places: Places::new(study, &worlds[0]) };
         let worth_telling = |(number, step): &(usize, &FrontStep)| {
             let is_first = *number == 0 || answer.steps[number - 1].limits.at_most != step.limits.at_most;
             is_first || (!answer.complete && step.bound != Bound::Proven) || !teller.is_known(step, answer)
@@ -251,7 +251,7 @@ impl Teller<'_> {
         // As in a combination, who speaks last stands last.
         let sensor = |item: usize| &self.study.sensors[self.problem.evidence.items[item][0]];
         items.sort_by_key(|&item| sensor(item).kind.speaks_last());
-        ToldSet::of(items.iter().map(|&item| self.sensor(item, &found.set)).collect(), found.worth)
+        ToldSet::new(items.iter().map(|&item| self.sensor(item, &found.set)).collect(), found.worth)
     }
 
     fn sensor(&self, item: usize, set: &[usize]) -> ToldSensor {

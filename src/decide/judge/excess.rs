@@ -30,7 +30,7 @@ impl Excess {
     /// With edge e and limit l in whole nanometres, e√m - e√t is held against l as e√m against l + e√t: by squares, as
     /// e²m - e²t - l² against 2le√t, and if that is not below 0, by squares again.
     pub(super) fn cmp_ratio(&self, limit: Ratio) -> Ordering {
-        let edge = Ratio::of(self.voxel_size_m);
+        let edge = Ratio::from_f64(self.voxel_size_m);
         let (e, l) = (edge.numerator * limit.denominator, limit.numerator * edge.denominator);
         let common = gcd(e, l);
         let (e, l) = (e / common, l / common);
@@ -141,7 +141,7 @@ mod tests {
             (1_046_529, 1_044_484, 9.999999999, 9.999999998, Ordering::Greater),
         ] {
             assert_eq!(
-                excess(measured, truly, edge).cmp_ratio(Ratio::of(limit)),
+                excess(measured, truly, edge).cmp_ratio(Ratio::from_f64(limit)),
                 expected,
                 "{measured} {truly} {limit}"
             );

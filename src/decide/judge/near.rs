@@ -144,11 +144,11 @@ impl<'s> Scene<'s> {
         repeat: usize,
     ) -> Scene<'s> {
         let scene = ground.worlds[0].scene;
-        let planned = Watchers::of(what_if.study, what_if.watchers(), repeat);
+        let planned = Watchers::from_watchers(what_if.study, what_if.watchers(), repeat);
         let drawn = draws.map(|draws| Drawn {
             draws,
             worlds: draws.worlds.iter().filter(|world| world.scene == scene).collect(),
-            watchers: Watchers::of(&draws.study, what_if.watchers(), repeat),
+            watchers: Watchers::from_watchers(&draws.study, what_if.watchers(), repeat),
         });
         Scene { what_if, ground, truths, planned, drawn }
     }

@@ -53,7 +53,7 @@ pub enum Decision {
 
 impl Surroundings {
     /// Of a moment.
-    pub fn of(world: &World) -> Surroundings {
+    pub fn new(world: &World) -> Surroundings {
         let (truth, nobody) = (world.truth(), world.truth_without_people());
         let mut known = BitGrid::clone(&nobody.occupied);
         known.add(&nobody.ignored);

@@ -98,7 +98,7 @@ impl WhatIf<'_> {
         let study = Study { combinations, ..study.clone() };
         let mut viewer = Viewer::new(&study, backend)?;
         for (number, world) in worlds.iter().enumerate() {
-            let surroundings = Surroundings::of(world);
+            let surroundings = Surroundings::new(world);
             for ((_, case), choice) in cases.iter_mut().zip(&choices) {
                 // Moments are listed repeat by repeat.
                 let moments = case.measured.iter_mut().skip(number).step_by(worlds.len());

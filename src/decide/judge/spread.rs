@@ -18,7 +18,7 @@ pub enum Summed {
 
 impl Summed {
     /// What is required.
-    pub fn of(measure: &Measure) -> Summed {
+    pub fn from_measure(measure: &Measure) -> Summed {
         match measure {
             Measure::Counted(Counted { score, region, .. }) => Summed::Counted(*score, *region),
             Measure::Nearness(nearness) => Summed::Nearness(nearness.score),
@@ -95,7 +95,7 @@ fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> 
     let each = cases.iter().enumerate().flat_map(|(case, of)| {
         let moments = of.counts[region].iter().enumerate();
         moments.filter_map(move |(moment, counts)| {
-            Some((Ratio::of_score(score, counts)?, Where { case, part: Some(Part::Moment(moment)) }))
+            Some((Ratio::from_score(score, counts)?, Where { case, part: Some(Part::Moment(moment)) }))
         })
     });
     let of = cases.iter().map(|case| case.counts[region].len()).sum();

@@ -108,7 +108,8 @@ pub(super) fn requirements_csv(
             row.push(Datum::Text(&case));
             row.extend(place_of(set, subject, &judgement.worst));
             row.push(Datum::Score(judgement.out_of_reach.as_ref().map(|bound| bound.number())));
-            let tables = tables_sha256(study, Summed::of(&requirement.measure), judgement.condition);
+            let tables =
+                tables_sha256(study, Summed::from_measure(&requirement.measure), judgement.condition);
             row.push(Datum::Text(&tables));
             table.row(&row)?;
         }

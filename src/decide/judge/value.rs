@@ -27,8 +27,8 @@ pub enum Value {
 impl Value {
     /// What counts are worth, moment by moment. The worst of several is the one that is nearest to missing the limit.
     /// Moments without a value are left out; `None` where none has one.
-    pub fn of(score: Score, over: Across, limit: &Limit, counts: &[Confusion]) -> Option<Value> {
-        let each = || counts.iter().filter_map(|counts| Ratio::of_score(score, counts));
+    pub fn from_counts(score: Score, over: Across, limit: &Limit, counts: &[Confusion]) -> Option<Value> {
+        let each = || counts.iter().filter_map(|counts| Ratio::from_score(score, counts));
         let parts: Vec<Ratio> = match over {
             Across::Mean => each().collect(),
             Across::Worst => {
@@ -36,7 +36,7 @@ impl Value {
             }
             Across::Pooled => {
                 let all = counts.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
-                Ratio::of_score(score, &all).into_iter().collect()
+                Ratio::from_score(score, &all).into_iter().collect()
             }
         };
         (!parts.is_empty()).then_some(Value::Mean(parts))
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn distances_are_compared_by_their_squares() {
         let root = |numerator, denominator| Value::Root(Ratio { numerator, denominator });
-        let limit = |value| Limit::AtLeast(Ratio::of(value));
+        let limit = |value| Limit::AtLeast(Ratio::from_f64(value));
         // 441 voxels squared of 5 cm: 1.05 m; no root of a binary fraction says so.
         let distance = root(441, 400);
         assert!(distance.meets(&limit(1.05)) && !distance.meets(&limit(1.050_000_001)));
@@ -205,11 +205,11 @@ mod tests {
     #[test]
     fn margins_are_exact_however_many_digits_their_parts_have() {
         let beyond = |edge_m: f64, squared: i128, needed_m: f64| {
-            let Ratio { numerator, denominator } = Ratio::of(edge_m);
+            let Ratio { numerator, denominator } = Ratio::from_f64(edge_m);
             let square = Ratio { numerator: squared * numerator.pow(2), denominator: denominator.pow(2) };
-            Value::Beyond(square, Ratio::of(needed_m))
+            Value::Beyond(square, Ratio::from_f64(needed_m))
         };
-        let limit = |value| Limit::AtLeast(Ratio::of(value));
+        let limit = |value| Limit::AtLeast(Ratio::from_f64(value));
         // 1 m where 0.5 m are needed, 1.414 m where 1.2 m are, 0.960 m where 0.5 m are.
         assert!(beyond(0.05, 400, 0.5).meets(&limit(0.0)) && beyond(0.05, 400, 0.5).meets(&limit(0.5)));
         assert!(!beyond(0.05, 400, 0.5).meets(&limit(0.500_000_001)));
@@ -262,14 +262,14 @@ mod tests {
     fn the_worst_is_nearest_to_missing_the_limit() {
         let counts = |uo| Confusion { tp: 4 - uo, uo, ..Default::default() };
         let moments = [counts(1), counts(3), counts(0)];
-        let of = |over, limit| Value::of(Score::Unknown, over, &limit, &moments).unwrap();
-        let (least, most) = (Limit::AtLeast(Ratio::of(0.25)), Limit::AtMost(Ratio::of(0.25)));
+        let of = |over, limit| Value::from_counts(Score::Unknown, over, &limit, &moments).unwrap();
+        let (least, most) = (Limit::AtLeast(Ratio::from_f64(0.25)), Limit::AtMost(Ratio::from_f64(0.25)));
         assert_eq!(of(Across::Worst, least), mean(&[(0, 1)]));
         assert_eq!(of(Across::Worst, most), mean(&[(3, 4)]));
         assert_eq!(of(Across::Pooled, most), mean(&[(1, 3)]));
         assert_eq!(of(Across::Mean, most), mean(&[(1, 3)]));
         assert!(mean(&[(1, 4)]).meets(&least) && mean(&[(1, 4)]).meets(&most));
         assert!(!of(Across::Pooled, most).meets(&most));
-        assert_eq!(Value::of(Score::HumanSeen, Across::Mean, &least, &moments), None);
+        assert_eq!(Value::from_counts(Score::HumanSeen, Across::Mean, &least, &moments), None);
     }
 }

@@ -145,7 +145,7 @@ pub(super) fn counted_value(
     counted: &Counted,
     counts: &[Confusion],
 ) -> Option<Value> {
-    Value::of(counted.score, counted.over, &requirement.limit, counts)
+    Value::from_counts(counted.score, counted.over, &requirement.limit, counts)
 }
 
 /// The parts of a case that a requirement asks, with the value of each.
@@ -157,7 +157,7 @@ fn part_values(
     match &requirement.measure {
         Measure::Counted(Counted { score, region, .. }) => {
             let moments = case.counts[*region].iter().enumerate();
-            let value = |counts| Ratio::of_score(*score, counts).map(Value::exactly);
+            let value = |counts| Ratio::from_score(*score, counts).map(Value::exactly);
             moments.map(|(moment, counts)| (Part::Moment(moment), value(counts))).collect()
         }
         Measure::Nearness(nearness) => {
@@ -195,7 +195,7 @@ fn best_possible(requirement: &Requirement, baselines: &[Vec<Baselines>]) -> Opt
 /// A score of what a body can do; the edge of a voxel is taken to nine digits after the point. `None` of a margin where
 /// it is not said how far people must be.
 pub(super) fn near_value(score: ApproachScore, near: &Nearest, conditions: &Conditions) -> Option<Value> {
-    let edge = Ratio::of(conditions.voxel_size_m);
+    let edge = Ratio::from_f64(conditions.voxel_size_m);
     let in_m2 = |voxels: u64| Ratio {
         numerator: i128::from(voxels) * edge.numerator.pow(2),
         denominator: edge.denominator.pow(2),
@@ -241,7 +241,7 @@ pub(super) fn controller_value(
 fn needless_share(measured: &[Separation], conditions: &Conditions) -> Option<Value> {
     let at = |separation| controller_value(ControllerScore::NeedlessStops, separation, conditions);
     let values: Vec<Value> = measured.iter().filter_map(at).collect();
-    let stops = values.iter().filter(|value| value.cmp_ratio(Ratio::of(0.0)).is_gt()).count();
+    let stops = values.iter().filter(|value| value.cmp_ratio(Ratio::from_f64(0.0)).is_gt()).count();
     let denominator = values.len() as i128;
     (denominator > 0).then(|| Value::exactly(Ratio { numerator: stops as i128, denominator }))
 }

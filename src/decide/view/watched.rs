@@ -62,11 +62,11 @@ impl<'a> Watchers<'a> {
                 representation,
             })
             .collect();
-        Watchers::of(study, each, choice.repeat)
+        Watchers::from_watchers(study, each, choice.repeat)
     }
 
     /// Some sensors in a repeat.
-    pub fn of(study: &'a Study, each: Vec<Watcher>, repeat: usize) -> Watchers<'a> {
+    pub fn from_watchers(study: &'a Study, each: Vec<Watcher>, repeat: usize) -> Watchers<'a> {
         let tables = ray_tables_of(study, |sensor| each.iter().any(|one| one.sensor == sensor));
         Watchers { study, repeat, each, tables }
     }
@@ -117,7 +117,7 @@ impl<'a> Watchers<'a> {
             for (rays, from, begin, sight) in &sights {
                 let Some(ray) = sight.look(voxel).ray else { continue };
                 let Some(entered_q16) = leap::entry_q16(&sight.start(ray), voxel) else { continue };
-                let way = Way::of(from, rays.dirs_q15[ray as usize]);
+                let way = Way::new(from, rays.dirs_q15[ray as usize]);
                 let gates = rays.gates_of(ray as usize);
                 let Some(hit) = search.first(begin, way.truly_q16, &gates) else { continue };
                 let is_before = hit.t_q16 < entered_q16 && entered_q16 <= gates.range_max_q16;

@@ -278,7 +278,7 @@ impl<'a> Witness<'a> {
                     None => because(Reason::BetweenRays),
                     Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
                     Some((ray, begin, entered_q16)) => {
-                        let way = Way::of(&self.member.placement, rays.dirs_q15[ray as usize]);
+                        let way = Way::new(&self.member.placement, rays.dirs_q15[ray as usize]);
                         let hit = search.first(from, way.truly_q16, &gates);
                         self.ended((ray, hit), &begin, rays, (voxel, entered_q16))
                     }

@@ -100,7 +100,7 @@ impl BodyWords {
                 hit: hit.into(),
             });
             let sensed: Vec<u64> = sensed.iter().map(|&voxels| voxels.into()).collect();
-            Detection::of(self.min_hits.into(), parts, &sensed)
+            Detection::from_parts(self.min_hits.into(), parts, &sensed)
         })
     }
 }

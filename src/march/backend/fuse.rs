@@ -58,7 +58,7 @@ pub struct Saying {
 
 impl Saying {
     /// Those of readings in order, each with what it adds to occupied and to free voxels.
-    pub fn of(said: impl DoubleEndedIterator<Item = [i32; 2]>) -> Vec<Saying> {
+    pub fn from_readings(said: impl DoubleEndedIterator<Item = [i32; 2]>) -> Vec<Saying> {
         let mut still = [0; 2];
         let saying = |said: [i32; 2]| {
             let [least, most] = still;
@@ -89,7 +89,7 @@ impl<'a> FuseJob<'a> {
             Voice { parts, occupied: Vec::new(), free: Vec::new() }
         };
         let voices = readings.iter().map(voice).collect();
-        let sayings = Saying::of(readings.iter().map(said));
+        let sayings = Saying::from_readings(readings.iter().map(said));
         FuseJob { fusion, window, voices, sayings, occupied: Vec::new(), free: Vec::new() }
     }
 

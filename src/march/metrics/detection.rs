@@ -92,7 +92,11 @@ pub struct Detection {
 impl Detection {
     /// Applies the threshold of `min_hits` voxels to all parts that have voxels in a region, those of a
     /// person together. `sensed` says of each person how many voxels there presence sensors feel.
-    pub fn of(min_hits: u64, parts: impl IntoIterator<Item = PartTally>, sensed: &[u64]) -> Detection {
+    pub fn from_parts(
+        min_hits: u64,
+        parts: impl IntoIterator<Item = PartTally>,
+        sensed: &[u64],
+    ) -> Detection {
         let mut found = Detection::default();
         let mut people = vec![[false; 2]; sensed.len()];
         for PartTally { person, part, voxels, hit } in parts {
@@ -179,14 +183,14 @@ mod tests {
             tally(1, BodyPart::Body, 100, 2),
             tally(2, BodyPart::Head, 2, 2),
         ];
-        let found = Detection::of(3, parts, &[0, 0, 0]);
+        let found = Detection::from_parts(3, parts, &[0, 0, 0]);
         assert_eq!(found.counts(), [11, 2, 1, 3, 1]);
         assert_eq!(found.missed_names(), "torso+body");
         assert_eq!(Detection::from_counts(found.counts(), found.missed_bits()), found);
         // One voxel that a pad feels is enough for a person, not for a part; a person without a part there is
         // none.
-        assert_eq!(Detection::of(3, parts, &[0, 1, 5]).counts(), [11, 2, 2, 3, 1]);
-        assert_eq!(Detection::of(2, parts, &[0, 0, 0]).counts(), [11, 3, 3, 5, 5]);
+        assert_eq!(Detection::from_parts(3, parts, &[0, 1, 5]).counts(), [11, 2, 2, 3, 1]);
+        assert_eq!(Detection::from_parts(2, parts, &[0, 0, 0]).counts(), [11, 3, 3, 5, 5]);
     }
 
     #[test]

@@ -19,7 +19,7 @@ const NINE_DIGITS: i128 = 1_000_000_000;
 
 impl Ratio {
     /// A number of at most nine digits after the point.
-    pub fn of(value: f64) -> Ratio {
+    pub fn from_f64(value: f64) -> Ratio {
         Ratio { numerator: (value * NINE_DIGITS as f64).round() as i128, denominator: NINE_DIGITS }
     }
 
@@ -36,7 +36,7 @@ impl Ratio {
     }
 
     /// The fraction of a score, if it has a value.
-    pub fn of_score(score: Score, counts: &Confusion) -> Option<Ratio> {
+    pub fn from_score(score: Score, counts: &Confusion) -> Option<Ratio> {
         let wide = |n: u64| i128::from(n);
         let [tp, fp, fn_, tn] = [counts.tp, counts.fp, counts.fn_, counts.tn].map(wide);
         let (s, found) = (wide(counts.total()), &counts.detection);

@@ -89,7 +89,7 @@ impl Ones {
 
 impl<'a> Joined<'a> {
     /// Two rows; the second is empty if no bit is set.
-    pub fn of(row: &'a [u64], more: &'a [u64]) -> Joined<'a> {
+    pub fn new(row: &'a [u64], more: &'a [u64]) -> Joined<'a> {
         Joined { row, more: (!more.is_empty()).then_some(more) }
     }
 
@@ -177,12 +177,12 @@ mod tests {
             assert_eq!(ones.beyond(a, b), counted(&rows, |[a, b, ..]| a && !b));
             assert_eq!(ones.beyond_two(a, [b, c]), counted(&rows, |[a, b, c, _]| a && !b && !c));
             assert_eq!(ones.of_both_beyond([a, b], c), counted(&rows, |[a, b, c, _]| a && b && !c));
-            let (first, second) = (Joined::of(a, b), Joined::of(c, d));
+            let (first, second) = (Joined::new(a, b), Joined::new(c, d));
             assert_eq!(ones.of_joined(first), counted(&rows, |[a, b, ..]| a || b));
-            assert_eq!(ones.of_joined(Joined::of(a, &[])), ones.of(a));
+            assert_eq!(ones.of_joined(Joined::new(a, &[])), ones.of(a));
             let expected = counted(&rows, |[a, b, c, d]| (a || b) && !(c || d));
             assert_eq!(ones.joined_beyond(first, second), expected);
-            let [single, pair] = [Joined::of(b, &[]), Joined::of(c, d)];
+            let [single, pair] = [Joined::new(b, &[]), Joined::new(c, d)];
             let expected = [
                 counted(&rows, |[a, b, ..]| a && b),
                 counted(&rows, |[a, b, c, d]| a && !b && (c || d)),
@@ -192,7 +192,7 @@ mod tests {
             let part = 7..STRETCH + 9;
             assert_eq!(
                 ones.of_joined(first.part(&part)),
-                ones.of_joined(Joined::of(&a[part.clone()], &b[part]))
+                ones.of_joined(Joined::new(&a[part.clone()], &b[part]))
             );
         }
     }

@@ -58,7 +58,7 @@ impl People {
             voxels,
             hit,
         };
-        Detection::of(self.min_hits.into(), parts.into_iter().map(tally), &felt)
+        Detection::from_parts(self.min_hits.into(), parts.into_iter().map(tally), &felt)
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    pub(super) fn of(wish: &Wish) -> Cut {
+    pub(super) fn new(wish: &Wish) -> Cut {
         Cut { only_region: wish.only_region, above_m: wish.cut_above_m, open_m: wish.open_m }
     }
 

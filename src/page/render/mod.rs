@@ -95,7 +95,7 @@ impl Default for Wish {
 /// When the picture cannot be made as wished, with what would work, and those of the backend.
 pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn Backend) -> Result<Canvas> {
     let palette = colour::Palette::new(world, view, wish.colour)?;
-    let whole = Cut { open_m: 0.0, ..Cut::of(wish) }.solid(world, DVec3::ZERO);
+    let whole = Cut { open_m: 0.0, ..Cut::new(wish) }.solid(world, DVec3::ZERO);
     if whole.is_empty() {
         let both =
             Words::from(Argument("only region")) + " and " + Argument("cut above") + " leave nothing to draw";
@@ -103,7 +103,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     }
     let haze = view
         .filter(|_| wish.colour == Colour::Label)
-        .map(|view| Cut::of(wish).plane(world, beyond_returns(view)));
+        .map(|view| Cut::new(wish).plane(world, beyond_returns(view)));
     let haze = haze.filter(|haze| !haze.is_empty());
     let mut entries = palette.entries(&whole, haze.is_some(), view.filter(|_| wish.points > 0));
     entries.extend(wish.ways.iter().map(|way| colour::Entry::Patch(colour::WAY, way.words())));
@@ -116,10 +116,10 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     }
     let size = [wish.size_px[0] * FINE, height * FINE];
     let camera = PictureCamera::new(wish, size, &world.grid, &whole)?;
-    let solid = Cut::of(wish).solid(world, camera.eye_m);
+    let solid = Cut::new(wish).solid(world, camera.eye_m);
     let mut samples = paint(world, &palette, &solid, haze.as_ref(), &camera, backend)?;
     if let Some(view) = view {
-        let dots = Cut::of(wish).dots(world, camera.eye_m);
+        let dots = Cut::new(wish).dots(world, camera.eye_m);
         overlay::points(&mut samples, view, wish.points, &dots, &camera);
         overlay::sensors(&mut samples, view, &camera);
     }

@@ -31,7 +31,7 @@ fn wish() -> Wish {
 fn rays_end_in_the_first_voxel_on_their_way() {
     let (_, world) = tiny();
     let grid = &world.grid;
-    let solid = Cut::of(&wish()).solid(&world, DVec3::new(9.0, 9.0, 9.0));
+    let solid = Cut::new(&wish()).solid(&world, DVec3::new(9.0, 9.0, 9.0));
     // From outside the grid, on either side of it, and from within.
     for at in [[4.0, 3.0, 5.0], [-4.0, -3.0, -2.0], [0.3, 0.1, 1.2]] {
         let wish = Wish { eye: Eye::At(at.into()), ..wish() };
@@ -62,7 +62,7 @@ fn rays_end_in_the_first_voxel_on_their_way() {
 fn walls_between_the_eye_and_the_cell_are_taken_off() {
     let (_, world) = tiny();
     let truth = &world.truth();
-    let cut = Cut::of(&wish());
+    let cut = Cut::new(&wish());
     let bounds = truth.occupied.bounds();
     let left = cut.solid(&world, DVec3::new(9.0, 0.0, 9.0));
     // The ceiling and the wall at large x are gone, their opposites and those of y stay.
@@ -83,7 +83,7 @@ fn walls_between_the_eye_and_the_cell_are_taken_off() {
     };
     assert_eq!(count(&left, &truth.human), truth.human.count(), "people stay");
     assert_eq!(cut.solid(&world, DVec3::ZERO), *truth.occupied, "from within nothing is cut");
-    let shut = Cut { open_m: 0.0, ..Cut::of(&wish()) };
+    let shut = Cut { open_m: 0.0, ..Cut::new(&wish()) };
     assert_eq!(shut.solid(&world, DVec3::splat(9.0)), *truth.occupied);
     // Layers whose centres are above 0.5 m begin at 0.5 m.
     let low = Cut { above_m: Some(0.5), ..shut };
@@ -124,7 +124,7 @@ fn marks_at_the_left(canvas: &Canvas) -> usize {
 #[test]
 fn from_above_a_picture_lies_as_a_floor_plan_does_and_has_axes() {
     let (_, world) = tiny();
-    let solid = Cut::of(&wish()).solid(&world, DVec3::splat(9.0));
+    let solid = Cut::new(&wish()).solid(&world, DVec3::splat(9.0));
     let above = Wish { eye: Eye::Towards(DVec3::Z), size_px: [640, 480], ..wish() };
     let camera = PictureCamera::new(&above, [64, 64], &world.grid, &solid).unwrap();
     let place = |x: f64, y: f64| camera.project(DVec3::new(x, y, 0.0)).unwrap().0;

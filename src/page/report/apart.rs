@@ -22,7 +22,7 @@ pub(super) enum Writing {
 
 impl Writing {
     /// How values of a score are written in text: distances are rounded to the safe side.
-    pub(super) fn of(score: Summed) -> Writing {
+    pub(super) fn new(score: Summed) -> Writing {
         match score {
             Summed::Nearness(score) if !score.is_area() => Writing::Down,
             Summed::Controller(ControllerScore::MissedM) => Writing::Up,

@@ -72,7 +72,11 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
         Some(value) => {
             format!(
                 "{what} is {}",
-                told_apart(value, &requirement.limit, Writing::of(Summed::of(&requirement.measure)))
+                told_apart(
+                    value,
+                    &requirement.limit,
+                    Writing::new(Summed::from_measure(&requirement.measure))
+                )
             )
         }
     };
@@ -187,10 +191,11 @@ fn title(subject: &Subject, moment: &Moment) -> String {
 fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
     let mut table =
         Table::new(&["<condition", "<score", "<region", "best", "mean", "5 %", "worst", "<where"]);
-    let asked =
-        |of_what: Summed| set.judgements.iter().any(|one| of_what == Summed::of(&one.requirement.measure));
+    let asked = |of_what: Summed| {
+        set.judgements.iter().any(|one| of_what == Summed::from_measure(&one.requirement.measure))
+    };
     for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.of_what)) {
-        let writing = Writing::of(spread.of_what);
+        let writing = Writing::new(spread.of_what);
         let [best, mean, twentieth, worst] =
             [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| writing.in_table(value));
         let at = whereabouts(subject, set, spread.condition, &spread.at);
@@ -209,10 +214,10 @@ mod tests {
 
     /// So many of so many voxels, beside a limit.
     fn shown(part: u64, of: u64, limit: f64) -> String {
-        let limit = Limit::AtLeast(Ratio::of(limit));
+        let limit = Limit::AtLeast(Ratio::from_f64(limit));
         let counts = [Confusion { uf: part, tn: of - part, ..Default::default() }];
         told_apart(
-            &Value::of(Score::Unknown, Across::Worst, &limit, &counts).unwrap(),
+            &Value::from_counts(Score::Unknown, Across::Worst, &limit, &counts).unwrap(),
             &limit,
             Writing::Plain,
         )
@@ -227,7 +232,7 @@ mod tests {
         assert_eq!(shown(6994, 10_000, 0.6991), "0.6994");
         assert_eq!(shown(1, 1_000_000, 0.0), "0.000001");
         // The root of 1.103 is 1.05023...; of a distance the digits are rounded down.
-        let limit = Limit::AtLeast(Ratio::of(1.0));
+        let limit = Limit::AtLeast(Ratio::from_f64(1.0));
         let root = Value::Root(Ratio { numerator: 1_1037, denominator: 10_000 });
         assert_eq!(told_apart(&root, &limit, Writing::Down), "1.050");
         assert_eq!(told_apart(&root, &limit, Writing::Plain), "1.051");

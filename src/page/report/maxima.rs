@@ -46,12 +46,12 @@ pub(crate) fn maxima(results: &Results, combination: usize, region: usize, score
         }
         Ok(best)
     };
-    Ok(Maxima::of(combination, results.scenes.iter().map(of_scene).collect::<Result<_>>()?))
+    Ok(Maxima::new(combination, results.scenes.iter().map(of_scene).collect::<Result<_>>()?))
 }
 
 impl Maxima {
     /// With the mean of those of its scenes.
-    pub(super) fn of(combination: usize, scenes: Vec<Option<Maximum>>) -> Maxima {
+    pub(super) fn new(combination: usize, scenes: Vec<Option<Maximum>>) -> Maxima {
         let values: Vec<f64> = scenes.iter().flatten().map(|maximum| maximum.value).collect();
         let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
         Maxima { combination, scenes, mean }

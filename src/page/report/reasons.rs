@@ -134,7 +134,7 @@ pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = 
     let Choice { repeat, .. } = view.choice;
     let again = if view.study.repeats > 1 { format!(", repeat {repeat}") } else { String::new() };
     let asked = &view.study.combinations[view.choice.combination];
-    let place = Places::of(view.study, view.world).of_choice(asked, view.choice.choice);
+    let place = Places::new(view.study, view.world).of_choice(asked, view.choice.choice);
     let mut text = format!(
         "\n{poses} · {combination} · {representation} · scene {}{again}\n",
         view.world.title(view.study)

@@ -42,7 +42,7 @@ fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
         return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
             .wanted("a COLLADA file's is <COLLADA>"));
     }
-    let library = Library::of(&document, MemoryLimit::new(text.len() as u64));
+    let library = Library::new(&document, MemoryLimit::new(text.len() as u64));
     let (unit_m, up) = (unit_m(root)?, up_axis(root)?);
     let mut welder = Welder::default();
     let mut triangles = 0;
@@ -107,7 +107,7 @@ struct Library<'a, 'i> {
 }
 
 impl<'a, 'i> Library<'a, 'i> {
-    fn of(document: &'a Document<'i>, limit: MemoryLimit) -> Self {
+    fn new(document: &'a Document<'i>, limit: MemoryLimit) -> Self {
         let mut by_id = HashMap::new();
         for node in document.descendants() {
             if let Some(id) = node.attribute("id") {

@@ -40,7 +40,7 @@ pub struct MeshFile {
 
 impl MeshFormat {
     /// The format of a file of this name, if it can be read.
-    pub fn of(path: &Path) -> Option<MeshFormat> {
+    pub fn from_path(path: &Path) -> Option<MeshFormat> {
         let ending = path.extension()?.to_string_lossy().to_lowercase();
         match ending.as_str() {
             "glb" | "gltf" => Some(MeshFormat::Gltf),
@@ -83,7 +83,7 @@ impl MeshFile {
 /// # Errors
 /// When the file cannot be read, is damaged, has no triangle, or its format is not known.
 pub(crate) fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<Up>)> {
-    match MeshFormat::of(path) {
+    match MeshFormat::from_path(path) {
         Some(MeshFormat::Gltf) => Ok((Gltf::load(path, sources)?.whole()?, Some(Up::Z))),
         Some(MeshFormat::Stl) => Ok((stl::load(path, sources)?, None)),
         Some(MeshFormat::Obj) => Ok((obj::load(path, sources)?, None)),
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn formats_are_told_by_the_ending() {
-        let of = |name: &str| MeshFormat::of(Path::new(name));
+        let of = |name: &str| MeshFormat::from_path(Path::new(name));
         assert_eq!(["a.GLB", "b.gltf"].map(of), [Some(MeshFormat::Gltf); 2]);
         assert_eq!(
             ["a.stl", "a.Obj", "a.dae"].map(of),

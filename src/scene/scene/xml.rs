@@ -47,7 +47,7 @@ impl Xml {
                         length
                     }
                     None => {
-                        let element = Element::of(rest);
+                        let element = Element::parse(rest);
                         let own = prefix.get_or_insert_with(|| element.prefix());
                         if element.write(own, &mut plain) > MOST_ATTRIBUTES {
                             let line = 1 + text[..text.len() - rest.len()].matches('\n').count();
@@ -122,7 +122,7 @@ struct Element<'t> {
 
 impl<'t> Element<'t> {
     /// The one at the beginning of a text, up to its `>`, or to the next `<` outside of quotes.
-    fn of(text: &'t str) -> Self {
+    fn parse(text: &'t str) -> Self {
         let mut quote = None;
         let mut length = text.len();
         for (at, byte) in text.bytes().enumerate().skip(1) {

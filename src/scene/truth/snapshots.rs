@@ -42,7 +42,7 @@ impl Snapshots {
     /// # Errors
     /// What `go_on` says before an object; a scene whose voxels would take more than 64 GiB, or than there
     /// is; a surface too far away to count.
-    pub fn of(scenes: &[Scene], grid: Grid, kept_bytes: u64, go_on: GoOn) -> Result<Snapshots> {
+    pub fn new(scenes: &[Scene], grid: Grid, kept_bytes: u64, go_on: GoOn) -> Result<Snapshots> {
         let objects = distinct_objects(scenes);
         let most_kept = (kept_bytes / bytes_of_truth(&grid)).clamp(1, scenes.len().max(1) as u64) as usize;
         refuse_excess(&objects, most_kept, &grid, free_bytes())?;
@@ -103,7 +103,7 @@ impl Snapshots {
 /// # Errors
 /// As those.
 pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
-    let all = Snapshots::of(snapshots, grid, 0, &|| Ok(()))?;
+    let all = Snapshots::new(snapshots, grid, 0, &|| Ok(()))?;
     Ok((0..all.count()).map(|snapshot| Truth::clone(&all.truth(snapshot))).collect())
 }
 
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn a_truth_that_was_dropped_is_put_together_again_the_same() {
         let (scenes, grid) = walk(5);
-        let of = |bytes| Snapshots::of(&scenes, grid, bytes, &|| Ok(())).unwrap();
+        let of = |bytes| Snapshots::new(&scenes, grid, bytes, &|| Ok(())).unwrap();
         let (few, all) = (of(2 * bytes_of_truth(&grid)), of(u64::MAX));
         assert_eq!((few.most_kept, all.most_kept, few.count()), (2, 5, 5));
         let first = few.truth(0);
@@ -258,7 +258,7 @@ mod tests {
         assert!(what.contains("of 513 objects"), "{what}");
         // However many snapshots there are, few truths are kept.
         let (scenes, grid) = walk(2000);
-        let few = Snapshots::of(&scenes, grid, 3 * bytes_of_truth(&grid), &|| Ok(())).unwrap();
+        let few = Snapshots::new(&scenes, grid, 3 * bytes_of_truth(&grid), &|| Ok(())).unwrap();
         (0..2000).for_each(|snapshot| drop(few.truth(snapshot)));
         assert_eq!(few.kept.lock().unwrap().len(), 3);
     }
@@ -274,7 +274,7 @@ mod tests {
                 number if number < last => Ok(()),
                 _ => Err(Error::Stopped(Issue::says("enough"))),
             };
-            Snapshots::of(&scenes, grid, 0, &go_on).map(|all| all.count())
+            Snapshots::new(&scenes, grid, 0, &go_on).map(|all| all.count())
         };
         for last in 0..6 {
             assert!(
@@ -285,7 +285,7 @@ mod tests {
         assert!(matches!(until(6), Ok(5)));
         let (scenes, _) = walk(300);
         let large = Grid { size: [1024; 3], ..grid };
-        let begun = Snapshots::of(&scenes, large, u64::MAX, &|| Err(Error::Stopped(Issue::says("begun"))));
+        let begun = Snapshots::new(&scenes, large, u64::MAX, &|| Err(Error::Stopped(Issue::says("begun"))));
         assert!(
             matches!(&begun, Err(Error::Input(what)) if what.to_string().contains("GiB, more than")),
             "{begun:?}"

@@ -29,7 +29,7 @@ pub struct Way {
 
 impl Way {
     /// The direction of a ray of a table.
-    pub fn of(from: &GridPose, dir_q15: [i32; 3]) -> Way {
+    pub fn new(from: &GridPose, dir_q15: [i32; 3]) -> Way {
         let way = |from: &GridPose| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
         Way { truly_q16: way(&from.caster()), believed_q16: way(from), z_q15: dir_q15[2] }
     }
@@ -81,5 +81,5 @@ pub(crate) fn returns<'a>(
     rays.dirs_q15
         .iter()
         .zip(0..)
-        .filter_map(move |(&dir_q15, ray)| look(blockers, rays, from, Way::of(from, dir_q15), ray))
+        .filter_map(move |(&dir_q15, ray)| look(blockers, rays, from, Way::new(from, dir_q15), ray))
 }

@@ -22,7 +22,7 @@ pub struct Turned {
 impl Turned {
     /// Of a pose. What looks straight up or down is panned only: pan 0 has the top of its picture towards
     /// world x.
-    pub fn of(pose: &Pose) -> Turned {
+    pub fn new(pose: &Pose) -> Turned {
         let link = pose.link();
         let (forward, right) = (link.x_axis, -link.y_axis);
         let vertical = libm::hypot(forward.x, forward.y) < VERTICAL;
@@ -51,7 +51,7 @@ mod tests {
     use perirobot_scene::pose::{Frame, from_rpy};
 
     fn turned(pose: Pose) -> [f64; 3] {
-        let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(&pose);
+        let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(&pose);
         [pan_deg, tilt_deg, roll_deg]
     }
 

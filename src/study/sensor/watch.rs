@@ -60,7 +60,7 @@ pub(super) fn by_rays(rays: &Rays, from: &GridPose, blockers: &BitGrid, field: O
         if march::is_lost(drawn, rays.noise.lost_below) {
             return;
         }
-        let (way, gates) = (Way::of(from, rays.dirs_q15[ray as usize]), rays.gates_of(ray as usize));
+        let (way, gates) = (Way::new(from, rays.dirs_q15[ray as usize]), rays.gates_of(ray as usize));
         let entered = march::crossings(march::start(from.caster().origin_q16, way.truly_q16));
         for to in entered.take_while(|to| to.t_q16 <= gates.range_max_q16 && window.contains(to.voxel)) {
             if to.t_q16 < gates.near_ignore_q16 {

@@ -169,7 +169,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         let least = if matches!(entry.score, Objective::Kappa) { -1.0 } else { 0.0 };
         let rule = format!("a number from {least} to 1");
         let at_least = at.number("at_least", entry.at_least, least..=1.0, &rule)?;
-        if Ratio::of(at_least).value() != at_least {
+        if Ratio::from_f64(at_least).value() != at_least {
             return Err(at.wrong("at_least", at_least, "must have at most nine digits after the point"));
         }
         Ok(SetRequirement { score: entry.score.score(), over: entry.over.across(), at_least })

@@ -404,7 +404,7 @@ pub(super) fn mesh(
     up: Option<UpFile>,
 ) -> Result<MeshFile> {
     let scale = unit.map_or(1.0, |Unit(metres)| metres);
-    if let Some(format) = MeshFormat::of(path) {
+    if let Some(format) = MeshFormat::from_path(path) {
         let up = match up {
             Some(UpFile::Y) => Up::Y,
             Some(UpFile::Z) => Up::Z,

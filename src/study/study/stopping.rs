@@ -270,7 +270,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
         ));
     }
     let intrusions: Vec<Intrusion> =
-        sensors.iter().filter_map(|sensor| Intrusion::of(sensor, floor_m)).collect();
+        sensors.iter().filter_map(|sensor| Intrusion::new(sensor, floor_m)).collect();
     let farther = |a: &&Intrusion, b: &&Intrusion| a.metres().total_cmp(&b.metres());
     let farthest = intrusions.iter().max_by(farther);
     let parallel = intrusions.iter().find(|one| one.is_parallel());

@@ -31,7 +31,7 @@ pub(super) enum Unread {
 }
 
 impl Unreadable {
-    fn of(kind: Unread, said: Unreadable) -> Self {
+    fn new(kind: Unread, said: Unreadable) -> Self {
         Unreadable { kind, ..said }
     }
 
@@ -89,17 +89,17 @@ impl de::Error for Unreadable {
     }
 
     fn missing_field(field: &'static str) -> Self {
-        Unreadable::of(Unread::Missing(field), Unreadable::custom(format_args!("missing field `{field}`")))
+        Unreadable::new(Unread::Missing(field), Unreadable::custom(format_args!("missing field `{field}`")))
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
         let said = format!("unknown field `{field}`, {}", expected_words(expected));
-        Unreadable::of(Unread::UnknownKey(field.into(), expected), Unreadable::custom(said))
+        Unreadable::new(Unread::UnknownKey(field.into(), expected), Unreadable::custom(said))
     }
 
     fn unknown_variant(word: &str, expected: &'static [&'static str]) -> Self {
         let said = format!("unknown variant `{word}`, {}", expected_words(expected));
-        Unreadable::of(Unread::UnknownWord(word.into(), expected), Unreadable::custom(said))
+        Unreadable::new(Unread::UnknownWord(word.into(), expected), Unreadable::custom(said))
     }
 
     fn invalid_type(found: Unexpected, wanted: &dyn Expected) -> Self {

@@ -54,8 +54,8 @@ pub(super) fn warnings(
     let poses: usize = looking.iter().map(|&s| study.sensors[s].candidates.len()).sum();
     let rays = (RAYS_IN_ALL / (poses * study.scenes.len()).max(1)).clamp(RAYS[0], RAYS[1]);
     let all = |sensor: usize| (0..study.sensors[sensor].candidates.len()).collect::<Vec<_>>();
-    let few: Vec<SampledRays> = looking.iter().map(|&sensor| SampledRays::of(study, sensor, rays)).collect();
-    let mut hollows = Hollows::of(&worlds[0]);
+    let few: Vec<SampledRays> = looking.iter().map(|&sensor| SampledRays::new(study, sensor, rays)).collect();
+    let mut hollows = Hollows::new(&worlds[0]);
     let found: Vec<Vec<(usize, Why)>> =
         few.iter().map(|few| few.dead(&worlds[0], &mut hollows, &all(few.sensor))).collect();
     // An object that moves may free a pose: only poses that are dead in every snapshot count.
@@ -65,7 +65,7 @@ pub(super) fn warnings(
         if left.iter().all(Vec::is_empty) {
             break;
         }
-        let mut hollows = Hollows::of(world);
+        let mut hollows = Hollows::new(world);
         for (few, left) in few.iter().zip(&mut left) {
             *left = few.dead(world, &mut hollows, left).into_iter().map(|(candidate, _)| candidate).collect();
         }
@@ -86,7 +86,7 @@ pub(super) fn warnings(
             dead[place].count += 1;
         }
     }
-    let places = place::Places::of(study, &worlds[0]);
+    let places = place::Places::new(study, &worlds[0]);
     let mut lines: Vec<String> = dead.iter().take(MOST_TOLD).map(|dead| dead.line(study, &places)).collect();
     let count = |some: &[DeadPoses]| some.iter().map(|dead| dead.count).sum::<usize>();
     if dead.len() > MOST_TOLD {
@@ -165,7 +165,7 @@ enum Met {
 
 impl SampledRays<'_> {
     /// `sensor` must have a range.
-    fn of(study: &Study, sensor: usize, most: usize) -> SampledRays<'_> {
+    fn new(study: &Study, sensor: usize, most: usize) -> SampledRays<'_> {
         let kind = &*study.sensors[sensor].kind;
         let range = kind.range().expect("asked before");
         let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
@@ -317,7 +317,7 @@ struct Hollows {
 }
 
 impl Hollows {
-    fn of(world: &World) -> Hollows {
+    fn new(world: &World) -> Hollows {
         let truth = world.truth();
         let mut open = BitGrid::full(truth.grid.window());
         open.remove(&truth.blockers);

@@ -154,7 +154,7 @@ impl World {
         let grid = grid(study, &snapshots, &settings, &extent)
             .map_err(|e| in_study(slips().into_iter().fold(e, Error::cure)))?;
         let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
-        let in_voxels = Arc::new(Snapshots::of(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
+        let in_voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
         let floor = Floor::new(study, &snapshots[0]);
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = Vec::new();

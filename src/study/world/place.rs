@@ -53,7 +53,7 @@ struct Mount {
 
 impl<'a> Places<'a> {
     /// Of the poses as they are in a world of the study.
-    pub fn of(study: &'a Study, world: &'a World) -> Places<'a> {
+    pub fn new(study: &'a Study, world: &'a World) -> Places<'a> {
         let truth = world.truth();
         let room_m = room_m(&truth);
         let walls = study.sensors.iter().map(walls).collect();
@@ -70,7 +70,7 @@ impl<'a> Places<'a> {
             (Setting::Inflation(metres), _) => format!("on the robot, senses up to {}", length(*metres)),
             (Setting::Pose(pose), Some(link)) => {
                 let [x, y, z] = pose.position_m.to_array().map(length);
-                let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(pose);
+                let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(pose);
                 let [pan, tilt, roll] = [pan_deg, tilt_deg, roll_deg].map(tenths);
                 let rolled = if roll == "0" { String::new() } else { format!(", roll {roll}°") };
                 let carrier = carrier(link);
@@ -251,7 +251,7 @@ fn carrier(MountLink { object, link }: &MountLink) -> String {
 /// How a sensor is turned. The pan of a sensor that looks straight away from its wall is left out, and so are
 /// tilt and roll of 0.
 fn direction(pose: &Pose, stance: Stance, inwards_deg: Option<f64>) -> Option<String> {
-    let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(pose);
+    let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(pose);
     let is_vertical = tilt_deg.abs() > 90.0 - LEVEL_DEG;
     let usual_deg = match stance {
         Stance::Facing if !is_vertical => inwards_deg,

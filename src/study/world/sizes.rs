@@ -40,7 +40,7 @@ pub(super) struct Lengths {
 }
 
 impl Lengths {
-    pub(super) fn of(objects: &[Arc<ObjectVoxels>]) -> Lengths {
+    pub(super) fn new(objects: &[Arc<ObjectVoxels>]) -> Lengths {
         let length_m = |object: &Arc<ObjectVoxels>| (object.bounds_m[1] - object.bounds_m[0]).max_element();
         let all_m: Vec<f64> = objects.iter().map(length_m).collect();
         let longer =

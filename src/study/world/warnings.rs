@@ -32,7 +32,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     let mut warnings = of_file(&study.path, &study.warnings);
     warnings.extend(of_file(&scene.path, &scene.warnings));
     let first = worlds[0].truth();
-    let glances: Vec<Glance> = worlds.iter().map(|world| Glance::of(study, world)).collect();
+    let glances: Vec<Glance> = worlds.iter().map(|world| Glance::new(study, world)).collect();
     if let Some(hull) = hull_warning(&scenes[0], &first, &glances) {
         warnings.insert(0, hull);
         return SceneWarnings { lines: warnings, is_filled: true };
@@ -46,7 +46,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
              needs interior = \"free\""
         ));
     }
-    let (lengths, surfaces) = (Lengths::of(&first.objects), Surfaces::new(scene));
+    let (lengths, surfaces) = (Lengths::new(&first.objects), Surfaces::new(scene));
     for (index, object) in first.objects.iter().enumerate() {
         object_warnings(&glances, &object.name, index, &mut warnings);
         warnings.extend(lengths.warning(object, index, study.voxel_size_m, &surfaces));
@@ -60,7 +60,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     let regions: Vec<usize> = (0..study.regions.len()).collect();
     warnings.extend(cut_warnings(study, worlds, &regions));
     warnings.extend(floor::warning(study, &scenes[0]));
-    let places = Places::of(study, &worlds[0]);
+    let places = Places::new(study, &worlds[0]);
     let outside = outside(study, &first, &worlds[0]);
     let across_m = DVec3::from_array(first.grid.size.map(f64::from)).length() * study.voxel_size_m;
     for (sensor, outside) in outside.iter().enumerate() {
@@ -131,7 +131,7 @@ struct Glance {
 }
 
 impl Glance {
-    fn of(study: &Study, world: &World) -> Glance {
+    fn new(study: &Study, world: &World) -> Glance {
         let truth = world.truth();
         let stands = |setting: &Setting| match setting {
             Setting::Pose(pose) => {

@@ -27,7 +27,7 @@ pub const BETWEEN_MEMBERS: &str = ";";
 /// are in the world, or, where `on` names a robot and its link, in that link's frame; both are empty for what
 /// has no pose. `place` says for people where that is in a world of the study.
 pub fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
-    let places = Places::of(study, world);
+    let places = Places::new(study, world);
     let mut csv = Csv::new(&[
         "sensor",
         "pose",

@@ -128,7 +128,7 @@ impl Fault {
 impl Manifest {
     /// The manifest of a sweep that has not run. `command` is the command that makes it, word by word.
     pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &[String]) -> Manifest {
-        let identity = Identity::of(study, worlds);
+        let identity = Identity::new(study, worlds);
         let as_written = object(&identity);
         let warnings = worlds
             .iter()

@@ -110,7 +110,7 @@ impl Subject {
             (0..scene.snapshots).map(|snapshot| scene.dwell_s.as_ref().map(|dwell_s| dwell_s[snapshot]))
         });
         let poses: Vec<Arc<Vec<PoseResults>>> = {
-            let places = Places::of(study, &worlds[0]);
+            let places = Places::new(study, &worlds[0]);
             (0..study.sensors.len()).map(|sensor| Arc::new(poses(study, &places, sensor))).collect()
         };
         let member = |member: &study::Member| MemberResults {

@@ -94,17 +94,17 @@ impl<'a> Casting<'a> {
     ) -> Result<Casting<'a>> {
         let scores =
             std::iter::once(choose.objective).chain(choose.require.iter().map(|require| require.score));
-        Casting::of(
+        Casting::new(
             study,
             worlds,
             (choose.region, &choose.representations),
-            Wanted::of(scores),
+            Wanted::from_scores(scores),
             memory_bytes,
             kept,
         )
     }
 
-    pub(super) fn of(
+    pub(super) fn new(
         study: &'a Study,
         worlds: &'a [World],
         (region, representations): (usize, &'a [usize]),

@@ -36,7 +36,7 @@ fn worths_over_moments_are_those_of_the_tables() {
         let moments: Vec<Confusion> = (0..1 + case % 5).map(|_| random(&mut state)).collect();
         for score in SCORES {
             let expected = over(std::slice::from_ref(&moments), score);
-            let found = |over| Worth::of(score, over, &moments).map(Worth::value);
+            let found = |over| Worth::from_counts(score, over, &moments).map(Worth::value);
             assert_eq!(found(Across::Worst), expected.map(|over| over.worst), "case {case}: {score:?}");
             assert_eq!(found(Across::Mean), expected.map(|over| over.mean), "case {case}: {score:?}");
             let all = moments.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));

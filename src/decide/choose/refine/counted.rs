@@ -31,7 +31,7 @@ pub(super) fn counted(
         let listed: Vec<_> =
             gaining.iter().map(|&number| all[number].list(study, &around, &mut with_poses)).collect();
         let worlds = World::prepare_all(&with_poses)?;
-        let places = Places::of(&with_poses, &worlds[0]);
+        let places = Places::new(&with_poses, &worlds[0]);
         let telling = Telling { study: &with_poses, choose, worlds: &worlds, places };
         let mut told = untold.clone();
         for (&number, (set, poses)) in gaining.iter().zip(listed) {
@@ -81,7 +81,7 @@ impl Refined {
             };
             let sensor = &mut study.sensors[spot.sensor];
             let near = &sensor.candidates[spot.candidate];
-            let Turned { pan_deg, tilt_deg, roll_deg } = Turned::of(&pose);
+            let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(&pose);
             let q = pose.rotation;
             poses.push(FinePose {
                 sensor: sensor.name.clone(),
@@ -130,10 +130,10 @@ impl Telling<'_> {
         if set.len() == 1 {
             counts.push(self.nothing_seen());
         }
-        let worth = |counts: &Vec<Confusion>| Worth::of(objective, over, counts);
+        let worth = |counts: &Vec<Confusion>| Worth::from_counts(objective, over, counts);
         let reaches = self.choose.require.iter().all(|require| {
-            let worth = Worth::of(require.score, require.over, &counts[0]);
-            worth.is_some_and(|worth| worth.reaches(Ratio::of(require.at_least)))
+            let worth = Worth::from_counts(require.score, require.over, &counts[0]);
+            worth.is_some_and(|worth| worth.reaches(Ratio::from_f64(require.at_least)))
         });
         let all_worth = worth(&counts[0]);
         let is_noisy = self.study.sensors.iter().any(|sensor| sensor.kind.is_noisy());
@@ -160,7 +160,7 @@ impl Telling<'_> {
                 score_without: worth(&counts[number + 1]).map(Worth::value),
             }
         });
-        told.best = Some(ToldSet::of(sensors.collect(), all_worth));
+        told.best = Some(ToldSet::new(sensors.collect(), all_worth));
         told.gain = Some(all_worth.value() - told.score_before);
         told.poses = poses;
         Ok(())

@@ -108,7 +108,7 @@ fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result
     let mut counts = recounted(study, choose, worlds, &rests, recounter, &|| watch.stop())?.into_iter();
     let nothing_seen = |world: &World| world.baselines[choose.region].nothing_seen;
     let nothing: Vec<Confusion> = (0..study.repeats).flat_map(|_| worlds.iter().map(nothing_seen)).collect();
-    let places = Places::of(study, &worlds[0]);
+    let places = Places::new(study, &worlds[0]);
     for (number, (told, set)) in all.into_iter().zip(sets).enumerate() {
         let place = match number.checked_sub(claims.chosen.told.steps.len()) {
             None => format!("steps[{number}].best.sensors"),

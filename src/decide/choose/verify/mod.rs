@@ -102,7 +102,7 @@ impl Claims {
         if chosen.fingerprint != fingerprint(study, worlds) {
             return wrong("fingerprint", "the study is not what was searched: choose again");
         }
-        if chosen.asked != Asked::of(study, choose) {
+        if chosen.asked != Asked::new(study, choose) {
             return wrong("asked", "the study asks for something else now: choose again");
         }
         let told = &chosen.told;

@@ -48,7 +48,7 @@ impl Bar {
                     .iter()
                     .find(|require| require.over != Across::Mean && require.at_least > 0.0);
                 let first = first.expect("asked only where there is one");
-                let Ratio { numerator, denominator } = Ratio::of(first.at_least);
+                let Ratio { numerator, denominator } = Ratio::from_f64(first.at_least);
                 // As much is enough, which is more than a little less.
                 (first.score, first.over, (2 * numerator - 1, 2 * denominator))
             }

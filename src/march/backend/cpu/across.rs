@@ -27,7 +27,7 @@ pub(super) struct Across {
 
 impl Across {
     /// The layer across a cone from `begin` on, within a few sections and up to `limit`.
-    pub(super) fn of(
+    pub(super) fn new(
         blockers: &BitGrid,
         cone: &ConeAtPose,
         begin: f32,

@@ -50,7 +50,7 @@ pub(super) fn way<'a>(
             .any(|blockers| section.intersection(&blockers.window()) != section || blockers.any_in(&section))
         {
             let mut is_across =
-                || layers.any(|blockers| Across::of(blockers, cone, begin, SECTION, to).is_some());
+                || layers.any(|blockers| Across::new(blockers, cone, begin, SECTION, to).is_some());
             return if begin > from && is_across() { Way::Returns } else { Way::Clear(begin) };
         }
         begin = clear(cone, searches.clone(), begin + SECTION);
@@ -121,7 +121,7 @@ mod tests {
             let pose = GridPose { origin_q16, axis_q15, draws: 0, truly: None };
             let search = Search::new(&layer, 0, origin_q16.map(|x| x >> 16));
             for packet in 0..packets.count() {
-                let cone = Cone::of(&packets, &[packet]).sent(&pose);
+                let cone = Cone::new(&packets, &[packet]).sent(&pose);
                 let way = way(&cone, [&search].into_iter(), 0.0, [from, to]);
                 for lane in 0..RAYS {
                     let dir_q15 = packets.dirs_q15(packet).map(|dirs| dirs[lane]);

@@ -83,7 +83,7 @@ impl TableCaster<'_> {
     fn across(&self, search: &Search, cone: &ConeAtPose, from: f32) -> Option<Across> {
         let blockers = &search.layer.blockers;
         let is_behind = from > search.ignore_q16 as f32 / 65_536.0 + 1.0;
-        is_behind.then(|| Across::of(blockers, cone, from, SECTION, f32::MAX)).flatten()
+        is_behind.then(|| Across::new(blockers, cone, from, SECTION, f32::MAX)).flatten()
     }
 
     /// The first hits of rays that end soon after where a cone is clear. Says which lanes are open still, and

@@ -40,7 +40,7 @@ const DEVIATION_PER_VOXEL: f32 = deviation::PER_VOXEL as f32;
 
 impl Cone {
     /// The cone of some packets.
-    pub(super) fn of(packets: &Packets, own: &[usize]) -> Cone {
+    pub(super) fn new(packets: &Packets, own: &[usize]) -> Cone {
         let dirs = || {
             let all = own.iter().map(|&packet| packets.dirs_q15(packet));
             all.flat_map(|dirs| (0..RAYS).map(|lane| dirs.each_ref().map(|dirs| dirs[lane])))

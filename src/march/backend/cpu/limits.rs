@@ -22,7 +22,7 @@ pub(super) struct Limits {
 
 impl Limits {
     /// The limits of each packet of a table; one for all packets where all rays are alike.
-    pub(super) fn of(packets: &Packets, gates: &Gates) -> Vec<Limits> {
+    pub(super) fn from_packets(packets: &Packets, gates: &Gates) -> Vec<Limits> {
         let packet = |number: usize| {
             let [.., z_q15] = packets.dirs_q15(number);
             Limits::new(gates, z_q15)

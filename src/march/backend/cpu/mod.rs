@@ -100,7 +100,7 @@ impl LoadedScene {
         let over_time = over_time.map(|all| same(all).unwrap_or_else(|| (all.clone(), ready(all))));
         let mut moving = BitGrid::clone(&scene.blockers);
         over_time.iter().for_each(|(all, _)| moving.remove(&all.always));
-        let wanted = RelevantVoxels::of(scene.window, &scene.regions);
+        let wanted = RelevantVoxels::new(scene.window, &scene.regions);
         LoadedScene {
             over_time,
             moving: Layer::new(moving),

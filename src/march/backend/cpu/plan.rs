@@ -16,7 +16,7 @@ pub(super) struct RelevantVoxels {
 
 impl RelevantVoxels {
     /// These voxels of a window.
-    pub(super) fn of(window: Window, regions: &[BitGrid]) -> RelevantVoxels {
+    pub(super) fn new(window: Window, regions: &[BitGrid]) -> RelevantVoxels {
         let mut voxels = BitGrid::new(window);
         regions.iter().for_each(|region| voxels.add(region));
         RelevantVoxels::voxels(voxels)

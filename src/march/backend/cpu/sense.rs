@@ -39,10 +39,10 @@ impl RayTable {
     pub(super) fn new(rays: &Rays) -> Self {
         let packets = Packets::new(rays);
         let tiles = if packets.image().is_some() { packets.count() } else { 0 };
-        let cones = (0..tiles).map(|tile| Cone::of(&packets, &[tile])).collect();
+        let cones = (0..tiles).map(|tile| Cone::new(&packets, &[tile])).collect();
         let groups = if packets.image().is_some() { packets.groups() } else { Vec::new() };
-        let groups = groups.iter().map(|tiles| Cone::of(&packets, tiles)).collect();
-        let limits = Limits::of(&packets, &rays.gates);
+        let groups = groups.iter().map(|tiles| Cone::new(&packets, tiles)).collect();
+        let limits = Limits::from_packets(&packets, &rays.gates);
         let nearer_q16 = rays.nearest_q16();
         RayTable { packets, cones, groups, gates: rays.gates, limits, noise: rays.noise.clone(), nearer_q16 }
     }

@@ -26,7 +26,7 @@ impl DeviceTable {
     pub(super) fn new(device: &GpuDevice, rays: &Rays) -> Result<Self> {
         let std_q16 = rays.noise.std_q16.iter().map(|&std_q16| std_q16 as i32);
         let noise: Vec<i32> = rays.noise.unit_q12.iter().copied().chain(std_q16).collect();
-        let sizes = TableSizes::of(rays, &device.report)?;
+        let sizes = TableSizes::new(rays, &device.report)?;
         let words = TableWords::new(rays, sizes.ends_words());
         Ok(DeviceTable {
             sizes,

@@ -134,7 +134,7 @@ impl Backend for Gpu {
         let device = &self.queue.device;
         let (boxes, wanted) = plan::boxes(scene);
         let body_words = BodyWords::new(scene);
-        let sizes = SceneSizes::of(scene, [wanted, boxes.len() as u32], &body_words, &device.report)?;
+        let sizes = SceneSizes::new(scene, [wanted, boxes.len() as u32], &body_words, &device.report)?;
         self.kept.load(device, scene.over_time.as_ref(), &self.tables);
         let (boxes, memory_bytes) = ((boxes.as_slice(), wanted), self.memory_bytes);
         self.loaded = Some(DeviceScene::new(

@@ -73,7 +73,7 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     let truth = world.truth();
     let room_m = room_m(&truth);
     let storey = Storey::new(&truth, room_m, world.floor.z_m);
-    let paper = Paper::of(around(study, world, choice));
+    let paper = Paper::new(around(study, world, choice));
     let labels = Labels::within(paper.view());
     let (svg, legend) = (Svg::default(), Vec::new());
     let watched = Vec::new();

@@ -27,7 +27,7 @@ pub(super) struct Paper {
 
 impl Paper {
     /// For a part of the floor.
-    pub(super) fn of([low, high]: [DVec2; 2]) -> Paper {
+    pub(super) fn new([low, high]: [DVec2; 2]) -> Paper {
         let high = high.max(low + DVec2::splat(1e-3));
         let size = high - low;
         Paper { low, high, scale: (MOST[0] / size.x).min(MOST[1] / size.y) }
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn places_lie_as_on_a_map() {
-        let paper = Paper::of([DVec2::new(-3.0, -2.0), DVec2::new(3.0, 2.0)]);
+        let paper = Paper::new([DVec2::new(-3.0, -2.0), DVec2::new(3.0, 2.0)]);
         assert_eq!(paper.scale, 110.0);
         assert_eq!(paper.at(DVec2::new(-3.0, 2.0)), [LEFT, ABOVE], "the upper left corner");
         assert_eq!(paper.at(DVec2::new(3.0, -2.0)), [LEFT + 660.0, ABOVE + 440.0]);

@@ -245,7 +245,7 @@ fn blind_floor_is_what_no_ray_comes_over() {
     }
     assert!(blind > 10, "{blind}");
     assert!((one.floor_m2[1] - blind as f64 / 100.0).abs() < 1e-9, "{:?}, {blind}", one.floor_m2);
-    let scale = Paper::of(around(&study, &worlds[0], None)).scale;
+    let scale = Paper::new(around(&study, &worlds[0], None)).scale;
     for plan in [&one, &both] {
         for (class, wanted) in [("blind", plan.floor_m2[1]), ("hardly", plan.floor_m2[2])] {
             let drawn = area_m2(plan, class, scale);
@@ -281,7 +281,7 @@ fn what_moves_is_drawn_at_all_its_moments() {
     let is_void = |x, y| storey.voids.get(at(x, y));
     assert_eq!([is_void(2.0, 1.55), is_void(0.0, -1.0), is_void(-1.8, 1.0)], [true, false, false]);
     assert!(truth.grid.corner_m([0, 0, storey.layers.start]).z >= 0.0, "{:?}", storey.layers);
-    let low: f64 = area_m2(&plan, "low", Paper::of(around(&study, &worlds[2], None)).scale);
+    let low: f64 = area_m2(&plan, "low", Paper::new(around(&study, &worlds[2], None)).scale);
     assert!(low < 6.0, "{low} m² of furniture in a cell of 20 m²");
     assert_eq!((plan.floor_m2, plan.sensors.len()), ([0.0; 3], 0));
     let legend: Vec<&str> = plan.legend.iter().map(|(_, meaning)| meaning.as_str()).collect();
@@ -294,7 +294,7 @@ fn a_pad_is_the_floor_that_it_guards() {
     let worlds = World::prepare(&study, 0).unwrap();
     let pads = study.combinations.iter().position(|one| one.name == "pad").unwrap();
     let plan = floor_plan(&study, &worlds, 0, Some(first_of(pads)));
-    let drawn = area_m2(&plan, "pad", Paper::of(around(&study, &worlds[0], None)).scale);
+    let drawn = area_m2(&plan, "pad", Paper::new(around(&study, &worlds[0], None)).scale);
     assert!((drawn - 0.75).abs() < 0.01, "a pad of 1 m by 0.75 m, not {drawn} m²");
     let [floor, blind, hardly] = plan.floor_m2;
     assert!((floor - blind - 0.75).abs() < 0.16, "{floor} m² less a pad are blind, not {blind}");

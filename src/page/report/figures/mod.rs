@@ -136,7 +136,7 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// Where something wanted is not in the sweep, with what there is.
     pub fn new(sweep: &'a FiguredSweep, wanted: &Wanted) -> Result<Plan<'a>> {
-        let part = Part::of(&sweep.results, wanted)?;
+        let part = Part::new(&sweep.results, wanted)?;
         let mut plan = Plan { sweep, part, jobs: Vec::new(), left_out: Vec::new() };
         for kind in Kind::ALL.into_iter().filter(|kind| wanted.kinds.contains(kind)) {
             match kind {
@@ -198,7 +198,7 @@ impl<'a> Plan<'a> {
         let (results, mut without) = (&self.sweep.results, Vec::new());
         for series in self.part.series.clone() {
             let combination = &results.combinations[series.combination];
-            let Some(placed) = Placed::of(&self.sweep.study, &self.sweep.worlds[0], series) else {
+            let Some(placed) = Placed::new(&self.sweep.study, &self.sweep.worlds[0], series) else {
                 if !without.contains(&combination.name) {
                     without.push(combination.name.clone());
                 }

@@ -52,7 +52,7 @@ pub(super) struct Extent {
 }
 
 impl Part {
-    pub(super) fn of(results: &Results, wanted: &Wanted) -> Result<Part> {
+    pub(super) fn new(results: &Results, wanted: &Wanted) -> Result<Part> {
         let selection = ReportSelection::named(results, wanted.region, wanted.combination, wanted.scores)?;
         let name = |one: &Series| &results.combinations[one.combination].representations[one.representation];
         let all = selection.series(results);

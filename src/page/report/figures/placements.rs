@@ -31,7 +31,7 @@ pub(super) struct Placed {
 
 impl Placed {
     /// Of a series in which one sensor has several places in the world.
-    pub(super) fn of(study: &Study, world: &World, series: Series) -> Option<Placed> {
+    pub(super) fn new(study: &Study, world: &World, series: Series) -> Option<Placed> {
         let combination = &study.combinations[series.combination];
         let positions = |member: &perirobot_study::study::Member| {
             let sensor = &study.sensors[member.sensor];

@@ -121,7 +121,7 @@ pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
         let parts = sides.iter().map(|(side, names, found)| {
             // The title names the ceiling.
             let label = (side.0 != 2).then(|| (words(names), side.label(room), side.0 == 0));
-            MapPart::of(found, |at| side.lay(at, room), label, side.0 == 2)
+            MapPart::new(found, |at| side.lay(at, room), label, side.0 == 2)
         });
         let [low, high] = room.map(DVec3::truncate);
         let height = DVec2::splat(room[1].z - room[0].z);
@@ -131,7 +131,7 @@ pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
     }
     maps.extend(own.into_iter().map(|(title, all)| {
         let [u, v] = plane(&all);
-        let part = MapPart::of(&all, |at| DVec2::new(at[u], at[v]), None, [u, v] == [0, 1]);
+        let part = MapPart::new(&all, |at| DVec2::new(at[u], at[v]), None, [u, v] == [0, 1]);
         let more = part.size.unwrap_or(DVec2::splat(0.4)) / 2.0 + 0.1;
         let nothing = [DVec2::INFINITY, DVec2::NEG_INFINITY];
         let around = part.spots.iter().fold(nothing, |[a, b], spot| [a.min(spot.at), b.max(spot.at)]);
@@ -158,7 +158,7 @@ fn plane(all: &[Position]) -> [usize; 2] {
 }
 
 impl MapPart {
-    fn of(
+    fn new(
         all: &[Position],
         lay: impl Fn(DVec3) -> DVec2,
         label: Option<(String, DVec2, bool)>,

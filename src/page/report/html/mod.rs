@@ -83,7 +83,7 @@ pub fn page(
     let cells = cells::look((study, worlds), (results, &rankings, recommended), looked_at, backend, said)?;
     let picture = recommended.map(|one| picture(sweep, &rankings, one, backend)).transpose()?;
     let mut numbers = NumberTable::default();
-    let surroundings = surroundings::Surroundings::of(study)?;
+    let surroundings = surroundings::Surroundings::new(study)?;
     // A cell of which it cannot be asked has its report nevertheless.
     let (near, refused) = match recommended.map(|one| approaches::ways(sweep, one.looked(&rankings))) {
         Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),

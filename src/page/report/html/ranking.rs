@@ -41,7 +41,7 @@ pub(super) struct Spread {
 const BINS: usize = 48;
 
 impl Spread {
-    fn of(score: Score, means: &[Option<f64>]) -> Option<Spread> {
+    fn new(score: Score, means: &[Option<f64>]) -> Option<Spread> {
         let values: Vec<f64> = means.iter().copied().flatten().collect();
         let best = first_best(score, means.iter().copied())?;
         let mut bins = vec![0; BINS];
@@ -63,7 +63,7 @@ pub(super) fn rankings(results: &Results) -> Result<Vec<Ranking>> {
 fn ranking(results: &Results, series: Series) -> Result<Ranking> {
     let mut by: [Vec<_>; BESTS.len()] = Default::default();
     let mut scenes: Vec<Vec<_>> = Vec::new();
-    let spreads = |means: &Means| Score::ALL.map(|score| Spread::of(score, &means[score as usize]));
+    let spreads = |means: &Means| Score::ALL.map(|score| Spread::new(score, &means[score as usize]));
     for region in 0..results.regions.len() {
         let over_all = means(results, series, region, results.moments())?;
         let of = |score: Score| over_all[score as usize].iter().copied();
@@ -114,7 +114,7 @@ pub(super) fn maxima_of(
         });
         each.reduce(|best, next| if score.merit(next.value) > score.merit(best.value) { next } else { best })
     };
-    Maxima::of(combination, (0..results.scenes.len()).map(of_scene).collect())
+    Maxima::new(combination, (0..results.scenes.len()).map(of_scene).collect())
 }
 
 /// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number,
@@ -164,13 +164,13 @@ mod tests {
 
     #[test]
     fn values_are_counted_part_by_part() {
-        let spread = Spread::of(Score::Unknown, &[Some(0.5), None, Some(0.25), Some(0.75)]).unwrap();
+        let spread = Spread::new(Score::Unknown, &[Some(0.5), None, Some(0.25), Some(0.75)]).unwrap();
         let filled: Vec<usize> = (0..BINS).filter(|&bin| spread.bins[bin] > 0).collect();
         assert_eq!((filled, spread.bins.iter().sum()), (vec![0, BINS / 2, BINS - 1], 3));
         // The least is the best of what should be small.
         assert_eq!(spread.best, (2, 0.25));
-        assert_eq!(Spread::of(Score::F1, &[Some(0.5); 3]).unwrap().bins[0], 3);
-        assert_eq!(Spread::of(Score::F1, &[None]), None);
+        assert_eq!(Spread::new(Score::F1, &[Some(0.5); 3]).unwrap().bins[0], 3);
+        assert_eq!(Spread::new(Score::F1, &[None]), None);
     }
 
     #[test]

@@ -32,7 +32,7 @@ impl Surroundings {
     ///
     /// # Errors
     /// When its files cannot be read any more.
-    pub(super) fn of(study: &Study) -> Result<Surroundings> {
+    pub(super) fn new(study: &Study) -> Result<Surroundings> {
         let scene = build(&study.scenes[0], &study.sources, study.voxel_size_m)?.swap_remove(0);
         Ok(Surroundings { scene })
     }

@@ -25,7 +25,7 @@ pub(super) fn read(
         if !["triangles", "polylist", "polygons", "tristrips", "trifans"].contains(&tag) {
             continue;
         }
-        let Some(layout) = IndexLayout::of(library, primitive)? else { continue };
+        let Some(layout) = IndexLayout::new(library, primitive)? else { continue };
         for face in faces(library, primitive, tag, &layout)? {
             let corners = face.into_iter().map(|place| layout.position(place)).collect::<Result<Vec<_>, _>>();
             corners
@@ -118,7 +118,7 @@ struct IndexLayout {
 
 impl IndexLayout {
     /// Nothing for a primitive without indices.
-    fn of(library: &Library, primitive: Node) -> Result<Option<IndexLayout>, Issue> {
+    fn new(library: &Library, primitive: Node) -> Result<Option<IndexLayout>, Issue> {
         if child(primitive, "p").is_none() {
             return Ok(None);
         }

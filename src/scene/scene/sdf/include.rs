@@ -100,7 +100,7 @@ impl Reader<'_> {
         let mut model = Model {
             name,
             file: file.clone(),
-            pose: if is_world { Pose::default() } else { Pose::of(node).map_err(at)? },
+            pose: if is_world { Pose::default() } else { Pose::from_element(node).map_err(at)? },
             placement_frame: node.attribute("placement_frame").filter(|_| !is_world).map(String::from),
             is_merged: false,
             links: Vec::new(),
@@ -133,7 +133,8 @@ impl Reader<'_> {
                 kind @ ("joint" | "frame") => {
                     self.spend(depth, Size { models: 0, parts: 1 }).map_err(at)?;
                     let name = named()?;
-                    let pose = Pose::of(part).map_err(|issue| at(issue.at(format!("{kind} {name:?}"))))?;
+                    let pose =
+                        Pose::from_element(part).map_err(|issue| at(issue.at(format!("{kind} {name:?}"))))?;
                     let default = match kind {
                         "joint" => text(part, "child"),
                         _ => part.attribute("attached_to").filter(|name| !name.is_empty()),
@@ -183,7 +184,7 @@ impl Reader<'_> {
             }
             let at =
                 |issue: Issue| issue.at(format!("{kind} {:?}", part.attribute("name").unwrap_or_default()));
-            let pose = Pose::of(part).map_err(at)?;
+            let pose = Pose::from_element(part).map_err(at)?;
             if let Some(other) = pose.relative_to.as_ref().filter(|other| **other != name) {
                 return Err(at(Issue::unsupported(format!("its pose is relative to {other:?}"))
                     .wanted("write it relative to its link, or give that frame a link")));
@@ -198,7 +199,7 @@ impl Reader<'_> {
                 Err(None) => {}
             }
         }
-        Ok(Link { name, pose: Pose::of(node)?, bodies })
+        Ok(Link { name, pose: Pose::from_element(node)?, bodies })
     }
 
     /// The model that an `<include>` means, if it is on this machine.
@@ -236,7 +237,7 @@ impl Reader<'_> {
             model.name = Some(name.into());
         }
         if child(node, "pose").is_some() {
-            model.pose = Pose::of(node).map_err(at)?;
+            model.pose = Pose::from_element(node).map_err(at)?;
         }
         model.placement_frame = text(node, "placement_frame").map(String::from).or(model.placement_frame);
         model.is_merged = matches!(node.attribute("merge"), Some("true" | "1"));

@@ -20,7 +20,7 @@ pub(super) struct Pose {
 
 impl Pose {
     /// The pose of an element: its child, or where its parent is.
-    pub(super) fn of(element: Node) -> Result<Pose, Issue> {
+    pub(super) fn from_element(element: Node) -> Result<Pose, Issue> {
         let Some(node) = child(element, "pose") else {
             return Ok(Pose { parent_from_own: DAffine3::IDENTITY, relative_to: None });
         };

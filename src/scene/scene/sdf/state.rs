@@ -59,7 +59,9 @@ fn place_models(state: Node, world_from_parent: DAffine3, models: &mut [Model]) 
 /// A state of a model or a link, and its pose in the world; none if it has none.
 fn state_pose<'a, 'i>(state: Node<'a, 'i>) -> Result<Option<(Node<'a, 'i>, DAffine3)>, Issue> {
     match child(state, "pose") {
-        Some(_) => Ok(Some((state, Pose::of(state).map_err(|issue| issue.at("state"))?.parent_from_own))),
+        Some(_) => {
+            Ok(Some((state, Pose::from_element(state).map_err(|issue| issue.at("state"))?.parent_from_own)))
+        }
         None => Ok(None),
     }
 }

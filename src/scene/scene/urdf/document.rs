@@ -90,7 +90,7 @@ impl Version {
     const NO_LIMIT_IS_NONE: Version = Version([1, 2]);
 
     /// That of a file; 1.0 where it says nothing that makes sense, as ROS has it.
-    fn of(root: Node) -> Version {
+    fn from_root(root: Node) -> Version {
         let read = |text: &str| {
             let (major, minor) = text.trim().split_once('.')?;
             Some(Version([major.parse().ok()?, minor.parse().ok()?]))
@@ -120,7 +120,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, Issue> {
     if root.descendants().any(|node| node.is_element() && is_macro(&node, &prefixes)) {
         return Err(expand(path));
     }
-    let version = Version::of(root);
+    let version = Version::from_root(root);
     // The rest of a file belongs to simulators and drivers.
     let links = children(root, "link").map(|node| link(node, version));
     let joints = children(root, "joint").map(|node| joint(node, version));

@@ -261,7 +261,7 @@ fn given(at: &Place, entry: &RequirementFile) -> Result<(&'static str, f64)> {
 }
 
 fn exact(at: &Place, key: &str, value: f64) -> Result<Limit> {
-    let ratio = Ratio::of(value);
+    let ratio = Ratio::from_f64(value);
     if ratio.value() != value {
         return Err(at.wrong(key, value, "must have at most nine digits after the point"));
     }

@@ -44,7 +44,7 @@ pub(super) struct Intrusion {
 
 impl Intrusion {
     /// Of a sensor that may notice people who walk at a height in the world; `None` of one that does not.
-    pub(super) fn of(sensor: &Sensor, floor_m: f64) -> Option<Intrusion> {
+    pub(super) fn new(sensor: &Sensor, floor_m: f64) -> Option<Intrusion> {
         let approach = match sensor.kind.name() {
             "known_robot" | "recorded" => return None,
             "pad" => Approach::Parallel(0.0),

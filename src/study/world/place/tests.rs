@@ -54,7 +54,7 @@ fn places_of(sensor: &str) -> Vec<String> {
     write("study.toml", &format!("{HEAD}{sensor}"));
     let study = Study::load(&folder.path().join("study.toml"), &Overrides::default()).unwrap();
     let worlds = World::prepare_all(&study).unwrap();
-    let places = Places::of(&study, &worlds[0]);
+    let places = Places::new(&study, &worlds[0]);
     (0..study.sensors[0].candidates.len()).map(|candidate| places.words(0, candidate)).collect()
 }
 

@@ -91,7 +91,7 @@ pub struct Sensors {
 
 impl Identity {
     /// Of a study. `worlds` are those of [`World::prepare_all`].
-    pub(super) fn of(study: &Study, worlds: &[World]) -> Identity {
+    pub(super) fn new(study: &Study, worlds: &[World]) -> Identity {
         let scene_files = study.scenes.iter().map(|spec| {
             let says = toml::from_str(&spec.text).unwrap_or_else(|_| spec.text.as_str().into());
             SceneFileIdentity { name: spec.name.clone(), says }

@@ -82,7 +82,7 @@ pub enum TableFormat {
 
 impl TableFormat {
     /// The format of a file by the ending of its name.
-    pub fn of(path: &Path) -> Result<TableFormat> {
+    pub fn from_path(path: &Path) -> Result<TableFormat> {
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("csv") => Ok(TableFormat::Csv),
             #[cfg(feature = "parquet")]

@@ -36,7 +36,7 @@ pub(in crate::backend::gpu) struct TableSizes {
 
 impl TableSizes {
     /// The sizes of a table, if the adapter can bind it.
-    pub(in crate::backend::gpu) fn of(rays: &Rays, adapter: &AdapterReport) -> Result<Self> {
+    pub(in crate::backend::gpu) fn new(rays: &Rays, adapter: &AdapterReport) -> Result<Self> {
         let count = rays.dirs_q15.len() as u64;
         fits(adapter, "the sensor's table of rays takes", count * 8, "fewer rays")?;
         // A noisy return may be read behind its blocker, and behind the range.
@@ -178,7 +178,7 @@ pub(in crate::backend::gpu) struct SceneSizes {
 
 impl SceneSizes {
     /// The sizes of a scene of so many boxes of voxels, if the adapter can bind it.
-    pub(in crate::backend::gpu) fn of(
+    pub(in crate::backend::gpu) fn new(
         scene: &VoxelScene,
         boxes: [u32; 2],
         body_words: &BodyWords,

@@ -182,8 +182,8 @@ fn ends_are_those_of_whole_tiles_where_rays_may_go_by_them() {
     // A word a ray of 17 pixels fits what one a pixel of three tiles does not.
     let image = Some(Image { size_px: [17, 1], focal_px: [1e3; 2] });
     let rays = Rays { image, ..rays(17) };
-    assert!(TableSizes::of(&rays, &adapter(784, true)).is_ok());
-    let refused = TableSizes::of(&rays, &adapter(783, true)).unwrap_err().to_string();
+    assert!(TableSizes::new(&rays, &adapter(784, true)).is_ok());
+    let refused = TableSizes::new(&rays, &adapter(783, true)).unwrap_err().to_string();
     assert!(refused.contains("rays take 784 bytes"), "{refused}");
 }
 
@@ -260,10 +260,10 @@ fn words_are_fused_and_counted_once() {
 #[test]
 fn noise_may_take_a_ray_behind_its_range() {
     let mut rays = rays(1);
-    assert_eq!(TableSizes::of(&rays, &adapter(1 << 27, true)).unwrap().reach, 103);
+    assert_eq!(TableSizes::new(&rays, &adapter(1 << 27, true)).unwrap().reach, 103);
     rays.noise =
         Noise { unit_q12: vec![-9 << 12, 5 << 12, 0], std_q16: vec![1 << 16, 1 << 15], lost_below: 0 };
-    assert_eq!(TableSizes::of(&rays, &adapter(1 << 27, true)).unwrap().reach, 108);
+    assert_eq!(TableSizes::new(&rays, &adapter(1 << 27, true)).unwrap().reach, 108);
 }
 
 #[test]
@@ -353,12 +353,12 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
         people: Default::default(),
     };
     // 20 rows of 32 words, and 512 · 10 bricks.
-    let sizes = |bytes| SceneSizes::of(&scene, [0; 2], &BodyWords::new(&scene), &adapter(bytes, true));
+    let sizes = |bytes| SceneSizes::new(&scene, [0; 2], &BodyWords::new(&scene), &adapter(bytes, true));
     assert!(sizes(12_800).is_ok(), "exactly as large as a binding");
     let refused = sizes(12_799).unwrap_err().to_string();
     assert!(refused.contains("the grid takes 12800 bytes"), "{refused}");
-    assert!(TableSizes::of(&rays(320), &adapter(2560, true)).is_ok());
-    let refused = TableSizes::of(&rays(321), &adapter(2560, true)).unwrap_err().to_string();
+    assert!(TableSizes::new(&rays(320), &adapter(2560, true)).is_ok());
+    let refused = TableSizes::new(&rays(321), &adapter(2560, true)).unwrap_err().to_string();
     assert!(refused.contains("rays takes 2568 bytes") && refused.contains("at most 2560"), "{refused}");
 }
 

@@ -89,10 +89,10 @@ pub(super) fn sensor_data<'a>(
     };
     let positions = sensor.candidates.iter().filter_map(pose_of).map(|pose| pose.position_m);
     let around = surroundings.around_all(positions.filter(|_| sensor.on.is_none()));
-    let places = Places::of(study, &worlds[0]);
+    let places = Places::new(study, &worlds[0]);
     let poses = sensor.candidates.iter().enumerate().map(|(index, candidate)| {
         let pose = pose_of(candidate);
-        let turned = pose.as_ref().map(Turned::of);
+        let turned = pose.as_ref().map(Turned::new);
         PoseData {
             name: &candidate.name,
             group: &candidate.group,

@@ -66,7 +66,7 @@ fn sheet(
                     sketches = sketch::sketches(&pose, sensor.kind.stance(), room, &around, &objects).into();
                 }
             }
-            let turned = Turned::of(&pose);
+            let turned = Turned::new(&pose);
             let turns = [
                 ("pan, from x to y", turned.pan_deg),
                 ("tilt, up", turned.tilt_deg),

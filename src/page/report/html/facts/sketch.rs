@@ -129,7 +129,7 @@ pub(super) fn sketches(
     let room_m = [room_m[0].min(at), room_m[1].max(at)];
     let ahead = pose.link().x_axis;
     let along = if ahead.x.abs() >= ahead.y.abs() { 0 } else { 1 };
-    let turned = Turned::of(pose);
+    let turned = Turned::new(pose);
     let mut plan = Side::new([0, 1], room_m);
     plan.begin("plan: x to the right, y up", pose);
     plan.dimension(at, around, 0, names);

@@ -80,7 +80,12 @@ pub(crate) fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownR
             match kept.rows().find(is_asked) {
                 Some(row)
                     if is_judged_as(&row, requirement, &sweep.results.regions)
-                        && rests_on_now(sweep.study, &row, Summed::of(&requirement.measure), condition) =>
+                        && rests_on_now(
+                            sweep.study,
+                            &row,
+                            Summed::from_measure(&requirement.measure),
+                            condition,
+                        ) =>
                 {
                     used += 1;
                     of_row(requirement, condition, &row, sweep)
