@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use perirobot_decide::approach::{
-    APPROACH, Asked, Ground, PATHS, answers, csv, floor_plan, fusion_warning, in_words, is_named_as_plan,
+    APPROACH, Asked, Ground, PATHS, answers, csv, describe, floor_plan, fusion_warning, is_named_as_plan,
     moments_of, paths_ply, plan_names,
 };
 use perirobot_decide::judge::altered;
@@ -107,7 +107,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let scenes = own_worlds.chunk_by(|one, next| one.scene == next.scene);
     for (ground, worlds) in grounds.into_iter().zip(scenes) {
         let (answers, of_scene) = answers(&ground, worlds, &watchers, &mut || progress.inc(1))?;
-        super::print(&in_words(&ground, &answers))?;
+        super::print(&describe(&ground, &answers))?;
         asked.push((ground, answers));
         plans.push(of_scene);
     }

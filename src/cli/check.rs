@@ -103,7 +103,7 @@ fn verdict(warnings: usize) -> String {
 /// of the disk, which may go away.
 fn refuse(problems: &[Error], all: bool) -> ExitCode {
     let (count, most) = (problems.len(), if all { usize::MAX } else { FEW_PROBLEMS });
-    problems.iter().take(most).for_each(|problem| say!("error: {}", super::flags::told(problem)));
+    problems.iter().take(most).for_each(|problem| say!("error: {}", super::flags::to_text(problem)));
     if count > most {
         say!("and {} more (--all)", count - most);
     }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use perirobot_cover::{CandidateEvidence, FrontStep, SearchWatch, SetLimits};
 use perirobot_decide::choose::{
-    self, Casting, CastingWatch, Chosen, Claims, Outcome, RefineWatch, Told, Verified, VerifyWatch,
+    self, Casting, CastingWatch, Chosen, Claims, FrontReport, Outcome, RefineWatch, Verified, VerifyWatch,
     problem_of,
 };
 use perirobot_march::backend::Backend;
@@ -110,7 +110,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let shown = SearchBar { progress: args.progress.search(), stop };
     let answer = choose::answer(&problem, &shown)?;
     let why = stop.reason().filter(|_| !answer.complete);
-    let mut told = Told::new(&study, &worlds, &problem, &answer);
+    let mut told = FrontReport::new(&study, &worlds, &problem, &answer);
     if let Some(why) = why.as_ref().filter(|_| told.steps.is_empty()) {
         say!("{why}: no set was found yet, and nothing is written");
         return Ok(stopped());
@@ -141,7 +141,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
         super::print(&format!("\n{}\n", report::PLAIN_MEANS))?;
     }
     super::print("\n")?;
-    print_verdicts(&study, &results, outcome.chosen.told.best_set(), &out, &packages)?;
+    print_verdicts(&study, &results, outcome.chosen.report.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;
     if let Some(error) = failed {
         return Err(error);

@@ -82,7 +82,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
         None => {
             let (placements, left_out) = sweeps.named(&args.pose, among)?;
-            left_out.iter().for_each(|error| say!("note: left out: {}", flags::told(error)));
+            left_out.iter().for_each(|error| say!("note: left out: {}", flags::to_text(error)));
             let placements = enough(placements)?;
             text += &sweeps.key(&placements);
             for region in regions {

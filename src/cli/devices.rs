@@ -34,7 +34,7 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
     }
     if !cfg!(feature = "gpu") {
         let what = Issue::left_out("the GPU backend", "gpu");
-        return super::print(&format!("{text}\n{}\n", super::flags::told(&what.into())))
+        return super::print(&format!("{text}\n{}\n", super::flags::to_text(&what.into())))
             .map(|()| ExitCode::SUCCESS);
     }
     // The same choice as a run makes.
@@ -68,6 +68,6 @@ fn tested(adapter: &AdapterReport) -> String {
         Ok(seconds) => {
             format!("exact: counts {SELF_TEST_POSES} poses of a camera as the cpu does ({seconds:.1} s)")
         }
-        Err(e) => format!("NOT EXACT, do not use it: {}", super::flags::told(&e)),
+        Err(e) => format!("NOT EXACT, do not use it: {}", super::flags::to_text(&e)),
     }
 }

@@ -4,8 +4,8 @@ use perirobot_march::Error;
 use perirobot_march::error::Argument;
 
 /// An error in the program's words.
-pub(super) fn told(error: &Error) -> String {
-    error.issue().told(&flag)
+pub(super) fn to_text(error: &Error) -> String {
+    error.issue().to_text(&flag)
 }
 
 fn flag(argument: Argument) -> String {

@@ -220,7 +220,7 @@ fn exit_code(outcome: Result<ExitCode>) -> ExitCode {
         Ok(code) => return code,
         Err(error) => error,
     };
-    say!("error: {}", flags::told(&error));
+    say!("error: {}", flags::to_text(&error));
     ExitCode::from(match error {
         Error::Disagreement(_) => 1,
         Error::Input(_) => 2,

@@ -92,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let worlds = World::prepare(&study, find_scene(&study, &names)?)?;
     let world = &worlds[args.snapshot];
     super::warn([(world.name.as_str(), worlds[0].warnings.as_slice())].into_iter(), super::MOST_WARNINGS);
-    let about = recording.in_words();
+    let about = recording.describe();
     let anchor = args.at.unwrap_or(Anchor::new(DVec3::ZERO, 0.0));
     let map = RecordedMap::new(&study, world, recording, anchor)?;
     let (study, view) = (&map.study, map.view()?);

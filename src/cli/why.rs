@@ -105,7 +105,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let view = Viewer::new(&looked.study, &mut *backend)?
             .in_regions(looked.world(), &[looked.choice])?
             .swap_remove(0);
-        super::print(&in_words(&view, 0..study.regions.len()))?;
+        super::print(&describe(&view, 0..study.regions.len()))?;
         return Ok(ExitCode::SUCCESS);
     }
     let mut viewer = Viewer::new(&study, &mut *backend)?;
@@ -122,7 +122,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         if let Some([combination, choice, representation]) = reasons::leader(&results, region, scores[0])? {
             let choice = Choice { combination, choice, representation, repeat: 0 };
             let view = viewer.in_regions(&worlds[0], &[choice])?.swap_remove(0);
-            super::print(&in_words(&view, [region]))?;
+            super::print(&describe(&view, [region]))?;
         }
     }
     if let [first, _, ..] = worlds.as_slice() {
@@ -134,7 +134,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn in_words(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
+fn describe(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
     reasons::render(view, &view.why_in_regions(), regions)
 }
 

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use perirobot_cover::CandidateEvidence;
 use perirobot_decide::choose::{
-    Casting, Chosen, Claims, MEMORY_BYTES, Outcome, Told, Verified, VerifyWatch, answer, examine, problem_of,
-    refine, verify,
+    Casting, Chosen, Claims, FrontReport, MEMORY_BYTES, Outcome, Verified, VerifyWatch, answer, examine,
+    problem_of, refine, verify,
 };
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
@@ -38,7 +38,7 @@ pub(crate) fn search(
     listener.begins("sets", 0);
     let found = answer(&problem, listener)?;
     listener.go_on()?;
-    let (mut told, mut with_poses) = (Told::new(study, worlds, &problem, &found), None);
+    let (mut told, mut with_poses) = (FrontReport::new(study, worlds, &problem, &found), None);
     if choose.refine {
         let asked = (study, choose, worlds);
         let refined = refine(asked, (&problem, &found, &told), MEMORY_BYTES, &mut backends, listener)?;

@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 
 /// The exception for an error.
 pub(crate) fn raised(error: &Error) -> PyErr {
-    let words = error.issue().told(&name);
+    let words = error.issue().to_text(&name);
     match error {
         Error::Input(_) => PyValueError::new_err(words),
         Error::Storage(_) | Error::Busy(_) => PyOSError::new_err(words),

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::common::program::Folder;
 use crate::common::{Random, python};
-use perirobot_decide::choose::{Casting, CastingWatch, MEMORY_BYTES, Told, answer, problem_of};
+use perirobot_decide::choose::{Casting, CastingWatch, FrontReport, MEMORY_BYTES, answer, problem_of};
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::oracle::Oracle;
@@ -95,7 +95,7 @@ fn claimed(path: &Path) -> Value {
     casting.run(&mut Cpu::new(Some(2)).unwrap(), &mut Alone).unwrap();
     let evidence = casting.evidence();
     let problem = problem_of(&study, choose, &worlds, &evidence);
-    let told = Told::new(&study, &worlds, &problem, &answer(&problem, &|| false).unwrap());
+    let told = FrontReport::new(&study, &worlds, &problem, &answer(&problem, &|| false).unwrap());
     let step = told.steps.iter().find(|step| step.at_most == choose.at_most).unwrap();
     assert!(step.proven, "{}", path.display());
     let f1 = step.best.exactly.as_ref().unwrap().clone().map(|number| number.parse::<u64>().unwrap());

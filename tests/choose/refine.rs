@@ -11,7 +11,7 @@ use crate::common;
 use crate::common::program::{Folder, Outcome, choose, perirobot, priced, rows, text};
 use perirobot_cover::{SearchWatch, SetLimits};
 use perirobot_decide::choose::{
-    self, Casting, CastingWatch, Chosen, MEMORY_BYTES, RefineWatch, Refinement, Told, problem_of,
+    self, Casting, CastingWatch, Chosen, FrontReport, MEMORY_BYTES, RefineWatch, Refinement, problem_of,
 };
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::cpu::Cpu;
@@ -62,7 +62,7 @@ fn listed_and_swept(folder: &Folder, chosen: &Chosen) {
     folder.write("refined.csv", fs::read(folder.path("out/refined.csv")).unwrap());
     let listing = "[[sensor.poses]]\nname = \"refined\"\ncsv = \"refined.csv\"\n";
     folder.edit(STUDY, "[[sensor]]\nname = \"lidar\"", &format!("{listing}[[sensor]]\nname = \"lidar\""));
-    let sets: Vec<_> = chosen.told.refined.iter().flatten().filter_map(|one| one.best.as_ref()).collect();
+    let sets: Vec<_> = chosen.report.refined.iter().flatten().filter_map(|one| one.best.as_ref()).collect();
     assert!(!sets.is_empty());
     for set in &sets {
         let mut members: HashMap<&str, Vec<&str>> = HashMap::new();
@@ -103,12 +103,12 @@ fn listed_and_swept(folder: &Folder, chosen: &Chosen) {
 fn finer_poses_are_better_stay_on_their_wall_and_count_as_a_sweep_of_them() {
     let folder = folder();
     let (outcome, chosen) = chosen(&folder, "out", &[]);
-    let refined = chosen.told.refined.as_ref().unwrap();
+    let refined = chosen.report.refined.as_ref().unwrap();
     assert_eq!(refined.len(), 2, "{refined:?}");
     assert!(refined.iter().any(|one| one.gain.is_some_and(|gain| gain > 0.0)), "{refined:?}");
     assert!(outcome.stdout.contains(" by finer poses, not proven"), "{}", outcome.stdout);
     for one in refined {
-        let step = chosen.told.steps.iter().find(|step| step.at_most == one.at_most).unwrap();
+        let step = chosen.report.steps.iter().find(|step| step.at_most == one.at_most).unwrap();
         assert_eq!((step.best.score, &step.best.poses), (one.score_before, &one.around));
         assert!(step.proven, "what is certified stays certified");
         let Some(best) = &one.best else { continue };
@@ -198,7 +198,7 @@ fn not_verified(folder: &Folder, change: impl Fn(&mut serde_json::Value), expect
 fn what_was_refined_holds_until_it_is_altered() {
     let folder = folder();
     let (_, chosen) = chosen(&folder, "out", &[]);
-    let refined = chosen.told.refined.unwrap();
+    let refined = chosen.report.refined.unwrap();
     let at = refined.iter().position(|one| one.best.is_some()).unwrap();
     let verify = perirobot(&["choose", "--verify", text(&folder.path("out")), "--backend", "cpu"]);
     assert_eq!(verify.code, Some(0), "{}", verify.stderr);
@@ -307,7 +307,7 @@ fn poses_that_are_listed_alone_stay() {
     folder.edit(STUDY, "random = { count = 2,", "random = { count = 1,");
     let (outcome, chosen) = chosen(&folder, "out", &[]);
     assert!(outcome.stdout.contains("nothing gained by finer poses"), "{}", outcome.stdout);
-    let refined = chosen.told.refined.unwrap();
+    let refined = chosen.report.refined.unwrap();
     assert!(refined.iter().all(|one| one.best.is_none() && one.cast == 0), "{refined:?}");
     assert!(!folder.path("out/refined.csv").exists());
     folder.edit(STUDY, "refine = true", "refine = \"much\"");
@@ -367,7 +367,7 @@ fn a_stop_keeps_what_was_gained_until_then() {
     let evidence = casting.evidence();
     let problem = problem_of(&study, asked, &worlds, &evidence);
     let answer = choose::answer(&problem, &|| false).unwrap();
-    let told = Told::new(&study, &worlds, &problem, &answer);
+    let told = FrontReport::new(&study, &worlds, &problem, &answer);
     let refined = |most: usize| -> Refinement {
         let (asked, found) = ((&study, asked, &*worlds), (&problem, &answer, &told));
         choose::refine(asked, found, MEMORY_BYTES, &mut Cpus(Cell::new(0)), &patience(most)).unwrap()

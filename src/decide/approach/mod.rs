@@ -43,5 +43,5 @@ pub use flood::{Flood, LONGEST_STEP};
 pub use ground::Ground;
 pub use moments::{Answer, AtEntry, Company, Moment, Nearest, Plan, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
-pub use table::{APPROACH, Asked, csv, fusion_warning, in_words};
+pub use table::{APPROACH, Asked, csv, describe, fusion_warning};
 pub use ways::{Way, nearest_ways};

@@ -5,7 +5,7 @@ use perirobot_march::voxel::{Grid, rounded_down, rounded_up, squared_voxels};
 use perirobot_study::study::{AtSpeed, Stopping};
 
 /// At which speeds of the robot a distance is enough.
-pub(super) fn in_words(stopping: &Stopping, squared: u32, grid: &Grid) -> String {
+pub(super) fn describe(stopping: &Stopping, squared: u32, grid: &Grid) -> String {
     let is_enough = |at: &&AtSpeed| squared_voxels(at.needed_m, grid.voxel_size_m) <= squared;
     let AtSpeed { speed_m_s, needed_m } = *stopping.fastest();
     let margin_m = root_m(squared, grid) - needed_m;

@@ -178,7 +178,7 @@ fn fields(ground: &Ground, answer: &Answer) -> Vec<String> {
 }
 
 /// The answers of a scene in words: of each body from each entry that of all snapshots at once.
-pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
+pub fn describe(ground: &Ground, answers: &[Answer]) -> String {
     let (grid, study) = (&ground.worlds[0].grid, ground.study);
     let at_once = if ground.worlds.len() > 1 { ", all snapshots at once" } else { "" };
     let mut text = format!("scene {}{at_once}\n", ground.worlds[0].name);
@@ -215,7 +215,7 @@ pub fn in_words(ground: &Ground, answers: &[Answer]) -> String {
             None => text += &format!("is first noticed at its entry, {} m from the hazard\n", away(nearest)),
         }
         if let Some(stopping) = &study.stopping {
-            text += &format!("    {}\n", needed::in_words(stopping, nearest, grid));
+            text += &format!("    {}\n", needed::describe(stopping, nearest, grid));
             let entry = answer.found.entry.and_then(|entry| needed::begins_too_near(stopping, entry, grid));
             text += &entry.map_or(String::new(), |entry| format!("    {entry}\n"));
         }

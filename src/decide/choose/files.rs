@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::told::Told;
+use super::report::FrontReport;
 use perirobot_march::backend::Fusion;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::{Error, Result};
@@ -53,7 +53,7 @@ pub struct Chosen {
     pub certified: String,
     /// What was found.
     #[serde(flatten)]
-    pub told: Told,
+    pub report: FrontReport,
 }
 
 /// What a study asks for.
@@ -145,7 +145,7 @@ pub(super) fn fingerprint(study: &Study, worlds: &[World]) -> String {
 
 impl Chosen {
     /// What was found for a study.
-    pub fn new(study: &Study, choose: &Choose, worlds: &[World], told: Told) -> Chosen {
+    pub fn new(study: &Study, choose: &Choose, worlds: &[World], report: FrontReport) -> Chosen {
         Chosen {
             perirobot: env!("CARGO_PKG_VERSION").into(),
             semantics_version: perirobot_march::SEMANTICS_VERSION,
@@ -156,7 +156,7 @@ impl Chosen {
             candidates: study.sensors.iter().map(|sensor| sensor.candidates.len()).sum(),
             asked: Asked::new(study, choose),
             certified: format!("{CERTIFIED} {:?}", choose.fusion.name()),
-            told,
+            report,
         }
     }
 
@@ -176,7 +176,7 @@ impl Chosen {
     /// Whether results are those of its sets: a sweep may have taken their place in the folder.
     pub fn is_of(&self, subject: &Subject) -> bool {
         let swept = subject.combinations.iter().map(|one| (one.choices(), one.name_of(0)));
-        self.told.sets().map(|set| (1, set.name())).eq(swept)
+        self.report.sets().map(|set| (1, set.name())).eq(swept)
     }
 
     /// Opens a folder for an answer to a study. One that holds an earlier answer will do, one that holds a sweep
@@ -219,7 +219,7 @@ impl Chosen {
         let score = self.asked.objective.name();
         let mut rows =
             vec![["at_most", "sensors", "cost", score, "bound", "proven", "gain", "poses"].map(String::from)];
-        for step in &self.told.steps {
+        for step in &self.report.steps {
             rows.push([
                 step.at_most.to_string(),
                 step.best.sensors.len().to_string(),
@@ -236,7 +236,7 @@ impl Chosen {
 
     /// The poses that refining found, if it found any. A study names their group, so their names are without it.
     pub(super) fn refined(&self) -> Option<Vec<u8>> {
-        let all = self.told.refined.iter().flatten();
+        let all = self.report.refined.iter().flatten();
         let mut rows =
             vec![["sensor", "pose", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"].map(String::from)];
         for fine in all.flat_map(|refined| &refined.poses) {
@@ -253,7 +253,7 @@ impl Chosen {
         let without = format!("{}_without", self.asked.objective.name());
         let header = ["at_most", "set_cost", "sensor", "pose", "place", "cost", &without];
         let mut rows = vec![header.map(String::from)];
-        for step in &self.told.steps {
+        for step in &self.report.steps {
             for one in &step.best.sensors {
                 rows.push([
                     step.at_most.to_string(),

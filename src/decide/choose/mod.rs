@@ -4,7 +4,7 @@
 //!
 //! # Practice
 //! `layout` says which bit is which voxel, `evidence` has what each candidate says (`evidence/casting` casts it,
-//! `evidence/file` keeps it on disk, `check` counts some of it again), `problem` what is asked for. `told` has the answer
+//! `evidence/file` keeps it on disk, `check` counts some of it again), `problem` what is asked for. `report` has the answer
 //! in names and numbers, with `ties`, `files` writes and reads it, `sets` makes combinations of it, and `outcome` scores
 //! them in the folder as a sweep; `refine` looks between the listed poses, and `verify` checks what was written.
 
@@ -15,9 +15,9 @@ mod layout;
 mod outcome;
 mod problem;
 mod refine;
+mod report;
 mod sets;
 mod ties;
-mod told;
 mod verify;
 
 pub use check::count_again;
@@ -26,5 +26,5 @@ pub use files::{Asked, AskedScore, AskedSensor, Chosen, FRONT, PROOF, REFINED, S
 pub use outcome::{Outcome, as_swept};
 pub use problem::{answer, examine, problem_of, progress_of};
 pub use refine::{RefineWatch, Refinement, refine};
-pub use told::{FinePose, Told, ToldRefined, ToldSensor, ToldSet, ToldStep};
+pub use report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport};
 pub use verify::{Claims, Verified, VerifyWatch, verify};

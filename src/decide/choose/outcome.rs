@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::files::Chosen;
-use super::told::Told;
+use super::report::FrontReport;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
@@ -33,7 +33,7 @@ impl<'a> Outcome<'a> {
     /// found any.
     pub fn new(
         (study, choose, worlds): (&Study, &'a Choose, &'a [World]),
-        told: Told,
+        told: FrontReport,
         with_poses: Option<(Study, Vec<World>)>,
     ) -> Outcome<'a> {
         let (sets, in_worlds) = match with_poses {
@@ -70,7 +70,7 @@ impl<'a> Outcome<'a> {
             return Err(Error::Stopped(Issue::says(why)));
         }
         let results = Results::new(Subject::of_study(&self.sets, &self.worlds), session.into_pages());
-        self.chosen.told.agrees(self.choose, &results)?;
+        self.chosen.report.agrees(self.choose, &results)?;
         rows::write(&results, out, TableFormat::Csv)?;
         scores::write(&results, out, TableFormat::Csv)?;
         Ok(results)
@@ -85,7 +85,7 @@ impl<'a> Outcome<'a> {
 pub fn as_swept(folder: &Path, study: Study, worlds: Vec<World>) -> Result<(Study, Vec<World>)> {
     let chosen = Chosen::read(folder)?;
     let refined =
-        chosen.map(|chosen| chosen.told.with_poses(&study)).transpose().map_err(|e: Error| e.at(folder))?;
+        chosen.map(|chosen| chosen.report.with_poses(&study)).transpose().map_err(|e: Error| e.at(folder))?;
     // A sweep may have taken the place of what was chosen.
     let refined = refined.flatten().filter(|refined| reopen::has_poses_of(folder, refined));
     let (study, worlds) = match refined {

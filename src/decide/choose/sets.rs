@@ -2,7 +2,7 @@
 //! others.
 
 use super::files::PROOF;
-use super::told::{Told, ToldSensor, ToldSet};
+use super::report::{FrontReport, SensorReport, SetReport};
 use perirobot_cover::Worth;
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
@@ -12,7 +12,7 @@ use perirobot_study::sensor::{Candidate, Sensor, Setting};
 use perirobot_study::study::{Choose, Combination, Member, Study};
 use perirobot_sweep::results::{Results, RowKey};
 
-impl Told {
+impl FrontReport {
     /// The study of the sets that were found, each a combination with one choice of poses; sensors say what the
     /// search took them to say.
     pub fn study_of_sets(&self, study: &Study, choose: &Choose) -> Study {
@@ -59,7 +59,7 @@ impl Told {
         names.find(is_free).expect("a study has few groups")
     }
 
-    /// The number of the best set among those of [`Told::study_of_sets`].
+    /// The number of the best set among those of [`FrontReport::study_of_sets`].
     pub fn best_set(&self) -> Option<usize> {
         let best = &self.best()?.best;
         self.sets().position(|set| set.poses == best.poses)
@@ -82,8 +82,8 @@ impl Told {
     }
 
     /// `best 2`, `best 2 for 900`, `tie 1`: the step that a set is the best of first, or its place among the ties.
-    fn title(&self, set: &ToldSet) -> String {
-        let is_set = |other: &ToldSet| other.poses == set.poses;
+    fn title(&self, set: &SetReport) -> String {
+        let is_set = |other: &SetReport| other.poses == set.poses;
         if let Some(step) = self.steps.iter().find(|step| is_set(&step.best)) {
             let cost = set.cost.map_or(String::new(), |cost| format!(" for {cost}"));
             return format!("best {}{cost}", step.at_most);
@@ -97,8 +97,8 @@ impl Told {
     }
 }
 
-fn combination(study: &Study, fusion: Fusion, name: String, set: &ToldSet) -> Combination {
-    let member = |one: &ToldSensor| {
+fn combination(study: &Study, fusion: Fusion, name: String, set: &SetReport) -> Combination {
+    let member = |one: &SensorReport| {
         let sensor = study.sensors.iter().position(|known| known.name == one.sensor);
         let sensor = sensor.expect("an answer names the study's sensors");
         let candidates = &study.sensors[sensor].candidates;

@@ -149,7 +149,7 @@ impl Issue {
     }
 
     /// The whole as one text, its arguments written by `name_of`.
-    pub fn told(&self, name_of: NameOf) -> String {
+    pub fn to_text(&self, name_of: NameOf) -> String {
         let mut text = String::new();
         for (i, place) in self.sites.iter().enumerate() {
             let joined = match (place, self.sites.get(i + 1)) {
@@ -159,20 +159,20 @@ impl Issue {
                 (Site::Subject(_), _) => " ",
                 _ => ": ",
             };
-            text += &(place.told(name_of) + joined);
+            text += &(place.to_text(name_of) + joined);
         }
         text += &match &*self.what {
             What::Value { key, value } => format!("{key} = {value}"),
             What::Missing(key) => format!("no {key}"),
             What::Unknown { known } => format!("there is no such one, there are {}", known.join(", ")),
-            What::Io { doing, source, .. } => format!("{}: {source}", doing.told(name_of)),
+            What::Io { doing, source, .. } => format!("{}: {source}", doing.to_text(name_of)),
             What::Damaged(what) | What::Unsupported(what) | What::TooLarge(what) | What::Says(what) => {
-                what.told(name_of)
+                what.to_text(name_of)
             }
         };
         let before = if matches!(*self.what, What::Io { .. }) { ". " } else { ": " };
-        let wanted = self.wanted.iter().map(|wanted| format!("{before}{}", wanted.told(name_of)));
-        let cures = self.cures.iter().map(|cure| format!("; {}", cure.told(name_of)));
+        let wanted = self.wanted.iter().map(|wanted| format!("{before}{}", wanted.to_text(name_of)));
+        let cures = self.cures.iter().map(|cure| format!("; {}", cure.to_text(name_of)));
         text.extend(wanted.chain(cures));
         bounded(text)
     }
@@ -202,14 +202,14 @@ fn bounded(text: String) -> String {
 
 impl fmt::Display for Issue {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.told(&|argument| argument.0.into()))
+        f.write_str(&self.to_text(&|argument| argument.0.into()))
     }
 }
 
 impl std::error::Error for Issue {}
 
 impl Site {
-    fn told(&self, name_of: NameOf) -> String {
+    fn to_text(&self, name_of: NameOf) -> String {
         match self {
             Site::File(path) => path.display().to_string(),
             Site::Argument(argument, value) if value.is_empty() => name_of(*argument),
@@ -311,6 +311,6 @@ mod tests {
         let issue = Issue::says("does not fit").at(Argument("voxel size")).wanted(words);
         assert_eq!(issue.to_string(), "voxel size: does not fit: use `backend cpu`");
         let flag = |argument: Argument| format!("--{}", argument.0.replace(' ', "-"));
-        assert_eq!(issue.told(&flag), "--voxel-size: does not fit: use `--backend cpu`");
+        assert_eq!(issue.to_text(&flag), "--voxel-size: does not fit: use `--backend cpu`");
     }
 }

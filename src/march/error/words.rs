@@ -35,7 +35,7 @@ enum Piece {
 
 impl Words {
     /// The sentence, its arguments written by `name_of`.
-    pub fn told(&self, name_of: NameOf) -> String {
+    pub fn to_text(&self, name_of: NameOf) -> String {
         let piece = |piece: &Piece| match piece {
             Piece::Text(text) => text.clone(),
             Piece::Argument(argument) => name_of(*argument),
@@ -73,6 +73,6 @@ impl<W: Into<Words>> Add<W> for Words {
 
 impl fmt::Display for Words {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.told(&|argument| argument.0.into()))
+        f.write_str(&self.to_text(&|argument| argument.0.into()))
     }
 }

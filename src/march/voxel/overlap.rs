@@ -48,7 +48,7 @@ pub enum Closure {
 
 impl Closure {
     /// What a surface that is not closed is, in words; nothing of a closed one.
-    pub fn in_words(self) -> Option<&'static str> {
+    pub fn describe(self) -> Option<&'static str> {
         match self {
             Closure::Closed => None,
             Closure::Turned => Some(

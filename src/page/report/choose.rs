@@ -1,7 +1,7 @@
 //! The best sets of sensors: the tables of the front, of a set and of places, and all of it as text.
 
 use super::table::{NONE, Table};
-use perirobot_decide::choose::{Asked, AskedScore, Chosen, ToldRefined, ToldSet, ToldStep};
+use perirobot_decide::choose::{Asked, AskedScore, Chosen, RefinedReport, SetReport, StepReport};
 use perirobot_march::metrics::{Across, Score};
 
 /// The question and the front.
@@ -14,19 +14,19 @@ pub fn render(chosen: &Chosen) -> String {
     let score = chosen.asked.objective.title();
     let mut text = overview(chosen);
     text += &places(chosen).text();
-    if let Some(best) = chosen.told.best() {
+    if let Some(best) = chosen.report.best() {
         text += &format!("\nbest set: {}\n{}", scored(&best.best, score), set(&best.best, score).text());
     }
-    for refined in chosen.told.refined.iter().flatten() {
+    for refined in chosen.report.refined.iter().flatten() {
         text += &format!("\n{}\n", refined_words(refined, score));
         if let Some(best) = &refined.best {
             text += &set(best, score).text();
         }
     }
-    if chosen.told.refined.iter().flatten().any(|refined| refined.best.is_some()) {
+    if chosen.report.refined.iter().flatten().any(|refined| refined.best.is_some()) {
         text += &format!("\n{HOW_TO_LIST}\n");
     }
-    for tie in &chosen.told.ties {
+    for tie in &chosen.report.ties {
         text += &format!("\nnearly as good elsewhere: {}\n{}", scored(tie, score), set(tie, score).text());
     }
     text
@@ -75,10 +75,10 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
 /// What the front's columns say, and what is certified.
 pub(super) fn how_to_read(chosen: &Chosen) -> String {
     let score = chosen.asked.objective.title();
-    let proven = chosen.told.steps.iter().filter(|step| step.proven).count();
+    let proven = chosen.report.steps.iter().filter(|step| step.proven).count();
     let of = match proven {
         0 => "nothing is proven".into(),
-        _ if proven == chosen.told.steps.len() => format!("proven for {}", chosen.certified),
+        _ if proven == chosen.report.steps.len() => format!("proven for {}", chosen.certified),
         _ => format!("what is proven is so for {}", chosen.certified),
     };
     let costs = if is_priced(chosen) { " for that cost or less" } else { "" };
@@ -89,7 +89,7 @@ pub(super) fn how_to_read(chosen: &Chosen) -> String {
 }
 
 fn is_priced(chosen: &Chosen) -> bool {
-    chosen.told.steps.iter().any(|step| step.best.cost.is_some())
+    chosen.report.steps.iter().any(|step| step.best.cost.is_some())
 }
 
 /// The front, a row for each step.
@@ -98,7 +98,7 @@ pub(super) fn front(chosen: &Chosen) -> Table {
     let cost: &[&str] = if priced { &["cost"] } else { &[] };
     let score = chosen.asked.objective.title();
     let mut table = Table::new(&[&["at most"], cost, &[score, "<bound", "gain", "<set"]].concat());
-    for step in &chosen.told.steps {
+    for step in &chosen.report.steps {
         let cost = step.best.cost.map(|cost| cost.to_string()).filter(|_| priced);
         let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
         let cells = [four(step.best.score), bound(step), gain, step.best.name()];
@@ -108,7 +108,7 @@ pub(super) fn front(chosen: &Chosen) -> Table {
 }
 
 /// What no set of a step is above, in words.
-fn bound(step: &ToldStep) -> String {
+fn bound(step: &StepReport) -> String {
     match step.no_set_is_above {
         Some(bound) if step.proven => format!("{} proven", four(bound)),
         // Rounded up, since it is a bound.
@@ -124,7 +124,7 @@ fn bound(step: &ToldStep) -> String {
 pub(super) fn places(chosen: &Chosen) -> Table {
     let mut table = Table::new(&["<pose", "<place"]);
     let mut told: Vec<&String> = Vec::new();
-    for best in chosen.told.steps.iter().map(|step| &step.best) {
+    for best in chosen.report.steps.iter().map(|step| &step.best) {
         for (pose, one) in best.poses.iter().zip(&best.sensors) {
             if !told.contains(&pose) {
                 told.push(pose);
@@ -136,13 +136,13 @@ pub(super) fn places(chosen: &Chosen) -> Table {
 }
 
 /// A set in words: its score and its cost.
-pub(super) fn scored(set: &ToldSet, score: &str) -> String {
+pub(super) fn scored(set: &SetReport, score: &str) -> String {
     let cost = set.cost.map_or(String::new(), |cost| format!(", cost {cost}"));
     format!("{score} {}{cost}", four(set.score))
 }
 
 /// A set sensor by sensor: what each is worth, and where it is.
-pub(super) fn set(set: &ToldSet, score: &str) -> Table {
+pub(super) fn set(set: &SetReport, score: &str) -> Table {
     let cost: &[&str] = if set.cost.is_some() { &["cost"] } else { &[] };
     let without = format!("{score} without it");
     let mut table = Table::new(&[&["<sensor", "<pose"], cost, &[&without, "<place"]].concat());
@@ -156,8 +156,8 @@ pub(super) fn set(set: &ToldSet, score: &str) -> Table {
 }
 
 /// What was found around the best set of a size, in words.
-pub(super) fn refined_words(refined: &ToldRefined, score: &str) -> String {
-    let ToldRefined { at_most, score_before, rounds, cast, stays, .. } = refined;
+pub(super) fn refined_words(refined: &RefinedReport, score: &str) -> String {
+    let RefinedReport { at_most, score_before, rounds, cast, stays, .. } = refined;
     let found = match (&refined.best, refined.gain) {
         (Some(best), Some(gain)) => format!("{}, {gain:+.4} by finer poses, not proven", scored(best, score)),
         _ => format!("{score} {}, nothing gained by finer poses", four(*score_before)),

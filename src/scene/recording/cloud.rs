@@ -79,7 +79,7 @@ impl Cloud {
 }
 
 /// What some clouds are, for people.
-pub(super) fn in_words(clouds: &[Cloud]) -> String {
+pub(super) fn describe(clouds: &[Cloud]) -> String {
     let sum = |count: fn(&Cloud) -> usize| clouds.iter().map(count).sum::<usize>();
     let places = clouds.iter().map(|cloud| cloud.sensor_m.to_array().map(|x| format!("{x:.3}")).join(", "));
     let places: BTreeSet<String> = places.collect();

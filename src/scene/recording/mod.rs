@@ -249,10 +249,10 @@ impl Recording {
     }
 
     /// What it is, for people.
-    pub fn in_words(&self) -> String {
+    pub fn describe(&self) -> String {
         match self {
-            Recording::Map(map) => map.in_words(),
-            Recording::Clouds(clouds) => cloud::in_words(clouds),
+            Recording::Map(map) => map.describe(),
+            Recording::Clouds(clouds) => cloud::describe(clouds),
         }
     }
 

@@ -73,7 +73,7 @@ impl VoxelMap {
         [extent.min, extent.end()].map(|corner| self.corner_of_m(corner))
     }
 
-    pub(super) fn in_words(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         let kind = match &self.known {
             Known::Planes { .. } => "labels",
             Known::Leaves(_) => "an OctoMap",

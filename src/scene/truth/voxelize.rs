@@ -139,7 +139,7 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
             ));
         }
     }
-    if let Some(why) = closure.and_then(Closure::in_words)
+    if let Some(why) = closure.and_then(Closure::describe)
         && object.interior == Interior::Occupied
     {
         warnings.push(format!("{why}: it is kept as a shell, not filled"));

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use super::reader::read;
 use super::unreadable::{Unread, Unreadable};
-use super::written::{Step, Written, in_words};
+use super::written::{Step, Written, describe};
 use super::{Place, parse};
 use perirobot_march::{Error, Result};
 
@@ -68,7 +68,7 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
     let mut told = |place: Option<&str>, within: &[Step], all: Vec<Unreadable>| {
         let is_shown = |e: &Unreadable| shown.as_ref() == Some(&e.message);
         for e in all.into_iter().filter(|e| !is_shown(e)) {
-            let said = in_words(&e, &|steps| written.line_of(steps), within);
+            let said = describe(&e, &|steps| written.line_of(steps), within);
             problems.0.push(
                 place.map_or_else(|| at.says(said.as_str()), |place| at.key(place).says(said.as_str())),
             );

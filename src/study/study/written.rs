@@ -61,7 +61,7 @@ pub(super) type LineOf<'a> = &'a dyn Fn(&[Step]) -> Option<usize>;
 
 /// An error in words, with the line of the file that it is about, where that is found at `within` or below,
 /// and with what may be meant.
-pub(super) fn in_words(error: &Unreadable, line_of: LineOf, within: &[Step]) -> String {
+pub(super) fn describe(error: &Unreadable, line_of: LineOf, within: &[Step]) -> String {
     let culprit = error.culprit();
     // What is missing stands on no line.
     let line = if culprit.is_empty() { None } else { line_of(&[within, &culprit].concat()) };
@@ -199,7 +199,7 @@ mod tests {
         let error = Unreadable { kind: Unread::Value, message: "no".into(), steps };
         let within = [Step::Key("sensor".into()), Step::Entry(0)];
         let written = Written::new(text);
-        assert_eq!(in_words(&error, &|steps| written.line_of(steps), &within), "no in `poses.x` (line 5)");
+        assert_eq!(describe(&error, &|steps| written.line_of(steps), &within), "no in `poses.x` (line 5)");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::around::{Around, Spot};
 use super::{Refined, Refinement};
-use crate::choose::told::{FinePose, Told, ToldRefined, ToldSensor, ToldSet};
+use crate::choose::report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport};
 use crate::choose::verify::recounted;
 use perirobot_cover::{Ratio, Worth};
 use perirobot_march::backend::Backend;
@@ -19,12 +19,12 @@ use perirobot_study::world::place::Places;
 /// noise, which is drawn for each pose of a study, a sweep may see less gained than there was, or nothing.
 pub(super) fn counted(
     (study, choose, worlds): (&Study, &Choose, &[World]),
-    told: &Told,
+    told: &FrontReport,
     all: &[Refined],
     backend: &mut dyn Backend,
 ) -> Result<Refinement> {
     let around = Around::new(study, worlds);
-    let untold: Vec<ToldRefined> = all.iter().map(|refined| refined.untold(study, told, &around)).collect();
+    let untold: Vec<RefinedReport> = all.iter().map(|refined| refined.untold(study, told, &around)).collect();
     let mut gaining: Vec<usize> = (0..all.len()).filter(|&number| all[number].worth.is_some()).collect();
     while !gaining.is_empty() {
         let mut with_poses = study.clone();
@@ -48,7 +48,7 @@ pub(super) fn counted(
 
 impl Refined {
     /// What is told where nothing was gained.
-    fn untold(&self, study: &Study, told: &Told, around: &Around) -> ToldRefined {
+    fn untold(&self, study: &Study, told: &FrontReport, around: &Around) -> RefinedReport {
         let step = told.steps.iter().find(|step| step.at_most == self.limits.at_most);
         let step = step.expect("a set that was found is told");
         let name = |spot: &&Spot| {
@@ -56,7 +56,7 @@ impl Refined {
             format!("{}:{}", sensor.name, sensor.candidates[spot.candidate].name)
         };
         let stays = |spot: &&Spot| around.stays(spot);
-        ToldRefined {
+        RefinedReport {
             at_most: self.limits.at_most,
             budget: self.limits.budget.map(Cost::from_thousandths),
             around: step.best.poses.clone(),
@@ -72,7 +72,7 @@ impl Refined {
 
     /// Lists the poses of the set in a study, and says which of its candidates the set then has.
     fn list(&self, listed: &Study, around: &Around, study: &mut Study) -> (Vec<[usize; 2]>, Vec<FinePose>) {
-        let group = Told::group_of_refined(listed);
+        let group = FrontReport::group_of_refined(listed);
         let (mut set, mut poses) = (Vec::new(), Vec::new());
         for (number, spot) in self.spots.iter().enumerate() {
             let Some(pose) = around.pose(spot).filter(|_| spot.is_moved()) else {
@@ -113,7 +113,7 @@ impl Telling<'_> {
     /// Tells a set, if it is better than the one it began with and meets what is required.
     fn tell(
         &self,
-        told: &mut ToldRefined,
+        told: &mut RefinedReport,
         found: Option<Worth>,
         set: &[[usize; 2]],
         poses: Vec<FinePose>,
@@ -152,7 +152,7 @@ impl Telling<'_> {
         };
         let sensors = set.iter().enumerate().map(|(number, &[sensor, candidate])| {
             let spec = &self.study.sensors[sensor];
-            ToldSensor {
+            SensorReport {
                 sensor: spec.name.clone(),
                 pose: spec.candidates[candidate].name.clone(),
                 place: self.places.words(sensor, candidate),
@@ -160,7 +160,7 @@ impl Telling<'_> {
                 score_without: worth(&counts[number + 1]).map(Worth::value),
             }
         });
-        told.best = Some(ToldSet::new(sensors.collect(), all_worth));
+        told.best = Some(SetReport::new(sensors.collect(), all_worth));
         told.gain = Some(all_worth.value() - told.score_before);
         told.poses = poses;
         Ok(())

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use self::around::{Around, LEVELS, Spot};
 use super::evidence::{Casting, CastingWatch};
-use super::told::{Told, ToldRefined};
+use super::report::{FrontReport, RefinedReport};
 use crate::choose::problem_of;
 use perirobot_cover::{Answer, Problem, SearchWatch, SetLimits, Worth, best_within, overlaps, polished};
 use perirobot_march::backend::Backend;
@@ -41,7 +41,7 @@ pub trait RefineWatch: SearchWatch {
 /// What refining found.
 pub struct Refinement {
     /// The sets around which something was looked for, and what was gained.
-    pub told: Vec<ToldRefined>,
+    pub told: Vec<RefinedReport>,
     /// The study with the poses that were found, and its worlds; `None` where nothing was gained.
     pub with_poses: Option<(Study, Vec<World>)>,
     /// Whether it ended by itself.
@@ -68,7 +68,7 @@ struct Refined {
 /// fit so many bytes.
 pub fn refine(
     (study, choose, worlds): (&Study, &Choose, &[World]),
-    (problem, answer, told): (&Problem, &Answer, &Told),
+    (problem, answer, told): (&Problem, &Answer, &FrontReport),
     memory_bytes: u64,
     backends: &mut dyn BackendFactory,
     watch: &dyn RefineWatch,

@@ -1,6 +1,6 @@
 //! Whether a set is one that a study allows, judged from the study.
 
-use crate::choose::told::ToldSet;
+use crate::choose::report::SetReport;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_study::sensor::{Cost, Setting};
@@ -28,7 +28,7 @@ pub(super) fn not_allowed(
     study: &Study,
     choose: &Choose,
     worlds: &[World],
-    (at_most, budget, told): (usize, Option<Cost>, &ToldSet),
+    (at_most, budget, told): (usize, Option<Cost>, &SetReport),
     set: &[[usize; 2]],
 ) -> Option<String> {
     let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();

@@ -5,7 +5,7 @@ use super::counted::{recounted, value};
 use super::tables::is_written;
 use super::{Claims, Given, holds};
 use crate::choose::files::{Chosen, FRONT, PROOF, SETS};
-use crate::choose::told::{ToldSet, ToldStep};
+use crate::choose::report::{SetReport, StepReport};
 use perirobot_march::backend::Backend;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
@@ -25,21 +25,21 @@ pub(super) fn check(
     recounter: &mut dyn Backend,
 ) -> Result<()> {
     let Claims { folder, chosen, sets } = claims;
-    let Chosen { told, .. } = chosen;
+    let Chosen { report, .. } = chosen;
     let path = folder.join(PROOF);
     let at_path = |why: Issue| Error::from(why.at(&path));
     about(chosen, given).map_err(at_path)?;
-    for (number, step) in told.steps.iter().enumerate() {
-        let gain = gain(step, &told.steps);
+    for (number, step) in report.steps.iter().enumerate() {
+        let gain = gain(step, &report.steps);
         if step.gain != gain {
             let what = format!("is {}, and the scores say {}", or_none(step.gain), or_none(gain));
             return Err(at_path(Issue::says(what).at(format!("steps[{number}].gain"))));
         }
     }
-    let (of_steps, of_ties) = sets.split_at(told.steps.len());
+    let (of_steps, of_ties) = sets.split_at(report.steps.len());
     let best =
-        told.best().map(|best| (best, &of_steps[told.steps.iter().position(|s| s == best).unwrap_or(0)]));
-    for (number, (tie, set)) in told.ties.iter().zip(of_ties).enumerate() {
+        report.best().map(|best| (best, &of_steps[report.steps.iter().position(|s| s == best).unwrap_or(0)]));
+    for (number, (tie, set)) in report.ties.iter().zip(of_ties).enumerate() {
         let place = format!("nearly_as_good[{number}]");
         holds(given.choose, tie, &counts[of_steps.len() + number], &place).map_err(at_path)?;
         let Some((best, of_best)) = best else { break };
@@ -58,7 +58,7 @@ pub(super) fn check(
 /// Whether the proof is about this study.
 fn about(chosen: &Chosen, Given { study, choose, worlds, .. }: Given) -> Result<(), Issue> {
     let right =
-        Chosen { told: chosen.told.clone(), ..Chosen::new(study, choose, worlds, Default::default()) };
+        Chosen { report: chosen.report.clone(), ..Chosen::new(study, choose, worlds, Default::default()) };
     let wrong = [
         ("semantics_version", right.semantics_version != chosen.semantics_version),
         ("certified", right.certified != chosen.certified),
@@ -77,8 +77,8 @@ fn or_none(value: Option<f64>) -> String {
 }
 
 /// By how much a step is above the best set of fewer sensors that costs no more.
-fn gain(step: &ToldStep, all: &[ToldStep]) -> Option<f64> {
-    let cost = |step: &ToldStep| step.best.cost.map_or(0, Cost::thousandths);
+fn gain(step: &StepReport, all: &[StepReport]) -> Option<f64> {
+    let cost = |step: &StepReport| step.best.cost.map_or(0, Cost::thousandths);
     let smaller = all.iter().filter(|other| other.at_most < step.at_most && cost(other) <= cost(step));
     let before = smaller.map(|other| other.best.score).reduce(f64::max);
     before.map(|before| step.best.score - before)
@@ -98,8 +98,8 @@ fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
 /// What is said of each sensor of each set: the scores without them are counted again.
 fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result<()> {
     let Given { study, choose, worlds, watch, .. } = given;
-    let Claims { folder, chosen: Chosen { told, .. }, sets } = claims;
-    let all: Vec<&ToldSet> = told.steps.iter().map(|step| &step.best).chain(&told.ties).collect();
+    let Claims { folder, chosen: Chosen { report, .. }, sets } = claims;
+    let all: Vec<&SetReport> = report.steps.iter().map(|step| &step.best).chain(&report.ties).collect();
     let without = |set: &Vec<[usize; 2]>| {
         let rest = |out: usize| (0..set.len()).filter(|i| *i != out).map(|i| set[i]).collect::<Vec<_>>();
         (0..set.len()).map(rest).collect::<Vec<_>>()
@@ -109,16 +109,16 @@ fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result
     let nothing_seen = |world: &World| world.baselines[choose.region].nothing_seen;
     let nothing: Vec<Confusion> = (0..study.repeats).flat_map(|_| worlds.iter().map(nothing_seen)).collect();
     let places = Places::new(study, &worlds[0]);
-    for (number, (told, set)) in all.into_iter().zip(sets).enumerate() {
-        let place = match number.checked_sub(claims.chosen.told.steps.len()) {
+    for (number, (report, set)) in all.into_iter().zip(sets).enumerate() {
+        let place = match number.checked_sub(claims.chosen.report.steps.len()) {
             None => format!("steps[{number}].best.sensors"),
             Some(tie) => format!("nearly_as_good[{tie}].sensors"),
         };
         let wrong = |what: &str| Err(Issue::says(what).at(&*place).at(folder.join(PROOF)).into());
-        if told.sensors.len() != set.len() {
+        if report.sensors.len() != set.len() {
             return wrong("are not those of the poses");
         }
-        for (one, &[sensor, candidate]) in told.sensors.iter().zip(set) {
+        for (one, &[sensor, candidate]) in report.sensors.iter().zip(set) {
             let spec = &study.sensors[sensor];
             let rest = if set.len() == 1 { nothing.clone() } else { counts.next().unwrap_or_default() };
             let score = value(choose.objective, choose.over, &rest);

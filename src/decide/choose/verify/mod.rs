@@ -25,7 +25,7 @@ use self::refined::{refine_again, verify_refined};
 use self::tables::verify_tables;
 use super::files::{Asked, Chosen, PROOF, fingerprint};
 use super::refine::RefineWatch;
-use super::told::{ToldSet, ToldStep};
+use super::report::{SetReport, StepReport};
 use perirobot_cover::layout::{FALSE, MISSED};
 use perirobot_cover::{CandidateEvidence, CutLimits, check_cuts};
 use perirobot_march::backend::factory::BackendFactory;
@@ -105,14 +105,14 @@ impl Claims {
         if chosen.asked != Asked::new(study, choose) {
             return wrong("asked", "the study asks for something else now: choose again");
         }
-        let told = &chosen.told;
+        let told = &chosen.report;
         let steps = told.steps.iter().enumerate();
         let steps =
             steps.map(|(i, step)| (format!("steps[{i}].best"), (step.at_most, step.budget, &step.best)));
         let ties = told.ties.iter().enumerate();
         let ties =
             ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
-        let read = |(place, limits): (String, (usize, Option<Cost>, &ToldSet))| {
+        let read = |(place, limits): (String, (usize, Option<Cost>, &SetReport))| {
             let set = named(study, &limits.2.poses).and_then(|set| {
                 match not_allowed(study, choose, worlds, limits, &set) {
                     Some(why) => Err(Issue::says(why)),
@@ -157,7 +157,7 @@ fn verify_steps(
     watch: &dyn VerifyWatch,
 ) -> Result<Verified> {
     let Claims { folder, chosen, sets } = claims;
-    let (path, steps) = (folder.join(PROOF), &chosen.told.steps);
+    let (path, steps) = (folder.join(PROOF), &chosen.report.steps);
     let given = Given { study, choose, worlds, evidence, ones: Ones::plain(), watch };
     let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
     let counts = recounted(study, choose, worlds, sets, recounter, &|| watch.stop())?;
@@ -167,8 +167,8 @@ fn verify_steps(
         proven: 0,
         bounded: 0,
         open: 0,
-        stopped: chosen.told.stopped,
-        refining_stopped: choose.refine && chosen.told.refining_stopped,
+        stopped: chosen.report.stopped,
+        refining_stopped: choose.refine && chosen.report.refining_stopped,
     };
     let is_provable = given.is_provable();
     watch.begins(steps.len());
@@ -230,8 +230,8 @@ fn verify_steps(
         verified.proven += 1;
         watch.checked();
     }
-    if !chosen.told.stopped {
-        whole::Whole { told: &chosen.told, fractions: &fractions, given, is_provable }
+    if !chosen.report.stopped {
+        whole::Whole { told: &chosen.report, fractions: &fractions, given, is_provable }
             .check()
             .map_err(|why| why.at(&path))?;
         stopped()?;
@@ -253,7 +253,7 @@ impl Given<'_> {
     }
 
     /// Whether a plain search finds no set of a step above a score, in millionths.
-    fn is_above_all(self, step: &ToldStep, above: f64) -> bool {
+    fn is_above_all(self, step: &StepReport, above: f64) -> bool {
         let millionths = (above * 1e6).round();
         let budget = step.budget.map(Cost::thousandths);
         let bar = Bar::Above((millionths as i128, 1_000_000));
@@ -265,7 +265,7 @@ impl Given<'_> {
     }
 
     /// Whether cuts show what no set of a step is above.
-    fn shows(self, step: &ToldStep, above: f64) -> Result<(), Issue> {
+    fn shows(self, step: &StepReport, above: f64) -> Result<(), Issue> {
         let Given { study, choose, worlds, evidence, .. } = self;
         let items = &evidence.items;
         let budget = step.budget.map(Cost::thousandths);
@@ -292,7 +292,7 @@ impl Given<'_> {
 /// Checks the set at a place by what was counted again of it. Returns its score as a fraction, if it is one.
 fn holds(
     choose: &Choose,
-    set: &ToldSet,
+    set: &SetReport,
     counts: &[Confusion],
     place: &str,
 ) -> Result<Option<(i128, i128)>, Issue> {

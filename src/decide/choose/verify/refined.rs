@@ -12,7 +12,7 @@ use super::{Claims, VerifyWatch, holds};
 use crate::choose::files::{Chosen, PROOF, REFINED};
 use crate::choose::problem_of;
 use crate::choose::refine::{RefineWatch, Refinement, refine};
-use crate::choose::told::ToldRefined;
+use crate::choose::report::RefinedReport;
 use perirobot_cover::{Answer, Bound, CandidateEvidence, FrontStep, Problem, SetLimits};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::BackendFactory;
@@ -33,7 +33,7 @@ pub(super) fn verify_refined(
     watch: &dyn VerifyWatch,
 ) -> Result<usize> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
-    let told = &chosen.told;
+    let told = &chosen.report;
     let Some(study) = told.with_poses(study).map_err(|e| e.at(folder))? else {
         is_written(&folder.join(REFINED), chosen.refined().as_deref())?;
         return Ok(0);
@@ -43,7 +43,7 @@ pub(super) fn verify_refined(
     let all = told.refined.iter().flatten().enumerate();
     let mut counted = 0;
     for (number, refined) in all {
-        let ToldRefined { at_most, budget, around, score_before, best: Some(best), gain, .. } = refined
+        let RefinedReport { at_most, budget, around, score_before, best: Some(best), gain, .. } = refined
         else {
             continue;
         };
@@ -81,7 +81,7 @@ pub(super) fn refine_again(
 ) -> Result<()> {
     let (study, choose, worlds) = asked;
     let problem = problem_of(study, choose, worlds, evidence);
-    let found = (&problem, &claims.answer(&problem)?, &claims.chosen.told);
+    let found = (&problem, &claims.answer(&problem)?, &claims.chosen.report);
     let again = refine(asked, found, memory_bytes, backends, refining)?;
     match watch.stop().filter(|_| !again.complete) {
         Some(why) => Err(Error::Stopped(Issue::says(why))),
@@ -95,7 +95,7 @@ impl Claims {
     /// # Errors
     /// When one of them does not meet what is required.
     fn answer(&self, problem: &Problem) -> Result<Answer> {
-        let told = &self.chosen.told;
+        let told = &self.chosen.report;
         let step = |(number, set): (usize, &Vec<[usize; 2]>)| {
             let step = &told.steps[number];
             let item = |item: &[usize; 2]| problem.evidence.items.iter().position(|known| known == item);
@@ -117,8 +117,8 @@ impl Claims {
     /// # Errors
     /// `Error::Input` that names the first value that differs.
     fn is_found_again(&self, again: &Refinement) -> Result<()> {
-        let json = |told: &[ToldRefined]| serde_json::to_value(told).expect("names and numbers make JSON");
-        let own = self.chosen.told.refined.as_deref().unwrap_or_default();
+        let json = |told: &[RefinedReport]| serde_json::to_value(told).expect("names and numbers make JSON");
+        let own = self.chosen.report.refined.as_deref().unwrap_or_default();
         match differs("refined".into(), &json(own), &json(&again.told)) {
             None => Ok(()),
             Some((place, what)) => Err(Issue::says(what).at(place).at(self.folder.join(PROOF)).into()),

@@ -33,10 +33,10 @@ pub(super) fn verify_tables(
     watch: &dyn VerifyWatch,
 ) -> Result<()> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(()) };
-    let refined = chosen.told.with_poses(study).map_err(|e| e.at(folder))?;
+    let refined = chosen.report.with_poses(study).map_err(|e| e.at(folder))?;
     let with_poses = refined.as_ref().map(World::prepare_all).transpose()?;
     let worlds = with_poses.as_deref().unwrap_or(worlds);
-    let sets = chosen.told.study_of_sets(refined.as_ref().unwrap_or(study), choose);
+    let sets = chosen.report.study_of_sets(refined.as_ref().unwrap_or(study), choose);
     is_written(&folder.join("poses.csv"), Some(&poses_csv(&sets, &worlds[0])))?;
     let wrong = |path: PathBuf, what: &str| Err(Issue::damaged(what).cure(CURE).at(path).into());
     let manifest = Manifest::read(folder)?;

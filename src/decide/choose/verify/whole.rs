@@ -8,7 +8,7 @@
 use super::Given;
 use super::allowed::{name, thousandths};
 use super::plain::{Bar, Plain};
-use crate::choose::told::{Told, ToldStep};
+use crate::choose::report::{FrontReport, StepReport};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Across;
 use perirobot_study::sensor::Cost;
@@ -16,7 +16,7 @@ use perirobot_study::study::SetRequirement;
 
 /// A front.
 pub(super) struct Whole<'a> {
-    pub(super) told: &'a Told,
+    pub(super) told: &'a FrontReport,
     /// Of each step the score of its best set as a fraction, if it is one.
     pub(super) fractions: &'a [Option<(i128, i128)>],
     pub(super) given: Given<'a>,
@@ -36,7 +36,7 @@ impl Whole<'_> {
             return Err(Issue::says("sizes are out of order").at("steps"));
         }
         let of_size =
-            |size: usize| steps.iter().filter(move |step| step.at_most == size).collect::<Vec<&ToldStep>>();
+            |size: usize| steps.iter().filter(move |step| step.at_most == size).collect::<Vec<&StepReport>>();
         for size in sizes {
             let own = of_size(size);
             let Some(first) = own.first() else {
@@ -74,9 +74,9 @@ impl Whole<'_> {
     }
 
     /// Whether the steps of cost of one size are all there.
-    fn costs(&self, size: usize, own: &[&ToldStep]) -> Result<(), Issue> {
+    fn costs(&self, size: usize, own: &[&StepReport]) -> Result<(), Issue> {
         let fewer = || self.told.steps.iter().zip(self.fractions).filter(|(step, _)| step.at_most < size);
-        let cost = |step: &ToldStep| step.best.cost.map_or(0, |cost| cost.thousandths());
+        let cost = |step: &StepReport| step.best.cost.map_or(0, |cost| cost.thousandths());
         let mut left = own.iter().skip(1).peekable();
         let Some(mut spent) = own.first().map(|first| cost(first)) else { return Ok(()) };
         while spent > self.cheapest() {
@@ -104,7 +104,7 @@ impl Whole<'_> {
     }
 
     /// Whether a step is about all sets that cost no more than this: between its budget and that no set costs.
-    fn covers(&self, step: &ToldStep, cost: u64) -> bool {
+    fn covers(&self, step: &StepReport, cost: u64) -> bool {
         let budget = step.budget.map_or(u64::MAX, |budget| budget.thousandths());
         let common = self.costs_of_sensors().fold(0, greatest_common_divisor).max(1);
         budget >= cost / common * common

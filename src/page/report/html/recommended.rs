@@ -133,7 +133,7 @@ fn region_of(sweep: &ReportedSweep, chosen: &Chosen) -> Option<usize> {
 
 fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> Option<Found> {
     let chosen = sweep.chosen?;
-    let (best, combination) = (chosen.told.best()?, chosen.told.best_set()?);
+    let (best, combination) = (chosen.report.best()?, chosen.report.best_set()?);
     let series = rankings.iter().position(|one| one.series.combination == combination)?;
     let region = region_of(sweep, chosen)?;
     let proof = match best.proven {

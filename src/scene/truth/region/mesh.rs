@@ -36,7 +36,7 @@ impl MeshRows {
                 4 * MAX_VOXELS_PER_AXIS
             )));
         }
-        if let Some(why) = overlap::closure(triangles()).in_words() {
+        if let Some(why) = overlap::closure(triangles()).describe() {
             return Err(Issue::says(format!("{why}, so it has no inside")).wanted("mend its surface"));
         }
         let mut passed = Vec::new();

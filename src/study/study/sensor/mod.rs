@@ -24,7 +24,7 @@ use super::poses::PosesFile;
 use super::reader::read;
 use super::region_file::BoxFile;
 use super::unreadable::{Unread, Unreadable};
-use super::written::{LineOf, Step, in_words};
+use super::written::{LineOf, Step, describe};
 use super::{Place, Problems, poses};
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
@@ -146,7 +146,7 @@ impl Context<'_> {
         let example = EXAMPLES.iter().find(|example| example.split(' ').next() == Some(key));
         let example = example.map_or(String::new(), |example| format!(", as in {example}"));
         let place = [Step::Key("sensor".into()), Step::Entry(self.index)];
-        at.says(format!("{}{example}{more}", in_words(error, self.line_of, &place)))
+        at.says(format!("{}{example}{more}", describe(error, self.line_of, &place)))
     }
 }
 

@@ -3,7 +3,7 @@
 
 use crate::report::choose;
 use crate::report::table::Table;
-use perirobot_decide::choose::{Chosen, ToldStep};
+use perirobot_decide::choose::{Chosen, StepReport};
 
 /// Size of the picture, and the room for its axes, in pixels.
 const SIZE: [f64; 2] = [720.0, 380.0];
@@ -98,16 +98,16 @@ pub(super) fn front(chosen: &Chosen) -> FrontFacts {
         ("Where the sensors are".into(), choose::places(chosen)),
     ];
     let mut sets = Vec::new();
-    if let Some(best) = chosen.told.best() {
+    if let Some(best) = chosen.report.best() {
         let title = format!("The best set: {}", choose::scored(&best.best, score));
         sets.push((title, choose::set(&best.best, score)));
     }
-    for refined in chosen.told.refined.iter().flatten() {
+    for refined in chosen.report.refined.iter().flatten() {
         if let Some(best) = &refined.best {
             sets.push((choose::refined_words(refined, score), choose::set(best, score)));
         }
     }
-    for tie in &chosen.told.ties {
+    for tie in &chosen.report.ties {
         let title = format!("Nearly as good elsewhere: {}", choose::scored(tie, score));
         sets.push((title, choose::set(tie, score)));
     }
@@ -120,7 +120,7 @@ pub(super) fn front(chosen: &Chosen) -> FrontFacts {
 }
 
 /// What a step is drawn at: its cost, or how many sensors it has where there are no costs.
-fn across(step: &ToldStep, priced: bool) -> f64 {
+fn across(step: &StepReport, priced: bool) -> f64 {
     match step.best.cost.filter(|_| priced) {
         Some(cost) => cost.amount(),
         None => step.at_most as f64,
@@ -128,7 +128,7 @@ fn across(step: &ToldStep, priced: bool) -> f64 {
 }
 
 fn picture(chosen: &Chosen) -> Picture {
-    let steps = &chosen.told.steps;
+    let steps = &chosen.report.steps;
     let priced = !steps.is_empty() && steps.iter().all(|step| step.best.cost.is_some());
     let xs = || steps.iter().map(|step| across(step, priced));
     let ends = steps.iter().filter_map(|step| step.budget).map(|budget| budget.amount()).filter(|_| priced);
@@ -142,7 +142,7 @@ fn picture(chosen: &Chosen) -> Picture {
         pixels: [edges[0], edges[2]],
     };
     let y = PlotScale { values: [low, low + room(high - low)], pixels: [edges[3], edges[1]] };
-    let drawn = |step: &ToldStep| {
+    let drawn = |step: &StepReport| {
         let value = across(step, priced);
         let until = match step.budget.filter(|_| priced) {
             Some(budget) => budget.amount(),

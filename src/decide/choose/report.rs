@@ -13,17 +13,17 @@ use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 
 /// The whole answer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Told {
+pub struct FrontReport {
     /// The front: by size, and of each size from the dearest set down. Below the dearest, sets that are no
     /// better than a smaller one that costs no more are left out.
-    pub steps: Vec<ToldStep>,
+    pub steps: Vec<StepReport>,
     /// Sets nearly as good as the best one, with at least one sensor somewhere else, the best first.
     #[serde(rename = "nearly_as_good")]
-    pub ties: Vec<ToldSet>,
+    pub ties: Vec<SetReport>,
     /// What was found between the listed poses around the best set of each size, if that was asked for. Nothing is
     /// proven of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub refined: Option<Vec<ToldRefined>>,
+    pub refined: Option<Vec<RefinedReport>>,
     /// Whether the search was stopped: larger sets, and cheaper ones, may be missing.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stopped: bool,
@@ -34,7 +34,7 @@ pub struct Told {
 
 /// What was found around the best set of a size.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldRefined {
+pub struct RefinedReport {
     /// How many sensors were allowed.
     pub at_most: usize,
     /// What the set could cost at most.
@@ -52,7 +52,7 @@ pub struct ToldRefined {
     /// The poses of the better set that are not listed.
     pub poses: Vec<FinePose>,
     /// The better set, if there is one.
-    pub best: Option<ToldSet>,
+    pub best: Option<SetReport>,
     /// By how much its score is above.
     pub gain: Option<f64>,
 }
@@ -80,13 +80,13 @@ pub struct FinePose {
 
 /// A step of the front.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldStep {
+pub struct StepReport {
     /// How many sensors were allowed.
     pub at_most: usize,
     /// What the set could cost at most.
     pub budget: Option<Cost>,
     /// The best set that was found.
-    pub best: ToldSet,
+    pub best: SetReport,
     /// What no set within these limits scores more than, if that is known.
     pub no_set_is_above: Option<f64>,
     /// Whether that is the best set's own score, because all others were searched.
@@ -101,7 +101,7 @@ pub struct ToldStep {
 
 /// A set in names and numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldSet {
+pub struct SetReport {
     /// Its sensors and poses, as in `camera:wall/8/1`.
     pub poses: Vec<String>,
     /// What it costs, if the sensors have costs.
@@ -113,12 +113,12 @@ pub struct ToldSet {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exactly: Option<[String; 2]>,
     /// What there is to say of each sensor.
-    pub sensors: Vec<ToldSensor>,
+    pub sensors: Vec<SensorReport>,
 }
 
 /// A sensor of a set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldSensor {
+pub struct SensorReport {
     /// The sensor's name.
     pub sensor: String,
     /// The pose's name.
@@ -131,11 +131,11 @@ pub struct ToldSensor {
     pub score_without: Option<f64>,
 }
 
-impl ToldSet {
+impl SetReport {
     /// A set of these sensors.
-    pub(super) fn new(sensors: Vec<ToldSensor>, worth: Worth) -> ToldSet {
-        let cost = |sum: Cost, one: &ToldSensor| one.cost.map(|cost| sum.plus(cost));
-        ToldSet {
+    pub(super) fn new(sensors: Vec<SensorReport>, worth: Worth) -> SetReport {
+        let cost = |sum: Cost, one: &SensorReport| one.cost.map(|cost| sum.plus(cost));
+        SetReport {
             poses: sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose)).collect(),
             cost: sensors.iter().try_fold(Cost::ZERO, cost),
             score: worth.value(),
@@ -159,37 +159,37 @@ impl ToldSet {
     }
 }
 
-impl Told {
+impl FrontReport {
     /// The step of the best set: that of the most sensors and the largest budget.
-    pub fn best(&self) -> Option<&ToldStep> {
+    pub fn best(&self) -> Option<&StepReport> {
         let most = self.steps.iter().map(|step| step.at_most).max()?;
         self.steps.iter().find(|step| step.at_most == most)
     }
 
     /// All sets, each once.
-    pub(crate) fn sets(&self) -> impl Iterator<Item = &ToldSet> {
+    pub(crate) fn sets(&self) -> impl Iterator<Item = &SetReport> {
         let refined = || self.refined.iter().flatten().filter_map(|refined| refined.best.as_ref());
         let sets = move || self.steps.iter().map(|step| &step.best).chain(&self.ties).chain(refined());
-        let is_new = move |(number, set): &(usize, &ToldSet)| {
+        let is_new = move |(number, set): &(usize, &SetReport)| {
             sets().take(*number).all(|earlier| earlier.poses != set.poses)
         };
         sets().enumerate().filter(is_new).map(|(_, set)| set)
     }
 
     /// Tells an answer.
-    pub fn new(study: &Study, worlds: &[World], problem: &Problem, answer: &Answer) -> Told {
+    pub fn new(study: &Study, worlds: &[World], problem: &Problem, answer: &Answer) -> FrontReport {
         let teller = Teller { study, problem, places: Places::new(study, &worlds[0]) };
         let worth_telling = |(number, step): &(usize, &FrontStep)| {
             let is_first = *number == 0 || answer.steps[number - 1].limits.at_most != step.limits.at_most;
             is_first || (!answer.complete && step.bound != Bound::Proven) || !teller.is_known(step, answer)
         };
         let steps = answer.steps.iter().enumerate().filter(worth_telling);
-        let steps: Vec<ToldStep> = steps.filter_map(|(_, step)| teller.step(step, answer)).collect();
+        let steps: Vec<StepReport> = steps.filter_map(|(_, step)| teller.step(step, answer)).collect();
         // Of the steps of a size the first has the whole budget.
         let most = answer.steps.iter().map(|step| step.limits.at_most).max();
         let best = answer.steps.iter().find(|step| Some(step.limits.at_most) == most);
         let ties = best.map_or(Vec::new(), |step| ties(problem, worlds, step, answer));
-        Told {
+        FrontReport {
             steps,
             ties: ties.iter().map(|found| teller.set(found)).collect(),
             refined: None,
@@ -216,7 +216,7 @@ impl Teller<'_> {
         })
     }
 
-    fn step(&self, step: &FrontStep, answer: &Answer) -> Option<ToldStep> {
+    fn step(&self, step: &FrontStep, answer: &Answer) -> Option<StepReport> {
         let best = step.best.as_ref()?;
         let cost = self.problem.cost_of(&best.set);
         let smaller = answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most);
@@ -224,7 +224,7 @@ impl Teller<'_> {
         let before =
             smaller.filter(|other| self.problem.cost_of(&other.set) <= cost).map(|other| other.worth).max();
         let score = best.worth.value();
-        Some(ToldStep {
+        Some(StepReport {
             at_most: step.limits.at_most,
             budget: step.limits.budget.map(Cost::from_thousandths),
             best: self.set(best),
@@ -246,19 +246,19 @@ impl Teller<'_> {
         format!("{}:{}", spec.name, spec.candidates[candidate].name)
     }
 
-    fn set(&self, found: &Found) -> ToldSet {
+    fn set(&self, found: &Found) -> SetReport {
         let mut items = found.set.clone();
         // As in a combination, who speaks last stands last.
         let sensor = |item: usize| &self.study.sensors[self.problem.evidence.items[item][0]];
         items.sort_by_key(|&item| sensor(item).kind.speaks_last());
-        ToldSet::new(items.iter().map(|&item| self.sensor(item, &found.set)).collect(), found.worth)
+        SetReport::new(items.iter().map(|&item| self.sensor(item, &found.set)).collect(), found.worth)
     }
 
-    fn sensor(&self, item: usize, set: &[usize]) -> ToldSensor {
+    fn sensor(&self, item: usize, set: &[usize]) -> SensorReport {
         let [sensor, candidate] = self.problem.evidence.items[item];
         let spec = &self.study.sensors[sensor];
         let others: Vec<usize> = set.iter().copied().filter(|&other| other != item).collect();
-        ToldSensor {
+        SensorReport {
             sensor: spec.name.clone(),
             pose: spec.candidates[candidate].name.clone(),
             place: self.places.words(sensor, candidate),
