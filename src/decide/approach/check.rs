@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use super::ground::Ground;
-use super::moments::{Company, Moment};
+use super::ground::{Company, Ground};
+use super::moments::Moment;
 use super::needed;
 use perirobot_march::Result;
 use perirobot_scene::truth::Truth;

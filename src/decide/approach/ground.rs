@@ -1,11 +1,12 @@
 //! A scene as bodies move through it, whatever the sensors: where they may be, where they come in, and what
 //! they must not come near to. All that can be wrong with what is asked is found here, before anything is cast.
 
+use std::sync::Arc;
+
 use std::ops::Range;
 
 use super::body::{self, Body, Sums};
 use super::entries;
-use super::moments::Company;
 use crate::view::watched::Watcher;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
@@ -18,6 +19,33 @@ use perirobot_study::world::World;
 
 /// Most voxels of all grids that are flooded at once: a flood takes twelve bytes for each.
 const MOST_VOXELS: u64 = 1 << 28;
+
+/// Who else is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Company {
+    /// Nobody.
+    Absent,
+    /// The people of the scene, who stand in the way and hide what is behind them.
+    Cover,
+}
+
+impl Company {
+    /// As in the column `people`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Company::Absent => "absent",
+            Company::Cover => "cover",
+        }
+    }
+
+    /// What is where at a moment.
+    pub fn truth(self, world: &World) -> Arc<Truth> {
+        match self {
+            Company::Absent => Arc::new(world.truth_without_people()),
+            Company::Cover => world.truth(),
+        }
+    }
+}
 
 /// The snapshots of one scene, checked.
 #[derive(Debug)]

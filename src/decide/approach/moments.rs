@@ -8,39 +8,12 @@ use rayon::prelude::*;
 
 use super::answer::{Found, Room, deepest, nearest_at_entry, nearest_of_all};
 use super::body::{Body, Sums};
-use super::ground::Ground;
+use super::ground::{Company, Ground};
 use crate::view::watched::{Watch, Watchers};
 use perirobot_march::Result;
 use perirobot_march::voxel::{BitGrid, Distances};
 use perirobot_scene::truth::Truth;
 use perirobot_study::world::World;
-
-/// Who else is there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Company {
-    /// Nobody.
-    Absent,
-    /// The people of the scene, who stand in the way and hide what is behind them.
-    Cover,
-}
-
-impl Company {
-    /// As in the column `people`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Company::Absent => "absent",
-            Company::Cover => "cover",
-        }
-    }
-
-    /// What is where at a moment.
-    pub fn truth(self, world: &World) -> Arc<Truth> {
-        match self {
-            Company::Absent => Arc::new(world.truth_without_people()),
-            Company::Cover => world.truth(),
-        }
-    }
-}
 
 /// What becomes of a body at its entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,5 @@
 //! Whether a body stays away as far as people must be by `[stopping]`, in words. Squared distances decide.
 
-use super::table::root_m;
 use perirobot_march::voxel::{Grid, rounded_down, rounded_up, squared_voxels};
 use perirobot_study::study::{AtSpeed, Stopping};
 
@@ -54,4 +53,9 @@ pub(super) fn beyond_the_grid(stopping: &Stopping, farthest: u32, grid: &Grid) -
         rounded_up(needed_m, 2),
         rounded_down(root_m(farthest, grid), 2)
     )
+}
+
+/// A distance from its square in voxels.
+pub(super) fn root_m(squared: u32, grid: &Grid) -> f64 {
+    f64::from(squared).sqrt() * grid.voxel_size_m
 }

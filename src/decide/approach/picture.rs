@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 
-use super::ground::Ground;
-use super::moments::{Answer, Company, Plan};
+use super::ground::{Company, Ground};
+use super::moments::{Answer, Plan};
 use super::table::middle_m;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_study::study::slug;

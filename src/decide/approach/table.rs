@@ -21,9 +21,9 @@
 use glam::DVec3;
 
 use super::body::Body;
-use super::ground::Ground;
-use super::moments::{Answer, Company};
-use super::needed;
+use super::ground::{Company, Ground};
+use super::moments::Answer;
+use super::needed::{self, root_m};
 use crate::view::Choice;
 use perirobot_march::backend::Fusion;
 use perirobot_march::voxel::{Grid, rounded_down, rounded_up};
@@ -75,11 +75,6 @@ const DIGITS: u32 = 5;
 /// A coordinate or a length of a way in metres.
 fn metres(metres: f64) -> String {
     format!("{metres:.5}")
-}
-
-/// A distance from its square in voxels.
-pub(super) fn root_m(squared: u32, grid: &Grid) -> f64 {
-    f64::from(squared).sqrt() * grid.voxel_size_m
 }
 
 /// A length from thousandths of a voxel.

@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::body::Body;
-use super::ground::Ground;
-use super::moments::{Answer, Company, at_once};
-use super::table::{middle_m, root_m};
+use super::ground::{Company, Ground};
+use super::moments::{Answer, at_once};
+use super::needed::root_m;
+use super::table::middle_m;
 use crate::view::watched::Watchers;
 use perirobot_march::Result;
 use perirobot_march::voxel::{Grid, rounded_down};

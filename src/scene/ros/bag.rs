@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::Frames;
-use super::chunk::unpacked;
+use super::chunk::{LONGEST_RECORD, unpacked};
 use super::messages::{Message, PointCloud2, TfMessage, Time};
 use super::ros1::{FromRos1, byte_sequence};
 use crate::source::MemoryLimit;
@@ -25,9 +25,6 @@ const STAMP_NS: u64 = 1_000_000_000;
 /// namespace of a robot.
 pub(super) const STATIC_FRAMES: &str = "tf_static";
 const MOVING_FRAMES: &str = "tf";
-
-/// The longest record that is read, as a file may not be longer: a damaged length must not ask for all memory.
-pub(super) const LONGEST_RECORD: usize = 1 << 30;
 
 /// How messages are serialised, as MCAP names it: those of ROS 2, and those of ROS 1.
 const ENCODING: &str = "cdr";

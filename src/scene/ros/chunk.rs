@@ -6,8 +6,10 @@ use std::io::Read;
 
 use mcap::records::ChunkHeader;
 
-use super::bag::LONGEST_RECORD;
 use perirobot_march::error::Issue;
+
+/// The longest record that is read, as a file may not be longer: a damaged length must not ask for all memory.
+pub(super) const LONGEST_RECORD: usize = 1 << 30;
 
 /// The records of a chunk, unpacked. A damaged one makes room for no more than it holds.
 pub(super) fn unpacked<'d>(header: &ChunkHeader, packed: Cow<'d, [u8]>) -> Result<Cow<'d, [u8]>, Issue> {

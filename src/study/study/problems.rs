@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::reader::read;
-use super::unreadable::{Unread, Unreadable};
-use super::written::{Step, Written, describe};
+use super::unreadable::{Step, Unread, Unreadable};
+use super::written::{Written, describe};
 use super::{Place, parse};
 use perirobot_march::{Error, Result};
 

@@ -10,8 +10,7 @@ use serde::de::{
 };
 use toml::{Table, Value};
 
-use super::unreadable::{Unreadable, one_of};
-use super::written::Step;
+use super::unreadable::{Step, Unreadable, one_of};
 
 /// Reads a value.
 pub(super) fn read<T: DeserializeOwned>(value: impl Into<Value>) -> Result<T, Unreadable> {

@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 use toml::de::DeTable;
 use toml::{Table, Value};
 
-use super::written::{IN_MEMORY, Step, line_at, place_of};
+use super::unreadable::Step;
+use super::written::{IN_MEMORY, line_at, place_of};
 
 /// Positions and sizes of robot cells are smaller, in metres.
 const LARGE_M: f64 = 100.0;

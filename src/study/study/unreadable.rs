@@ -4,8 +4,16 @@ use std::fmt::{self, Display};
 
 use serde::de::{self, Expected, Unexpected};
 
-use super::written::Step;
 use perirobot_scene::spelling::nearest;
+
+/// A step from a file's top towards one of its values.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Step {
+    /// To the value of this key.
+    Key(String),
+    /// To this entry of a list.
+    Entry(usize),
+}
 
 /// Why a value cannot be read.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,20 +10,11 @@ use serde::de::{self, Visitor};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
 
-use super::unreadable::{Unread, Unreadable};
+use super::unreadable::{Step, Unread, Unreadable};
 
 /// The first line of a text that was made from keys in memory. Users have never seen its lines, so errors name its keys
 /// only.
 pub const IN_MEMORY: &str = "# made in memory\n";
-
-/// A step from a file's top towards one of its values.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Step {
-    /// To the value of this key.
-    Key(String),
-    /// To this entry of a list.
-    Entry(usize),
-}
 
 /// A file as it is written. It is read for its places once, when the first is looked for.
 pub(super) struct Written<'a> {

@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::measure::BESTS;
 use super::packed::put_runs;
-use super::ranking::{BESTS, Ranking, firsts};
+use super::ranking::{Ranking, firsts};
 use super::recommended::Recommended;
 use crate::report::reasons::{Explained, explain, phrase};
 use crate::report::{Series, snapshots};

@@ -3,16 +3,13 @@
 
 use std::ops::Range;
 
-use super::measure;
+use super::measure::{self, BESTS};
 use crate::report::distribution::{Distribution, distribution};
 use crate::report::maxima::{Maxima, Maximum};
 use crate::report::{Series, first_best, ranked, series};
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;
-
-/// The scores that name a best: F1, as in the paper, and what a safety review asks first.
-pub(super) const BESTS: [Score; 3] = [Score::F1, Score::HumanSeen, Score::PartsDetected];
 
 /// The choices of one representation of one combination, the best first.
 #[derive(Debug)]

@@ -1,7 +1,8 @@
 //! Which choice of poses a report recommends, by which rule, and the moment at which it is drawn.
 
 use super::judged::Judged;
-use super::ranking::{BESTS, Ranking};
+use super::measure::BESTS;
+use super::ranking::Ranking;
 use super::{ReportedSweep, measure};
 use crate::report::Series;
 use crate::report::snapshots::worst_snapshot;

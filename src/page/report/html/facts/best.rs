@@ -3,8 +3,8 @@
 use super::mount::{self, Sheet};
 use crate::report::html::ReportedSweep;
 use crate::report::html::cells::{Asked, Cells};
-use crate::report::html::measure::{self, Baseline};
-use crate::report::html::ranking::{BESTS, Ranking, firsts};
+use crate::report::html::measure::{self, BESTS, Baseline};
+use crate::report::html::ranking::{Ranking, firsts};
 use crate::report::html::surroundings::Surroundings;
 use crate::report::reasons::Explained;
 use crate::report::table::number;
