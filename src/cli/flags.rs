@@ -18,7 +18,6 @@ mod tests {
 
     use clap::CommandFactory;
 
-
     #[test]
     fn each_argument_of_the_library_is_a_flag() {
         let program = super::super::Cli::command();

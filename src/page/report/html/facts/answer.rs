@@ -24,7 +24,7 @@ const MOST_NAMED: usize = 4;
 pub(crate) struct Answer {
     /// What was asked, as a sentence.
     pub(crate) asked: String,
-    /// The name of the recommended combination, of which all numbers are.
+    /// The names of the recommended choice, of which all numbers are.
     pub(crate) set: String,
     /// Of what the recommended choice is the best.
     pub(crate) why: String,
@@ -102,7 +102,7 @@ pub(super) fn answer(
     Ok(Answer {
         thinned,
         asked: question(sweep),
-        set: combination.name.clone(),
+        set: format!("{} ({})", combination.name, combination.name_of(choice)),
         why: recommended.why.clone(),
         sensors: sensors.collect(),
         counted: format!(
@@ -261,7 +261,7 @@ fn meaning(score: Score, moments: usize) -> String {
         many => format!("at the {many} moments studied"),
     };
     match score {
-        Score::F1 => "agreement with the truth in the region; 1 is perfect".into(),
+        Score::F1 => "agreement with the truth; 1 is perfect".into(),
         Score::Kappa => "agreement beyond chance; 1 is perfect".into(),
         Score::HumanSeen => format!("of people’s voxels are hit {studied}"),
         Score::HumanClaimed => format!("of people’s voxels are called occupied {studied}"),

@@ -27,7 +27,7 @@ fn said(answer: &Answer, good: &Good) -> Markup {
     html! {
         div.said {
             p.asked { (answer.asked) }
-            h2 { "Recommended: " (answer.set) }
+            div.named { h2 { "Recommended" } p { (answer.set) } }
             ul.sensors { @for sensor in &answer.sensors { (placed(sensor)) } }
             p.overall.(good.verdict()) { strong { "Good enough?" } " " b { (good.overall()) } }
             p.note {
