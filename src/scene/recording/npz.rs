@@ -23,6 +23,9 @@ use super::voxels::VoxelMap;
 use crate::source::MemoryLimit;
 use perirobot_march::error::Issue;
 
+/// Most bytes that deflate packs into one.
+const MOST_UNPACKED: u64 = 1032;
+
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let no_archive = |_| {
@@ -94,7 +97,9 @@ fn unpacked(
     };
     let length = entry.uncompressed_size_hint();
     limit.spend(length)?;
-    let mut bytes = Vec::with_capacity(length as usize);
+    // Room for no more than the entry can hold, whatever it declares.
+    let most = MOST_UNPACKED.saturating_mul(packed.data().len() as u64);
+    let mut bytes = Vec::with_capacity(length.min(most) as usize);
     let read = packed.verifying_reader(plain).take(length + 1).read_to_end(&mut bytes);
     read.ok().filter(|count| *count as u64 <= length).ok_or_else(damaged)?;
     Ok(bytes)
