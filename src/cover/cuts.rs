@@ -23,7 +23,7 @@ const MOST_PARTS: i128 = 1_000_000;
 const MOST_TIMES: u64 = 1 << 20;
 const MOST_BUDGETS: u64 = 1 << 60;
 
-/// Cuts that show, so many times each, that no set is above a score.
+/// Weighted cuts that prove that no set is above a score.
 ///
 /// A cut is made of shares of poses. Voxels that poses see whose shares add up to 256 or more are its inside. A
 /// set sees no more than the inside, and what each of its poses sees outside.
@@ -40,7 +40,7 @@ pub struct CutProof {
 /// A cut of the voxels of one score.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProofCut {
-    /// Of which scene, snapshot and repeat the score is, if the worst one counts; else 0.
+    /// The moment whose score it bounds, unless counts are pooled; then 0.
     pub moment: usize,
     /// How many times it counts.
     pub times: u64,
@@ -70,7 +70,7 @@ pub struct CutLimits<'a> {
     pub evidence: &'a CandidateEvidence,
     /// The score.
     pub objective: Score,
-    /// Of which counts.
+    /// How the scores of several moments are combined.
     pub over: Across,
     /// How many poses a set may have.
     pub at_most: usize,
@@ -90,24 +90,24 @@ pub struct CutLimits<'a> {
 ///
 /// # Errors
 /// Why they do not.
-pub fn check_cuts(asked: &CutLimits, told: &[CutProof], claimed: f64) -> Result<(), Issue> {
+pub fn check_cuts(asked: &CutLimits, proofs: &[CutProof], claimed: f64) -> Result<(), Issue> {
     if asked.over == Across::Mean {
         // Scores without a value are left out of a mean, and those of moments without a truth are zero at best.
         let moments = &asked.evidence.layout.moments;
         let has = |&moment: &usize| weights(asked.objective, &moments[moment..=moment], 1, 2).is_some();
         let scored: Vec<usize> = (0..moments.len()).filter(has).collect();
         let of = |cuts: &CutProof| cuts.cuts.first().map(|cut| cut.moment);
-        if !told.iter().map(of).eq(scored.into_iter().map(Some)) {
+        if !proofs.iter().map(of).eq(scored.into_iter().map(Some)) {
             return Err(Issue::says("is not about each score of the mean once, in their order"));
         }
-    } else if told.len() > 1 {
+    } else if proofs.len() > 1 {
         return Err(Issue::says("is about more than one score"));
     }
-    for (number, told) in told.iter().enumerate() {
-        excluded(asked, told).map_err(|why| why.at(format!("[{number}]")))?;
+    for (number, proof) in proofs.iter().enumerate() {
+        excluded(asked, proof).map_err(|why| why.at(format!("[{number}]")))?;
     }
-    let above = told.iter().map(|told| told.above[0] as f64 / told.above[1] as f64);
-    let mean = above.sum::<f64>() / told.len() as f64;
+    let above = proofs.iter().map(|proof| proof.above[0] as f64 / proof.above[1] as f64);
+    let mean = above.sum::<f64>() / proofs.len() as f64;
     match mean == claimed {
         true => Ok(()),
         false => Err(Issue::says(format!("above is {mean}, which is not the {claimed} of no_set_is_above"))),
@@ -115,21 +115,21 @@ pub fn check_cuts(asked: &CutLimits, told: &[CutProof], claimed: f64) -> Result<
 }
 
 /// Whether cuts exclude all sets above the score that they are for.
-fn excluded(asked: &CutLimits, told: &CutProof) -> Result<(), Issue> {
+fn excluded(asked: &CutLimits, proof: &CutProof) -> Result<(), Issue> {
     let CutLimits { evidence, objective, over, .. } = *asked;
-    let [p, q] = told.above.map(i128::from);
+    let [p, q] = proof.above.map(i128::from);
     if q == 0 || q > MOST_PARTS || p > q {
         return Err(Issue::says(format!("above is {p}/{q}, which is no score")));
     }
     let moments = &evidence.layout.moments;
     let mut most = 0i128;
     let mut added = vec![0i128; evidence.items.len()];
-    for (number, cut) in told.cuts.iter().enumerate() {
+    for (number, cut) in proof.cuts.iter().enumerate() {
         let place = |why: String| Issue::says(why).at(format!("cuts[{number}]"));
         let moments = match over {
             Across::Pooled if cut.moment == 0 => &moments[..],
             Across::Worst if cut.moment < moments.len() => &moments[cut.moment..=cut.moment],
-            Across::Mean if cut.moment < moments.len() && cut.moment == told.cuts[0].moment => {
+            Across::Mean if cut.moment < moments.len() && cut.moment == proof.cuts[0].moment => {
                 &moments[cut.moment..=cut.moment]
             }
             _ => return Err(place(format!("no score is of moment {}", cut.moment))),
@@ -152,7 +152,7 @@ fn excluded(asked: &CutLimits, told: &CutProof) -> Result<(), Issue> {
         }
     }
     if let Some(budget) = asked.budget {
-        let times = i128::from(told.budget_times.min(MOST_BUDGETS));
+        let times = i128::from(proof.budget_times.min(MOST_BUDGETS));
         most += times * i128::from(budget);
         added.iter_mut().zip(&asked.cost).for_each(|(added, &cost)| *added -= times * i128::from(cost));
     }

@@ -86,44 +86,6 @@ impl Eq for Worth {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use perirobot_march::metrics::Detection;
-
-    /// Random counts, some of them zero, some as large as a region can be.
-    fn random(state: &mut u64) -> Confusion {
-        let mut next = |below: u64| {
-            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (*state >> 20) % below
-        };
-        let size = [2, 20, 1000, MOST_VOXELS / 6][next(4) as usize];
-        let mut counts: [u64; 12] = std::array::from_fn(|_| if next(4) == 0 { 0 } else { next(size) });
-        counts[9..].fill(0);
-        let people: u64 = counts[6..9].iter().sum();
-        let [people_count, parts] = [next(4), next(12)];
-        let found = Detection {
-            hit_human: next(people + 1),
-            people: people_count,
-            people_detected: next(people_count + 1),
-            parts,
-            parts_detected: next(parts + 1),
-            missed: [0; 11],
-        };
-        Confusion::from_counts(counts).with(found)
-    }
-
-    #[test]
-    fn fractions_are_the_scores_of_the_tables() {
-        let mut state = 5;
-        let (mut some, mut none) = (0, 0);
-        for case in 0..20_000 {
-            let counts = random(&mut state);
-            for score in Score::ALL {
-                let (found, expected) = (Ratio::from_score(score, &counts), score.of(&counts));
-                assert_eq!(found.map(Ratio::value), expected, "case {case}: {score:?} of {counts:?}");
-                *if found.is_some() { &mut some } else { &mut none } += 1;
-            }
-        }
-        assert!(some > 10_000 && none > 100, "{some} with a value, {none} without");
-    }
 
     #[test]
     fn nearly_equal_fractions_are_told_apart() {

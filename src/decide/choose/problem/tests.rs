@@ -1,6 +1,6 @@
 //! What a set is worth is what the tables of a sweep say of it.
 
-use perirobot_cover::{MOST_VOXELS, Worth};
+use perirobot_cover::{MOST_VOXELS, Ratio, Worth};
 use perirobot_march::metrics::{Across, Confusion, Detection, Score};
 use perirobot_sweep::results::over::over;
 
@@ -28,6 +28,21 @@ fn random(state: &mut u64) -> Confusion {
 
 const SCORES: [Score; 5] =
     [Score::F1, Score::Kappa, Score::HumanSeen, Score::PeopleDetected, Score::PartsDetected];
+
+#[test]
+fn fractions_are_the_scores_of_the_tables() {
+    let mut state = 5;
+    let (mut some, mut none) = (0, 0);
+    for case in 0..20_000 {
+        let counts = random(&mut state);
+        for score in Score::ALL {
+            let (found, expected) = (Ratio::from_score(score, &counts), score.of(&counts));
+            assert_eq!(found.map(Ratio::value), expected, "case {case}: {score:?} of {counts:?}");
+            *if found.is_some() { &mut some } else { &mut none } += 1;
+        }
+    }
+    assert!(some > 10_000 && none > 100, "{some} with a value, {none} without");
+}
 
 #[test]
 fn worths_over_moments_are_those_of_the_tables() {
