@@ -1,4 +1,4 @@
-//! `perirobot choose`: the best set of sensors. Cast and searched in `choose`, told in `report::choose`.
+//! `perirobot choose`: the best set of sensors. Cast and searched in `choose`, told in `report::terminal::choose`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -136,7 +136,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let mut watch = Onlooker { progress, stop: None, names_backend: false };
     let results = outcome.write(folder, &mut backends, (VERIFY, prepare_s), &command(), &mut watch)?;
     watch.progress.finish();
-    super::print(&report::choose::render(&outcome.chosen))?;
+    super::print(&report::terminal::choose::render(&outcome.chosen))?;
     if choose.over == Across::Mean && study.scenes.iter().any(|scene| scene.dwell_s.is_some()) {
         super::print(&format!("\n{}\n", report::PLAIN_MEANS))?;
     }

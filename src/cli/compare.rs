@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Score;
-use perirobot_page::report::placements::{Among, PLACEMENTS, RankedPlacement, Sweeps};
+use perirobot_page::report::terminal::placements::{Among, PLACEMENTS, RankedPlacement, Sweeps};
 
 use super::flags;
 use super::score::ScoreArg;

@@ -1,4 +1,4 @@
-//! `perirobot judge`: whether requirements are met. Decided in `judge`, told in `report::judge`.
+//! `perirobot judge`: whether requirements are met. Decided in `judge`, told in `report::terminal::judge`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -9,7 +9,7 @@ use perirobot_decide::judge::{
 };
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
-use perirobot_page::report;
+use perirobot_page::report::terminal;
 use perirobot_scene::shell;
 use perirobot_study::study::Study;
 use perirobot_sweep::results::Results;
@@ -109,13 +109,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, &results, set, judgement);
     if let Some(path) = &args.junit {
         let told = |set: &JudgedSet, judgement: &Judgement| {
-            let line = report::judge::line(&results, set, judgement);
+            let line = terminal::judge::line(&results, set, judgement);
             picture(set, judgement).map_or(line.clone(), |picture| format!("{line}\n{picture}"))
         };
         write_whole(path, junit_xml(sets, &told).as_bytes())?;
     }
     for set in sets {
-        super::print(&report::judge::render(&results, set, &picture))?;
+        super::print(&terminal::judge::render(&results, set, &picture))?;
     }
     super::print(&at_speeds(&study, &results, sets, &judging.speeds(sets)))?;
     super::print(&format!("\n{}\n", count(sets)))?;
@@ -160,8 +160,8 @@ fn at_speeds(
     let told = sets.iter().map(|set| {
         let heading = if sets.len() > 1 { format!("\n{}\n", set.poses) } else { String::new() };
         let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
-        let fast = own.map_or(String::new(), |(_, speeds)| report::speed::render(speeds, stopping));
-        heading + &fast + &report::separation::render(results, set, stopping, study.voxel_size_m)
+        let fast = own.map_or(String::new(), |(_, speeds)| terminal::speed::render(speeds, stopping));
+        heading + &fast + &terminal::separation::render(results, set, stopping, study.voxel_size_m)
     });
     told.collect::<String>() + &format!("\n{}\n", stopping.assumptions().join("\n"))
 }

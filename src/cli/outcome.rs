@@ -7,8 +7,8 @@ use perirobot_decide::judge::{Among, Conditions, JudgedSet, leaders};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
-use perirobot_page::report;
-use perirobot_page::report::{ReportSelection, best, places};
+use perirobot_page::report::terminal::{self, best, places};
+use perirobot_page::report::{ReportSelection, wording};
 use perirobot_scene::shell;
 use perirobot_study::study::{Condition, Requirement, Study};
 use perirobot_sweep::results::table::TableFormat;
@@ -113,7 +113,7 @@ pub(super) fn print_verdicts(
                 set.combination.clone(),
             ]);
             let which = if best.is_some() { "the best set" } else { "the choice that meets most of them" };
-            let verdicts = report::judge::verdicts(results, &set, &|_, _| None);
+            let verdicts = terminal::judge::verdicts(results, &set, &|_, _| None);
             format!("Requirements, as planned, of {which}{verdicts}")
         }
     };
@@ -130,7 +130,7 @@ fn undecided(study: &Study) -> String {
     let open = study.requirements.iter().filter_map(|requirement| {
         let is_open =
             |condition: &&Condition| **condition != Condition::AsPlanned || !is_decided(requirement);
-        let open = requirement.under.iter().filter(is_open).map(|&condition| report::judge::words(condition));
+        let open = requirement.under.iter().filter(is_open).map(|&condition| wording::words(condition));
         let open = open.collect::<Vec<_>>().join(", ");
         (!open.is_empty()).then(|| format!("{} ({open})", requirement.name))
     });

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use perirobot_decide::choose::Chosen;
 use perirobot_march::{Error, Result};
-use perirobot_page::report::html;
+use perirobot_page::report::page;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::files::{WholeFile, cannot_write};
 use perirobot_sweep::results::manifest::Manifest;
@@ -32,7 +32,7 @@ pub(super) struct Args {
     out: Option<PathBuf>,
     /// How many of the best choices of poses of each region and representation the 3D view shows voxel by
     /// voxel; of all others it shows the cell and the frustum
-    #[arg(long, value_name = "N", default_value_t = html::LOOKED_AT)]
+    #[arg(long, value_name = "N", default_value_t = page::LOOKED_AT)]
     best: usize,
     #[command(flatten)]
     backend: BackendArgs,
@@ -50,7 +50,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     args.backend.start_threads()?;
     let folder = args.swept.folder();
-    let out = args.out.clone().unwrap_or_else(|| folder.join(html::REPORT));
+    let out = args.out.clone().unwrap_or_else(|| folder.join(page::REPORT));
     if out.is_dir() {
         return Err(Error::input(format!("--out {}", out.display()), "is a folder: name a file"));
     }
@@ -65,7 +65,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     let words = args.swept.words();
-    let sweep = html::ReportedSweep {
+    let sweep = page::ReportedSweep {
         results: &results,
         manifest: &manifest,
         study: &study,
@@ -75,15 +75,15 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         words: &words,
     };
     let mut progress: Option<(Progress, usize)> = None;
-    let page = html::page(&sweep, args.best, &mut *backend, &mut |done, of| {
+    let html = page::html(&sweep, args.best, &mut *backend, &mut |done, of| {
         let (progress, before) =
             progress.get_or_insert_with(|| (args.progress.start("views", 0, of as u64), 0));
         progress.inc((done - *before) as u64);
         *before = done;
     })?;
     drop(progress);
-    file.write_all(page.as_bytes()).map_err(|e| cannot_write(&out, e))?;
+    file.write_all(html.as_bytes()).map_err(|e| cannot_write(&out, e))?;
     file.commit()?;
-    super::print(&format!("{} ({:.1} MB)\n", out.display(), page.len() as f64 / 1e6))?;
+    super::print(&format!("{} ({:.1} MB)\n", out.display(), html.len() as f64 / 1e6))?;
     Ok(ExitCode::SUCCESS)
 }

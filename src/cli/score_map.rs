@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use glam::DVec3;
 use perirobot_decide::view::{Names, RecordedMap, find_scene};
 use perirobot_march::Result;
-use perirobot_page::report::recorded;
+use perirobot_page::report::terminal::scored_map;
 use perirobot_scene::recording::{Anchor, Asked, FARTHEST_M, Recording};
 use perirobot_scene::source::Sources;
 use perirobot_study::world::World;
@@ -97,11 +97,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let map = RecordedMap::new(&study, world, recording, anchor)?;
     let (study, view) = (&map.study, map.view()?);
     super::print(&format!("{}: {about}\nscene {}\n", args.map.display(), world.title(study)))?;
-    super::print(&recorded::render(&map, &view))?;
+    super::print(&scored_map::render(&map, &view))?;
     if let (Some(out), Some(format)) = (&args.out, format) {
         let mut rows = RowsFile::create(out, format)?;
         let poses = perirobot_sweep::results::columns::pose_names(study, &study.combinations[0], 0);
-        for ((region, _), counts) in study.regions.iter().zip(recorded::counts(&view)) {
+        for ((region, _), counts) in study.regions.iter().zip(scored_map::counts(&view)) {
             let names = [study.combinations[0].name.as_str(), &poses, "map", region];
             rows.row(&world.name, [args.snapshot, 0], names, &counts)?;
         }

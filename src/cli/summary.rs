@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use perirobot_decide::choose::Chosen;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
-use perirobot_page::report;
-use perirobot_page::report::{ReportSelection, distribution, groups, maxima, places, snapshots};
+use perirobot_page::report::ReportSelection;
+use perirobot_page::report::terminal::{self, distribution, groups, maxima, moving_scenes, places};
 use perirobot_sweep::results::Results;
 
 use super::score::ScoreArg;
@@ -62,9 +62,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (region, combination) = (args.region.as_deref(), args.combination.as_deref());
     let selection = ReportSelection::named(&results, region, combination, scores)?;
     if let Some(chosen) = Chosen::read(&args.folder)? {
-        super::print(&report::choose::overview(&chosen))?;
+        super::print(&terminal::choose::overview(&chosen))?;
     }
-    for render in [places::render, distribution::render, maxima::render, groups::render, snapshots::render] {
+    for render in
+        [places::render, distribution::render, maxima::render, groups::render, moving_scenes::render]
+    {
         super::print(&render(&results, &selection)?)?;
     }
     Ok(ExitCode::SUCCESS)

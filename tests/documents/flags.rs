@@ -62,8 +62,8 @@ const OF_COMMANDS: [&str; 7] = [
     "page/export/ros.rs",
     "sweep/results/merge.rs",
     "scene/source/formats.rs",
-    "page/report/html/data.rs",
-    "page/report/html/facts/good.rs",
+    "page/report/page/data.rs",
+    "page/report/page/sections/good.rs",
 ];
 
 #[test]

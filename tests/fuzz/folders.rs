@@ -6,7 +6,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use perirobot_march::metrics::{Confusion, Score};
-use perirobot_page::report::{ReportSelection, best, distribution, groups, maxima, snapshots};
+use perirobot_page::report::ReportSelection;
+use perirobot_page::report::terminal::{best, distribution, groups, maxima, moving_scenes};
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::{JOURNAL, MANIFEST};
@@ -210,7 +211,7 @@ fn check(before: &[u8], bytes: &mut [u8]) {
 /// All that is made of results.
 fn report(results: &Results, folder: &std::path::Path) {
     let selection = ReportSelection::named(results, None, None, &Score::ALL).expect("nothing is named");
-    for render in [distribution::render, maxima::render, groups::render, snapshots::render] {
+    for render in [distribution::render, maxima::render, groups::render, moving_scenes::render] {
         render(results, &selection).expect("what was scanned can be read again");
     }
     best::render(results).expect("what was scanned can be read again");

@@ -1,4 +1,4 @@
-//! One model of a table for people, with two writers: plain text here, HTML in `html/page/tables.rs`. Tables for
+//! One model of a table for people, with two writers: plain text here, HTML in `page/plain_table.rs`. Tables for
 //! programs (CSV and Parquet, numbers not rounded) are `results/table`'s.
 
 /// How a cell without a value is shown.

@@ -1,10 +1,13 @@
 //! Every aggregate of the example, against what it is by hand.
 
-use super::*;
-use maxima::{Maximum, maxima, most_sensors};
+use super::ReportSelection;
+use super::maximum::{Maximum, maxima, most_sensors};
+use super::series::{Series, worst_snapshot};
+use super::terminal::{best, distribution, groups, maxima, moving_scenes, reasons};
 use perirobot_march::Error;
-use perirobot_march::metrics::Detection;
+use perirobot_march::metrics::{Detection, Score};
 use perirobot_sweep::results::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
+use perirobot_sweep::results::{Results, RowKey};
 
 fn key(combination: usize, choice: usize, representation: usize) -> RowKey {
     RowKey { combination, choice, representation, region: 0 }
@@ -114,15 +117,15 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
     };
     let results = results(1, |moment, _, key| better(moment, key));
     let moving = results.scenes[1].clone();
-    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 0, 0), Score::F1).unwrap(), Some(0));
-    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1).unwrap(), Some(1));
+    assert_eq!(worst_snapshot(&results, &moving, key(0, 0, 0), Score::F1).unwrap(), Some(0));
+    assert_eq!(worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1).unwrap(), Some(1));
     let results =
         perirobot_sweep::results::example::results(1, |moment, _, key| match (key.combination, key.choice) {
             (0, 2) => NO_SCORE,
             _ => better(moment, key),
         });
-    assert_eq!(snapshots::worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1).unwrap(), None);
-    let text = snapshots::render(&results, &all(&results, &[Score::F1])).unwrap();
+    assert_eq!(worst_snapshot(&results, &moving, key(0, 2, 0), Score::F1).unwrap(), None);
+    let text = moving_scenes::render(&results, &all(&results, &[Score::F1])).unwrap();
     for line in [
         // Pooled: 2 found, 6 unknown.
         "  moving  camera · points               mean     0.625  0.250   0   0.400  left/0                      wall, x 0.0 m, 3.0 m high\n",
@@ -133,7 +136,7 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
     assert!(!text.contains("still"), "{text}");
     let mut results = worked();
     results.subject.scenes.remove(1);
-    assert_eq!(snapshots::render(&results, &all(&results, &[Score::F1])).unwrap(), "");
+    assert_eq!(moving_scenes::render(&results, &all(&results, &[Score::F1])).unwrap(), "");
 }
 
 #[test]
@@ -165,8 +168,8 @@ fn a_disk_that_fails_fails_every_table() {
         ("distribution", distribution::render(&results, &selection).map(drop)),
         ("maxima", maxima::render(&results, &selection).map(drop)),
         ("groups", groups::render(&results, &selection).map(drop)),
-        ("snapshots", snapshots::render(&results, &selection).map(drop)),
-        ("worst", snapshots::worst_snapshot(&results, moving, key(0, 0, 0), Score::F1).map(drop)),
+        ("snapshots", moving_scenes::render(&results, &selection).map(drop)),
+        ("worst", worst_snapshot(&results, moving, key(0, 0, 0), Score::F1).map(drop)),
         ("leaders", reasons::leaders(&results, 1, &[Score::F1]).map(drop)),
         ("leader", reasons::leader(&results, 0, Score::F1).map(drop)),
         ("results", rows::write(&results, folder.path(), TableFormat::Csv)),

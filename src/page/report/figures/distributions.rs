@@ -4,7 +4,7 @@
 use super::axis::{Scale, axis_name, columns, score_name, span};
 use super::part::Part;
 use super::sheet::{EDGE, Sheet, WIDTH, colour, cut, width_of};
-use crate::report::distribution::{Distribution, distribution};
+use crate::report::quartiles::{Distribution, distribution};
 use perirobot_march::Result;
 use perirobot_sweep::results::Results;
 

@@ -3,7 +3,7 @@
 use super::axis::{Scale, axis_name, columns, score_name, span};
 use super::part::Part;
 use super::sheet::{EDGE, Sheet, WIDTH, cut, width_of};
-use crate::report::maxima::{maxima, most_sensors, relative};
+use crate::report::maximum::{maxima, most_sensors, relative};
 use crate::report::table::number;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;

@@ -5,19 +5,18 @@
 //! The numbers are those of `summary`: they come from the same functions. A figure's bytes depend on the sweep alone.
 
 mod axis;
+mod curves;
 mod distributions;
 mod map;
 mod maxima;
-mod page;
 mod part;
 mod pictures;
 mod placements;
+mod readme;
 mod sheet;
-mod snapshots;
 mod unfolded;
 
 use crate::export::file_name;
-pub use page::{PAGE, Page};
 pub use part::Wanted;
 use part::{Extent, Part};
 use perirobot_march::Result;
@@ -28,6 +27,7 @@ use perirobot_sweep::results::Results;
 use perirobot_sweep::results::manifest::Manifest;
 use pictures::Pictured;
 use placements::Placed;
+pub use readme::{PAGE, Page};
 
 /// A finished sweep, its study and its scenes.
 pub struct FiguredSweep {
@@ -166,7 +166,7 @@ impl<'a> Plan<'a> {
             Job::Distributions { region } => distributions::draw(&sweep.results, part, *region)?,
             Job::Placements { region, placed } => placements::draw(sweep, part, *region, placed)?,
             Job::Maxima { region } => maxima::draw(&sweep.results, part, *region)?,
-            Job::Snapshots { region, scene } => snapshots::draw(&sweep.results, part, *region, *scene)?,
+            Job::Snapshots { region, scene } => curves::draw(&sweep.results, part, *region, *scene)?,
             Job::Picture(pictured) => pictures::draw(sweep, pictured, backend)?,
         };
         Ok(Figure { kind: job.kind(), file: file.clone(), caption, bytes })

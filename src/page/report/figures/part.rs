@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::Kind;
-use crate::report::best::extent;
-use crate::report::{ReportSelection, Series};
+use crate::report::selection::ReportSelection;
+use crate::report::series::Series;
+use crate::report::wording::extent;
 use perirobot_decide::view::names::unknown;
 use perirobot_march::Result;
 use perirobot_march::error::Argument;

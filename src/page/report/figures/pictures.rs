@@ -4,7 +4,7 @@ use super::FiguredSweep;
 use super::axis::score_name;
 use super::part::Part;
 use crate::render::{self, Colour, Wish};
-use crate::report::Series;
+use crate::report::series::Series;
 use crate::report::table::number;
 use perirobot_decide::view::{Choice, View};
 use perirobot_march::Result;

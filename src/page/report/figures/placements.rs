@@ -10,7 +10,7 @@ use super::part::{Extent, Part};
 use super::sheet::{EDGE, SMALL, Sheet, WIDTH, lines};
 use super::unfolded::{Map, Position, Spot, maps};
 use crate::render::plan::short_name;
-use crate::report::Series;
+use crate::report::series::Series;
 use crate::report::table::number;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;

@@ -1,0 +1,143 @@
+//! The best sets of sensors: the question in words, and the tables of the front, of a set and of places.
+
+use super::table::{NONE, Table};
+use perirobot_decide::choose::{Asked, AskedScore, Chosen, RefinedReport, SetReport, StepReport};
+use perirobot_march::metrics::{Across, Score};
+
+/// How scores are called.
+pub(super) struct Spelling {
+    pub(super) score: fn(Score) -> String,
+    /// Of which counts.
+    pub(super) over: fn(Across) -> &'static str,
+    /// The least that a score must be.
+    pub(super) least: fn(Score, f64) -> String,
+}
+
+/// What was asked, in a sentence or two.
+pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
+    let Chosen { candidates, asked, .. } = chosen;
+    let Asked { objective, over, region, at_most, .. } = asked;
+    let (score, over) = ((spelling.score)(*objective), (spelling.over)(*over));
+    let mut text = format!(
+        "the highest {score} ({over}) in region {region}, by at most {at_most} {}",
+        if *at_most == 1 { "sensor" } else { "sensors" }
+    );
+    if let Some(budget) = asked.budget {
+        text += &format!(" for {budget} together");
+    }
+    if asked.apart_m > 0.0 {
+        text += &format!(", {} m apart", asked.apart_m);
+    }
+    if !asked.always.is_empty() {
+        text += &format!(", always with {}", asked.always.join(", "));
+    }
+    for AskedScore { score, over, at_least } in &asked.require {
+        let (name, over, least) =
+            ((spelling.score)(*score), (spelling.over)(*over), (spelling.least)(*score, *at_least));
+        text += &format!(", with {name} ({over}) {least} or more");
+    }
+    let sensors: Vec<&str> = asked.sensors.keys().map(String::as_str).collect();
+    text + &format!("; among {candidates} poses of {}", sensors.join(", "))
+}
+
+/// What the front's columns say, and what is certified.
+pub(super) fn how_to_read(chosen: &Chosen) -> String {
+    let score = chosen.asked.objective.title();
+    let proven = chosen.report.steps.iter().filter(|step| step.proven).count();
+    let of = match proven {
+        0 => "nothing is proven".into(),
+        _ if proven == chosen.report.steps.len() => format!("proven for {}", chosen.certified),
+        _ => format!("what is proven is so for {}", chosen.certified),
+    };
+    let costs = if is_priced(chosen) { " for that cost or less" } else { "" };
+    format!(
+        "bound: no set of at most so many sensors{costs} has a higher {score}; {of}.\n\
+         gain: by how much it is above the best set of fewer sensors{costs}.\n"
+    )
+}
+
+fn is_priced(chosen: &Chosen) -> bool {
+    chosen.report.steps.iter().any(|step| step.best.cost.is_some())
+}
+
+/// The front, a row for each step.
+pub(super) fn front(chosen: &Chosen) -> Table {
+    let priced = is_priced(chosen);
+    let cost: &[&str] = if priced { &["cost"] } else { &[] };
+    let score = chosen.asked.objective.title();
+    let mut table = Table::new(&[&["at most"], cost, &[score, "<bound", "gain", "<set"]].concat());
+    for step in &chosen.report.steps {
+        let cost = step.best.cost.map(|cost| cost.to_string()).filter(|_| priced);
+        let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
+        let cells = [four(step.best.score), bound(step), gain, step.best.name()];
+        table.row([step.at_most.to_string()].into_iter().chain(cost).chain(cells));
+    }
+    table
+}
+
+/// What no set of a step is above, in words.
+fn bound(step: &StepReport) -> String {
+    match step.no_set_is_above {
+        Some(bound) if step.proven => format!("{} proven", four(bound)),
+        // Rounded up, since it is a bound.
+        Some(bound) => {
+            let up = |value: f64| (value * 1e4).ceil() / 1e4;
+            format!("{} ({:+.4})", four(up(bound)), up(bound - step.best.score))
+        }
+        None => "no bound".into(),
+    }
+}
+
+/// Where the poses of the front are, in words.
+pub(super) fn places(chosen: &Chosen) -> Table {
+    let mut table = Table::new(&["<pose", "<place"]);
+    let mut told: Vec<&String> = Vec::new();
+    for best in chosen.report.steps.iter().map(|step| &step.best) {
+        for (pose, one) in best.poses.iter().zip(&best.sensors) {
+            if !told.contains(&pose) {
+                told.push(pose);
+                table.row([pose.clone(), one.place.clone()]);
+            }
+        }
+    }
+    table
+}
+
+/// A set in words: its score and its cost.
+pub(super) fn scored(set: &SetReport, score: &str) -> String {
+    let cost = set.cost.map_or(String::new(), |cost| format!(", cost {cost}"));
+    format!("{score} {}{cost}", four(set.score))
+}
+
+/// A set sensor by sensor: what each is worth, and where it is.
+pub(super) fn set(set: &SetReport, score: &str) -> Table {
+    let cost: &[&str] = if set.cost.is_some() { &["cost"] } else { &[] };
+    let without = format!("{score} without it");
+    let mut table = Table::new(&[&["<sensor", "<pose"], cost, &[&without, "<place"]].concat());
+    for one in &set.sensors {
+        let cost = one.cost.map(|cost| cost.to_string()).filter(|_| set.cost.is_some());
+        let without = one.score_without.map_or(NONE.into(), four);
+        let names = [one.sensor.clone(), one.pose.clone()];
+        table.row(names.into_iter().chain(cost).chain([without, one.place.clone()]));
+    }
+    table
+}
+
+/// What was found around the best set of a size, in words.
+pub(super) fn refined_words(refined: &RefinedReport, score: &str) -> String {
+    let RefinedReport { at_most, score_before, rounds, cast, stays, .. } = refined;
+    let found = match (&refined.best, refined.gain) {
+        (Some(best), Some(gain)) => format!("{}, {gain:+.4} by finer poses, not proven", scored(best, score)),
+        _ => format!("{score} {}, nothing gained by finer poses", four(*score_before)),
+    };
+    let stay = match stays.as_slice() {
+        [] => String::new(),
+        [pose] => format!("; {pose} stays as listed"),
+        poses => format!("; {} stay as listed", poses.join(", ")),
+    };
+    format!("refined, at most {at_most}: {found} ({cast} poses cast in {rounds} rounds{stay})")
+}
+
+fn four(value: f64) -> String {
+    format!("{value:.4}")
+}

@@ -1,0 +1,143 @@
+//! Why voxels of a region stay unknown, in words, and what would help.
+
+use perirobot_decide::view::View;
+use perirobot_decide::view::why::{Cause, CauseTally, Reason};
+use perirobot_march::metrics::Confusion;
+
+/// Least share of the unknown voxels, in percent, for which a reason gets advice.
+const WORTH_ADVICE: u64 = 10;
+
+/// Most pieces of advice for a region.
+const MOST_ADVICE: usize = 3;
+
+/// Why voxels of a region stay unknown, for people.
+#[derive(Clone, Debug)]
+pub(super) struct Explained {
+    /// How many, and the most frequent causes.
+    pub(super) headline: String,
+    /// For each cause, the most frequent first: reason, object, share, voxels, occupied, a person's, free.
+    pub(super) rows: Vec<[String; 7]>,
+    /// How many are monitored all the same.
+    pub(super) monitored: String,
+    /// Causes, and what would help.
+    pub(super) advice: Vec<(String, String)>,
+}
+
+impl Explained {
+    /// The columns of its rows.
+    pub(super) fn columns(&self) -> [&'static str; 7] {
+        ["reason", "object", "share", "voxels", "occupied", "a person's", "free"]
+    }
+}
+
+/// Explains the unknown voxels of a region by their tallies.
+pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<CauseTally>) -> Explained {
+    let unknown = counts.uo + counts.uf;
+    // Ties keep the order of the reasons.
+    tallies.sort_by_key(|tally| std::cmp::Reverse(tally.voxels()));
+    let of_all = percent(unknown, counts.total());
+    let people = match counts.human.uo {
+        0 => String::new(),
+        some => format!(", {some} of them a person's"),
+    };
+    let mut headline = format!("{of_all} unknown ({unknown} of {} voxels{people})", counts.total());
+    if !tallies.is_empty() {
+        let phrase = |tally: &CauseTally| {
+            format!("{} {}", percent(tally.voxels(), unknown), phrase(view, &tally.cause))
+        };
+        let phrases: Vec<_> = tallies.iter().take(MOST_ADVICE).map(phrase).collect();
+        let more = if tallies.len() > MOST_ADVICE { ", …" } else { "" };
+        headline += &format!(": {}{more}", phrases.join(", "));
+    }
+    let row = |tally: &CauseTally| {
+        let CauseTally { cause, occupied, free, human } = tally;
+        let object = view.object(cause).unwrap_or_default().to_string();
+        let [voxels, occupied, human, free] =
+            [tally.voxels(), *occupied, *human, *free].map(|n| n.to_string());
+        [cause.reason.name().into(), object, percent(tally.voxels(), unknown), voxels, occupied, human, free]
+    };
+    let monitored: u64 =
+        tallies.iter().filter(|t| t.cause.reason.is_monitored()).map(CauseTally::voxels).sum();
+    let worth = tallies.iter().filter(|t| 100 * t.voxels() >= WORTH_ADVICE * unknown).take(MOST_ADVICE);
+    Explained {
+        headline,
+        rows: tallies.iter().map(row).collect(),
+        monitored: format!(
+            "monitored, but not known: {}; not monitored: {}",
+            percent(monitored, unknown),
+            percent(unknown - monitored, unknown)
+        ),
+        advice: worth.map(|t| (phrase(view, &t.cause), advice(view, &t.cause))).collect(),
+    }
+}
+
+/// Rounded, but not to 0 % unless there is none, nor to 100 % unless it is all.
+fn percent(part: u64, of: u64) -> String {
+    match (200 * part + of) / (2 * of).max(1) {
+        0 if part > 0 => "<1 %".into(),
+        100 if part < of => ">99 %".into(),
+        rounded => format!("{rounded} %"),
+    }
+}
+
+/// A cause in words.
+pub(super) fn phrase(view: &View, cause: &Cause) -> String {
+    let object = view.object(cause).unwrap_or_default();
+    match cause.reason {
+        Reason::OutOfView => "out of view".into(),
+        Reason::OutOfRange => "out of range".into(),
+        Reason::Silent => "under a switch that is off".into(),
+        Reason::BetweenRays => "between rays".into(),
+        Reason::Hidden => format!("hidden by {object}"),
+        Reason::Blind => format!("lost to {object}, too near to the lens"),
+        Reason::NoReturn => "nothing behind to return the ray".into(),
+        Reason::Misread => "misread by noise".into(),
+        Reason::Cancelled => "voted down".into(),
+    }
+}
+
+/// A sentence that says what would help.
+fn advice(view: &View, cause: &Cause) -> String {
+    let object = view.object(cause).unwrap_or_default();
+    match cause.reason {
+        Reason::OutOfView => {
+            "turn the sensor there, move it back, take a wider field of view, or add a sensor".into()
+        }
+        Reason::OutOfRange => "move the sensor nearer, or take one that measures farther".into(),
+        Reason::Silent => {
+            "an idle switch proves nothing here; where the device's does, say otherwise = \"free\"".into()
+        }
+        Reason::BetweenRays => "move the sensor nearer, or take one with a finer resolution".into(),
+        Reason::Hidden => {
+            format!("look past {object}, from above or from its other side, or add a sensor there")
+        }
+        Reason::Blind => {
+            format!("move the sensor away from {object}, or, if that is its own mount, say near_ignore_m")
+        }
+        Reason::NoReturn => {
+            "face a wall or the floor; where silence does certify free space, say no_return = \"free\", and \
+                             of an open hall outside = \"backdrop\""
+                .into()
+        }
+        Reason::Misread => {
+            "readings scatter by more than a voxel: take a steadier sensor, or larger voxels".into()
+        }
+        Reason::Cancelled => {
+            "sensors contradict each other; fusion = \"occupied_wins\" keeps the cautious answer".into()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_not_rounded_to_nothing_or_all() {
+        let shares = [(0, 10), (1, 1000), (1, 200), (1, 3), (999, 1000), (10, 10), (0, 0)];
+        assert_eq!(
+            shares.map(|(part, of)| percent(part, of)),
+            ["0 %", "<1 %", "1 %", "33 %", ">99 %", "100 %", "0 %"]
+        );
+    }
+}

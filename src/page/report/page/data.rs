@@ -1,0 +1,259 @@
+//! What the page's script knows of a sweep, besides scores and voxels: names, poses, where sensors look,
+//! baselines. It is written as JSON, which the page holds compressed.
+//!
+//! The JSON is no table and comes from no [`Table`](crate::report::table::Table): plots need numbers that are
+//! not rounded, found by their place (region, score, scene, series). What the page shows as tables is made in
+//! `sections` of the same rows as the tables of `summary`.
+
+mod sensor;
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::approaches::{WayData, way_data};
+use super::cells::Cells;
+use super::measure::{self, Baseline};
+use super::packed::NumberTable;
+use super::ranking::{Ranking, Spread, maxima_of};
+use super::scores::{self, Scores};
+use super::surroundings::WAYS;
+use super::{Findings, ReportedSweep};
+use crate::render::plan::short_name;
+use crate::report::maximum::most_sensors;
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use perirobot_scene::scene::Role;
+use perirobot_scene::truth::ObjectVoxels;
+use perirobot_study::world::World;
+use perirobot_study::world::place::{is_room, room_m};
+use perirobot_sweep::results::{Results, columns};
+use sensor::{SensorData, sensor_data};
+
+/// For each scene and series, how the choices of poses are distributed.
+type Boxes = Vec<Vec<Option<BoxData>>>;
+
+#[derive(Serialize)]
+struct BoxData {
+    /// Minimum, quartiles and maximum.
+    five: [f64; 5],
+    /// How many there are in equal parts from minimum to maximum.
+    bins: Vec<u32>,
+}
+
+/// The root of the JSON.
+#[derive(Serialize)]
+pub(super) struct Data<'a> {
+    /// The words of a command line that renders a pose of this sweep, without those that name the pose.
+    render: Vec<String>,
+    /// What is chosen when the page opens.
+    recommended: Option<RecommendedData>,
+    repeats: usize,
+    regions: &'a [String],
+    scenes: Vec<SceneData<'a>>,
+    measures: Vec<MeasureData>,
+    sensors: Vec<SensorData<'a>>,
+    combinations: Vec<CombinationData<'a>>,
+    series: Vec<SeriesData>,
+    /// For each region, extent (all scenes, then each), and baseline: its measures.
+    baselines: Vec<Vec<Vec<Baseline>>>,
+    /// For each region and score.
+    distributions: Vec<Vec<Boxes>>,
+    /// For each region and score: each combination's mean of the scenes' maxima.
+    maxima: Vec<Vec<Vec<Option<f64>>>>,
+    /// The combination with the most sensors, if there is one.
+    full_set: Option<usize>,
+    between_members: &'static str,
+    voxel_size_m: f64,
+    /// Objects of the first scene, by which the surroundings of a pose are named, and the directions that are
+    /// measured.
+    objects: Vec<String>,
+    ways: [&'static str; 6],
+    cells: &'a Cells,
+    /// How bodies come near what is recommended.
+    approaches: Vec<WayData>,
+}
+
+#[derive(Serialize)]
+struct RecommendedData {
+    series: usize,
+    choice: usize,
+    region: usize,
+    /// The moment and the scene at which it is the worst; a scene counts from 1, after all of them together.
+    moment: usize,
+    extent: usize,
+}
+
+#[derive(Serialize)]
+struct SceneData<'a> {
+    name: &'a str,
+    moments: [usize; 2],
+    room_m: [[f64; 3]; 2],
+    /// Furniture, doors, robots and people, as they are at the scene's first moment.
+    things: Vec<ThingData>,
+}
+
+#[derive(Serialize)]
+struct ThingData {
+    name: String,
+    role: &'static str,
+    low_m: [f64; 3],
+    high_m: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct MeasureData {
+    name: &'static str,
+    title: String,
+    less_is_better: bool,
+}
+
+#[derive(Serialize)]
+struct CombinationData<'a> {
+    name: &'a str,
+    representations: &'a [String],
+    members: Vec<MemberData<'a>>,
+}
+
+#[derive(Serialize)]
+struct MemberData<'a> {
+    sensor: usize,
+    candidates: &'a [usize],
+    /// How many equal ones there are.
+    count: usize,
+}
+
+#[derive(Serialize)]
+struct SeriesData {
+    combination: usize,
+    representation: usize,
+    title: String,
+    scores: Scores,
+}
+
+impl<'a> Data<'a> {
+    /// Of a sweep; its scores are added to the numbers.
+    pub(super) fn new(findings: &'a Findings<'a>, numbers: &mut NumberTable) -> Result<Data<'a>> {
+        let Findings { sweep, rankings, recommended, cells, surroundings, ways, .. } = findings;
+        let ReportedSweep { results, study, worlds, .. } = *sweep;
+        let regions = || 0..results.regions.len();
+        let scores = scores::scores(results, rankings, numbers)?;
+        let series = rankings.iter().zip(scores).map(|(ranking, scores)| SeriesData {
+            combination: ranking.series.combination,
+            representation: ranking.series.representation,
+            title: ranking.series.title(results),
+            scores,
+        });
+        let measures = Score::ALL.map(|score| MeasureData {
+            name: score.name(),
+            title: measure::title(score),
+            less_is_better: score.less_is_better(),
+        });
+        let largest = |part| -> Vec<_> {
+            let all = 0..results.combinations.len();
+            all.map(|combination| maxima_of(results, rankings, combination, part).mean).collect()
+        };
+        let of_scores = |region| Score::ALL.into_iter().map(move |score| (region, score));
+        Ok(Data {
+            render: render(sweep),
+            recommended: recommended.map(|one| RecommendedData {
+                series: one.series,
+                choice: one.choice,
+                region: one.region,
+                moment: one.moments[one.scene],
+                extent: if results.scenes.len() > 1 { one.scene + 1 } else { 0 },
+            }),
+            repeats: results.repeats,
+            regions: &results.regions,
+            scenes: results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect(),
+            measures: measures.into(),
+            sensors: (0..study.sensors.len())
+                .map(|sensor| sensor_data(study, worlds, surroundings, sensor))
+                .collect(),
+            combinations: combinations(sweep),
+            series: series.collect(),
+            baselines: regions().map(|region| baselines(results, region)).collect(),
+            distributions: regions()
+                .map(|region| of_scores(region).map(|part| distributions(results, rankings, part)).collect())
+                .collect(),
+            maxima: regions().map(|region| of_scores(region).map(largest).collect()).collect(),
+            full_set: most_sensors(results),
+            between_members: columns::BETWEEN_MEMBERS,
+            voxel_size_m: study.voxel_size_m,
+            objects: surroundings.objects(),
+            ways: WAYS,
+            cells,
+            approaches: way_data(ways),
+        })
+    }
+}
+
+fn render(sweep: &ReportedSweep) -> Vec<String> {
+    let ReportedSweep { study, words, .. } = *sweep;
+    let size = study.voxel_size_m.to_string();
+    let mut render: Vec<String> =
+        ["perirobot", "render", &study.path.display().to_string(), "--voxel-size", &size]
+            .map(String::from)
+            .into();
+    render.extend(study.noiseless.then(|| "--noiseless".to_string()));
+    render.extend_from_slice(words);
+    render
+}
+
+fn scene_data<'a>(
+    scene: &'a perirobot_sweep::results::swept::SceneResults,
+    worlds: &[World],
+) -> SceneData<'a> {
+    let truth = worlds[scene.moments.start].truth();
+    let room = room_m(&truth);
+    let is_thing = |object: &&Arc<ObjectVoxels>| !object.voxels.is_empty() && !is_room(object, room);
+    let thing = |object: &Arc<ObjectVoxels>| {
+        let [low_m, high_m] =
+            object.bounds_m.map(|corner| corner.to_array().map(|x| (x * 1e3).round() / 1e3));
+        let role = match object.role {
+            Role::Environment => "environment",
+            Role::Robot => "robot",
+            Role::Human => "human",
+        };
+        ThingData { name: short_name(&object.name).into(), role, low_m, high_m }
+    };
+    let things = truth.objects.iter().filter(is_thing).map(thing).collect();
+    let moments = [scene.moments.start, scene.moments.end];
+    SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()), things }
+}
+
+fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {
+    let members = |combination: &'a perirobot_study::study::Combination| {
+        let equal = combination.members.chunk_by(|a, b| a == b);
+        let one = |equal: &'a [perirobot_study::study::Member]| MemberData {
+            sensor: equal[0].sensor,
+            candidates: &equal[0].candidates,
+            count: equal.len(),
+        };
+        equal.map(one).collect()
+    };
+    let pairs = sweep.results.combinations.iter().zip(&sweep.study.combinations);
+    pairs
+        .map(|(found, asked)| CombinationData {
+            name: &found.name,
+            representations: &found.representations,
+            members: members(asked),
+        })
+        .collect()
+}
+
+fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
+    let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
+    let extents = [results.moments()].into_iter().chain(scenes);
+    extents.map(|moments| measure::of_baselines(results, moments, region)).collect()
+}
+
+fn distributions(results: &Results, rankings: &[Ranking], (region, score): (usize, Score)) -> Boxes {
+    let of_one = |ranking: &Ranking, scene| {
+        let Spread { distribution: d, bins, .. } = ranking.spread(region, scene, score)?;
+        let five = [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max];
+        Some(BoxData { five, bins: bins.clone() })
+    };
+    let scenes = 0..results.scenes.len();
+    scenes.map(|scene| rankings.iter().map(|ranking| of_one(ranking, scene)).collect()).collect()
+}

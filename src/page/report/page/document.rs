@@ -1,0 +1,94 @@
+//! The page in HTML: a head, the sections, and what the script draws from.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::sections::Sections;
+
+/// What the page holds. Words are escaped here and by the sections, those in drawings where they are drawn. The style, the
+/// patterns, the script and what it reads are this program's own and stand as they are.
+pub(super) struct Document<'a> {
+    pub(super) title: String,
+    /// The study's name, and the day: they stand on each page in print.
+    pub(super) study: String,
+    pub(super) day: String,
+    pub(super) sections: Sections<'a>,
+    pub(super) policy: String,
+    pub(super) style: String,
+    pub(super) patterns: &'static str,
+    pub(super) script: String,
+    pub(super) data: String,
+    pub(super) numbers: String,
+    pub(super) cells: String,
+}
+
+impl Document<'_> {
+    /// The text of the file.
+    pub(super) fn text(&self) -> String {
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                (self.head())
+                body {
+                    (PreEscaped(self.patterns))
+                    header {
+                        h1 { (self.title) }
+                        (self.sections.links())
+                    }
+                    main { (self.sections.view()) }
+                    noscript {
+                        p.warning { "Plots and the 3D view need JavaScript; all tables above are complete without." }
+                    }
+                    p #failure.warning role="alert" hidden {}
+                    (self.scripts())
+                }
+            }
+        };
+        page.into_string()
+    }
+
+    fn head(&self) -> Markup {
+        let (title, study, day) = (&self.title, in_css(&self.study), &self.day);
+        let in_print = format!(
+            "@page {{ @top-left {{ content: \"{study} · perirobot report\"; }} @top-right {{ content: \"{day}\"; }} \
+             @bottom-right {{ content: counter(page) \" / \" counter(pages); }} }}"
+        );
+        html! {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(self.policy);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) " · perirobot report" }
+                style { (PreEscaped(&self.style)) (PreEscaped(in_print)) }
+            }
+        }
+    }
+
+    /// What the script draws, and the script.
+    fn scripts(&self) -> Markup {
+        html! {
+            script type="text/plain" id="data" { (PreEscaped(&self.data)) }
+            script type="text/plain" id="numbers" { (PreEscaped(&self.numbers)) }
+            script type="text/plain" id="cells" { (PreEscaped(&self.cells)) }
+            script { (PreEscaped(&self.script)) }
+        }
+    }
+}
+
+/// Words in a string of a style sheet: what is no letter or digit is spelt by its number.
+fn in_css(words: &str) -> String {
+    let spelt = |letter: char| match letter.is_ascii_alphanumeric() || letter == ' ' {
+        true => letter.to_string(),
+        false => format!("\\{:x} ", u32::from(letter)),
+    };
+    words.chars().map(spelt).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn nothing_ends_a_string_of_a_style_sheet() {
+        assert_eq!(super::in_css("my cell"), "my cell");
+        assert_eq!(super::in_css("a\"</b>-ü"), "a\\22 \\3c \\2f b\\3e \\2d \\fc ");
+    }
+}

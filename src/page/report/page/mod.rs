@@ -1,0 +1,207 @@
+//! One page that holds a whole sweep: first what is recommended, with its numbers and a floor plan, then a section for
+//! each question: what instead, where exactly, what stays blind and why, whether it is good enough, what more money
+//! buys, how all places compare, what was run and assumed. It needs no other file and no network.
+//!
+//! # Practice
+//! Text and tables are written by `sections`; plots are drawn by `scripts/*.js` as SVG and with WebGL, from names and
+//! numbers that the page holds compressed. Text from the user's files reaches the page only escaped, by `sections` and
+//! by what draws, or as JSON.
+
+mod approaches;
+mod cells;
+mod data;
+mod document;
+mod judged;
+mod kept;
+mod leaders;
+mod measure;
+mod missed;
+mod mount;
+mod packed;
+mod plain_table;
+mod question;
+mod ranking;
+mod recommended;
+mod scores;
+mod sections;
+mod sketch;
+mod surroundings;
+mod verdicts;
+
+use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+use crate::render::{Colour, Wish, draw, plan};
+use cells::Cells;
+use data::Data;
+use document::Document;
+use judged::Judged;
+use packed::{NumberTable, packed};
+use perirobot_decide::approach::Way;
+use perirobot_decide::choose::Chosen;
+use perirobot_decide::view::View;
+use perirobot_march::backend::Backend;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::Study;
+use perirobot_study::world::World;
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::manifest::Manifest;
+use ranking::Ranking;
+use recommended::Recommended;
+use sections::Sections;
+use surroundings::Surroundings;
+
+/// The name of the file in a sweep's folder.
+pub const REPORT: &str = "report.html";
+
+/// How many choices of poses of each region and representation are looked at voxel by voxel, unless others
+/// are wanted.
+pub const LOOKED_AT: usize = 20;
+
+/// Width and height of the picture that stands where a browser has no WebGL.
+const PICTURE_PX: [u32; 2] = [640, 460];
+
+/// A finished sweep, and what it came from.
+#[derive(Clone, Copy, Debug)]
+pub struct ReportedSweep<'a> {
+    /// What was found.
+    pub results: &'a Results,
+    /// What was swept, and which runs on which devices counted it.
+    pub manifest: &'a Manifest,
+    /// The study that was swept.
+    pub study: &'a Study,
+    /// Its scenes at their moments.
+    pub worlds: &'a [World],
+    /// The folder, in which `judge` and `approach` may have written.
+    pub folder: &'a Path,
+    /// What was asked and found where sets of sensors were chosen.
+    pub chosen: Option<&'a Chosen>,
+    /// Words of the command line besides the study that are needed to read the same files.
+    pub words: &'a [String],
+}
+
+/// The page. Of each region and representation the best `looked_at` choices of poses are looked at voxel by
+/// voxel on a backend; `said` is told after each how many of how many are done.
+///
+/// # Errors
+/// Those of the backend, and of a journal that cannot be read.
+pub fn html(
+    sweep: &ReportedSweep,
+    looked_at: usize,
+    backend: &mut dyn Backend,
+    said: &mut dyn FnMut(usize, usize),
+) -> Result<String> {
+    let ReportedSweep { results, study, worlds, .. } = *sweep;
+    let rankings = ranking::rankings(results)?;
+    let judged = judged::judged(sweep)?;
+    let recommended = recommended::recommended(sweep, &rankings, &judged)?;
+    let recommended = recommended.as_ref();
+    let cells = cells::look((study, worlds), (results, &rankings, recommended), looked_at, backend, said)?;
+    let picture = recommended.map(|one| picture(sweep, &rankings, one, backend)).transpose()?;
+    let surroundings = Surroundings::new(study)?;
+    // A cell of which it cannot be asked has its report nevertheless.
+    let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.looked(&rankings))) {
+        Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),
+        Some(Ok(ways)) => (ways, None),
+        None => (Vec::new(), None),
+    };
+    let findings = Findings {
+        sweep: *sweep,
+        rankings: &rankings,
+        recommended,
+        judged: &judged,
+        cells: &cells,
+        surroundings: &surroundings,
+        ways: &ways,
+        refused,
+    };
+    let mut numbers = NumberTable::default();
+    let data = serde_json::to_vec(&Data::new(&findings, &mut numbers)?)
+        .map_err(|e| Error::input(REPORT, format!("cannot be made: {e}")))?;
+    let script = script();
+    let document = Document {
+        title: question::title(sweep),
+        study: study.path.file_stem().unwrap_or_default().to_string_lossy().into(),
+        day: now("%Y-%m-%d"),
+        sections: Sections::new(&findings, picture)?,
+        policy: policy(&script),
+        style: [plan::STYLE, include_str!("style.css")].concat(),
+        patterns: plan::PATTERNS,
+        script,
+        data: packed(&data),
+        numbers: numbers.packed(),
+        cells: packed(&cells.bytes),
+    };
+    Ok(document.text())
+}
+
+/// What the page is made of.
+struct Findings<'a> {
+    sweep: ReportedSweep<'a>,
+    rankings: &'a [Ranking],
+    /// What is recommended; `None` where no choice has a score.
+    recommended: Option<&'a Recommended>,
+    judged: &'a [Judged],
+    cells: &'a Cells,
+    surroundings: &'a Surroundings,
+    /// How bodies come near what is recommended, scene by scene.
+    ways: &'a [Vec<Way>],
+    /// Why that cannot be told.
+    refused: Option<String>,
+}
+
+/// The time by the clock of the machine that writes the report.
+fn now(format: &str) -> String {
+    chrono::DateTime::<chrono::Utc>::from(std::time::SystemTime::now()).format(format).to_string()
+}
+
+/// Draws what is recommended at the moment that is worst, as `render` would.
+fn picture(
+    sweep: &ReportedSweep,
+    rankings: &[Ranking],
+    recommended: &Recommended,
+    backend: &mut dyn Backend,
+) -> Result<String> {
+    let choice = recommended.looked(rankings);
+    let world = &sweep.worlds[recommended.moments[recommended.scene]];
+    let view = View::new(sweep.study, world, choice, backend)?;
+    let wish = Wish { size_px: PICTURE_PX, colour: Colour::Label, ..Wish::default() };
+    let png = draw(world, Some(&view), &wish, backend)?.png()?;
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(png)))
+}
+
+/// The message of a browser that cannot run the script, mostly an old one.
+const FAILED: &str = r#"function failed(error) {
+  const failure = document.getElementById("failure");
+  failure.hidden = false;
+  failure.textContent = `The plots cannot be drawn: ${error.message}. The tables are complete without.`;
+  throw error;
+}"#;
+
+/// The script, in the order it is read.
+fn script() -> String {
+    let parts = [
+        include_str!("scripts/read.js"),
+        include_str!("scripts/choice.js"),
+        include_str!("scripts/gl.js"),
+        include_str!("scripts/svg.js"),
+        include_str!("scripts/plots.js"),
+        include_str!("scripts/maps.js"),
+        include_str!("scripts/cell.js"),
+        include_str!("scripts/causes.js"),
+        include_str!("scripts/table.js"),
+        include_str!("scripts/page.js"),
+    ];
+    format!("{FAILED}\n(async () => {{\n\"use strict\";\n{}}})().catch(failed);\n", parts.join("\n"))
+}
+
+/// The policy that a browser enforces, whatever text of a stranger is in the page: run only this script, and
+/// fetch nothing.
+fn policy(script: &str) -> String {
+    let script = STANDARD.encode(Sha256::digest(script.as_bytes()));
+    format!(
+        "default-src 'none'; script-src 'sha256-{script}'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; \
+         form-action 'none'"
+    )
+}

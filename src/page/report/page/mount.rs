@@ -1,0 +1,108 @@
+//! Mounting sheets of a choice of poses. The section that asks what instead explains their numbers.
+
+use maud::{Markup, html};
+
+use super::ReportedSweep;
+use super::sketch;
+use super::surroundings::{Surroundings, WAYS};
+use perirobot_study::sensor::turned::Turned;
+use perirobot_study::sensor::{Setting, Stance};
+use perirobot_study::world::place::room_m;
+
+/// How to mount one sensor.
+#[derive(Debug)]
+pub(super) struct Sheet {
+    pub(super) sensor: String,
+    pub(super) pose: String,
+    /// What is measured, and its value.
+    pub(super) lines: Vec<(String, String)>,
+    /// Plan and elevation of what is mounted in the cell.
+    pub(super) sketches: Vec<String>,
+    /// What the study says of the sensor.
+    pub(super) device: String,
+}
+
+impl Sheet {
+    /// Its table.
+    pub(super) fn view(&self) -> Markup {
+        html! {
+            table.sheet {
+                caption { "Mounting sheet: " (self.sensor) ", " (self.pose) }
+                @for (name, value) in &self.lines { tr { th scope="row" { (name) } td { (value) } } }
+                @if !self.device.is_empty() { tr { th scope="row" { "device" } td { (self.device) } } }
+            }
+        }
+    }
+}
+
+/// A sheet for each sensor of a choice that is mounted somewhere or has a setting.
+pub(super) fn sheets(
+    sweep: &ReportedSweep,
+    surroundings: &Surroundings,
+    combination: usize,
+    choice: usize,
+) -> Vec<Sheet> {
+    let asked = &sweep.study.combinations[combination];
+    let candidates = asked.choice(choice);
+    let members = asked.members.iter().zip(candidates);
+    members.filter_map(|(member, candidate)| sheet(sweep, surroundings, member.sensor, candidate)).collect()
+}
+
+fn sheet(
+    sweep: &ReportedSweep,
+    surroundings: &Surroundings,
+    number: usize,
+    candidate: usize,
+) -> Option<Sheet> {
+    let sensor = &sweep.study.sensors[number];
+    let named = &sensor.candidates[candidate];
+    let mut sketches = Vec::new();
+    let text = |name: &str, value: String| (name.to_string(), value);
+    let lines = match (named.setting, &sensor.on) {
+        (Setting::Fixed, _) => return None,
+        (Setting::Inflation(metres), _) => vec![text("senses up to", format!("{metres:.3} m"))],
+        (Setting::Pose(pose), on) => {
+            let p = pose.position_m;
+            let level = sensor.kind.stance() == Stance::Level;
+            let what = if level { "corner" } else { "position" };
+            let mut lines = vec![text(what, format!("x {:.3} m, y {:.3} m, z {:.3} m", p.x, p.y, p.z))];
+            match on {
+                Some(link) => lines.push(text("mounted on", format!("{}, link {}", link.object, link.link))),
+                None => {
+                    let objects = surroundings.objects();
+                    let found = |next: Option<(f64, usize)>| match next {
+                        Some((metres, object)) => format!("{metres:.3} m to {}", objects[object]),
+                        None => "nothing".into(),
+                    };
+                    let around = surroundings.around(p);
+                    let lengths = WAYS.iter().zip(around.map(found));
+                    lines.extend(lengths.map(|(way, next)| text(way, next)));
+                    let room = room_m(&sweep.worlds[0].truth());
+                    sketches = sketch::sketches(&pose, sensor.kind.stance(), room, &around, &objects).into();
+                }
+            }
+            let turned = Turned::new(&pose);
+            let turns = [
+                ("pan, from x to y", turned.pan_deg),
+                ("tilt, up", turned.tilt_deg),
+                ("roll", turned.roll_deg),
+            ];
+            let turns = turns.into_iter().take(if level { 1 } else { 3 });
+            lines.extend(turns.map(|(name, degrees)| text(name, format!("{degrees:.1}°"))));
+            lines
+        }
+    };
+    let device = keys_of(&sweep.study.text, &sensor.name);
+    Some(Sheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines, sketches, device })
+}
+
+/// What the text of a study says of a sensor besides its name, its kind and where it may stand.
+pub(super) fn keys_of(study: &str, name: &str) -> String {
+    let study: toml::Table = toml::from_str(study).unwrap_or_default();
+    let all = study.get("sensor").and_then(toml::Value::as_array).into_iter().flatten();
+    let mut tables = all.filter_map(toml::Value::as_table);
+    let table = tables.find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name));
+    let told =
+        table.into_iter().flatten().filter(|(key, _)| !["name", "kind", "poses"].contains(&key.as_str()));
+    told.map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,70 @@
+//! What was asked, in a sentence or two, and the title of the page.
+
+use crate::report::apart::Writing;
+use crate::report::chosen_sets::{self, Spelling};
+use crate::report::page::{ReportedSweep, measure};
+use crate::report::wording::of_which;
+
+/// Most sensors, combinations or scenes that are called by their names.
+const MOST_NAMED: usize = 4;
+
+/// What a study asks for, in a sentence or two.
+pub(super) fn question(sweep: &ReportedSweep) -> String {
+    let results = sweep.results;
+    if let Some(chosen) = sweep.chosen {
+        return format!("Asked: {}.", chosen_sets::question(chosen, &IN_WORDS));
+    }
+    let all: Vec<(&str, usize)> =
+        results.combinations.iter().map(|one| (one.name.as_str(), one.choices())).collect();
+    let sum = all.iter().map(|(_, choices)| *choices).fold(0, usize::saturating_add);
+    let (of, parts) = match all.as_slice() {
+        [(name, _)] => (format!("of “{name}”"), String::new()),
+        some if some.len() <= MOST_NAMED => {
+            let parts: Vec<String> =
+                some.iter().map(|(name, choices)| format!("{choices} of “{name}”")).collect();
+            ("of sensors".into(), format!(" They are {}.", listed(&parts)))
+        }
+        many => (format!("of {} combinations of sensors", many.len()), String::new()),
+    };
+    let regions = if results.regions.len() == 1 { "region" } else { "regions" };
+    format!(
+        "Asked: which of {sum} choices of poses {of} is the best in {regions} {}?{parts}",
+        listed(&results.regions)
+    )
+}
+
+/// Scores as the page calls them.
+const IN_WORDS: Spelling = Spelling {
+    score: measure::title,
+    over: of_which,
+    least: |score, least| match measure::is_share(score) {
+        true => Writing::Percent.exactly(least),
+        false => least.to_string(),
+    },
+};
+
+/// `a, b and c`.
+fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    match names.as_slice() {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// The title of the page, as a sentence.
+pub(super) fn title(sweep: &ReportedSweep) -> String {
+    let names: Vec<&str> = sweep.study.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+    let sensors = if names.len() > MOST_NAMED {
+        format!("{} sensors", names.len())
+    } else {
+        format!("the {}", listed(&names))
+    };
+    let scenes: Vec<&str> = sweep.results.scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let scenes = if scenes.len() > MOST_NAMED { format!("{} scenes", scenes.len()) } else { listed(&scenes) };
+    match sweep.chosen {
+        Some(_) => format!("Which sensors, and where, in {scenes}"),
+        None => format!("Where to put {sensors} in {scenes}"),
+    }
+}

@@ -1,0 +1,197 @@
+//! Which choice of poses a report recommends, by which rule, and the moment at which it is drawn.
+
+use super::judged::Judged;
+use super::measure::BESTS;
+use super::ranking::Ranking;
+use super::{ReportedSweep, measure};
+use crate::report::series::{Series, worst_snapshot};
+use perirobot_decide::choose::Chosen;
+use perirobot_decide::judge::{Among, cheapest, leaders};
+use perirobot_decide::view::Choice;
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use perirobot_study::study::{Counted, Requirement};
+use perirobot_sweep::results::Results;
+
+/// A choice of poses, and in which region it is the best.
+#[derive(Clone, Debug)]
+pub(super) struct Recommended {
+    /// The number of its ranking.
+    pub(super) series: usize,
+    pub(super) choice: usize,
+    pub(super) region: usize,
+    /// By which score it is looked at.
+    pub(super) score: Score,
+    /// Of what it is the best, and by what, in words.
+    pub(super) why: String,
+    /// For each scene the moment at which that score is the worst.
+    pub(super) moments: Vec<usize>,
+    /// The scene in which the score is the worst of all.
+    pub(super) scene: usize,
+}
+
+impl Recommended {
+    /// Its poses, to be looked at.
+    pub(super) fn looked(&self, rankings: &[Ranking]) -> Choice {
+        let Series { combination, representation } = rankings[self.series].series;
+        Choice { combination, choice: self.choice, representation, repeat: 0 }
+    }
+
+    /// Its combination, poses and representation, as in the columns of tables.
+    pub(super) fn names(&self, results: &Results, rankings: &[Ranking]) -> [String; 3] {
+        let series = rankings[self.series].series;
+        let combination = &results.combinations[series.combination];
+        [
+            combination.name.clone(),
+            combination.name_of(self.choice),
+            combination.representations[series.representation].clone(),
+        ]
+    }
+}
+
+/// What is recommended: the cheapest of the choices that were judged and meet all requirements; else of sets that were
+/// chosen the best one; else the choice that meets the most requirements of the
+/// study as planned; else that which detects most body parts in the region with people at most moments, then has the highest F1;
+/// where there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
+pub(super) fn recommended(
+    sweep: &ReportedSweep,
+    rankings: &[Ranking],
+    judged: &[Judged],
+) -> Result<Option<Recommended>> {
+    let found = match of_judged(sweep, rankings, judged).or_else(|| of_chosen(sweep, rankings, judged)) {
+        Some(found) => Some(found),
+        None if !sweep.study.requirements.is_empty() => of_requirements(sweep, rankings)?,
+        None => None,
+    };
+    let found = match found {
+        Some(found) => Some(found),
+        None => of_scores(sweep.results, rankings)?,
+    };
+    let Some((series, choice, region, score, mut why)) = found else { return Ok(None) };
+    if let Some(Judged { names: [_, poses, _], .. }) =
+        judged.iter().find(|one| one.passes() && one.choice.is_none())
+    {
+        why += &format!(
+            "; {poses}, which was judged, meets all requirements, but was not swept: make it a [[combination]] and sweep again to \
+             see it here"
+        );
+    }
+    let (mut moments, mut worst) = (Vec::new(), None);
+    for (scene, of_scene) in sweep.results.scenes.iter().enumerate() {
+        let key = rankings[series].series.key(choice, region);
+        let snapshot = worst_snapshot(sweep.results, of_scene, key, score)?.unwrap_or(0);
+        let moment = of_scene.moments.start + snapshot;
+        moments.push(moment);
+        let Some(over) = sweep.results.over(moment..moment + 1, key, score)? else { continue };
+        let merit = score.merit(over.worst);
+        if worst.is_none_or(|(_, least)| merit < least) {
+            worst = Some((scene, merit));
+        }
+    }
+    let scene = worst.map_or(0, |(scene, _)| scene);
+    Ok(Some(Recommended { series, choice, region, score, why, moments, scene }))
+}
+
+/// Ranking, choice, region, score, and why.
+type Found = (usize, usize, usize, Score, String);
+
+/// How many choices of poses there are.
+fn count(results: &Results) -> usize {
+    results.combinations.iter().map(|combination| combination.choices()).fold(0, usize::saturating_add)
+}
+
+/// The number of the ranking of a combination in a representation.
+fn series_of(rankings: &[Ranking], combination: usize, representation: usize) -> Option<usize> {
+    rankings
+        .iter()
+        .position(|one| (one.series.combination, one.series.representation) == (combination, representation))
+}
+
+fn of_judged(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> Option<Found> {
+    let passing: Vec<Choice> =
+        judged.iter().filter(|one| one.passes()).filter_map(|one| one.choice).collect();
+    let combinations: Vec<usize> = passing.iter().map(|choice| choice.combination).collect();
+    let choice = passing[cheapest(sweep.study, &combinations)?];
+    let series = series_of(rankings, choice.combination, choice.representation)?;
+    let counted = sweep.study.requirements.iter().find_map(Requirement::counted);
+    let (region, score) = match (sweep.chosen, counted) {
+        (Some(chosen), _) => (region_of(sweep, chosen)?, chosen.asked.objective),
+        (None, Some(counted)) => (counted.region, counted.score),
+        (None, None) => (0, Score::F1),
+    };
+    let why = match (judged.len(), passing.len()) {
+        (1, _) => "the choice that was judged, and meets all requirements".into(),
+        (all, 1) => format!("the only one of {all} judged choices that meets all requirements"),
+        (all, some) => format!("the cheapest of {some} of {all} judged choices that meet all requirements"),
+    };
+    Some((series, choice.choice, region, score, why))
+}
+
+fn region_of(sweep: &ReportedSweep, chosen: &Chosen) -> Option<usize> {
+    sweep.results.regions.iter().position(|name| *name == chosen.asked.region)
+}
+
+fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> Option<Found> {
+    let chosen = sweep.chosen?;
+    let (best, combination) = (chosen.report.best()?, chosen.report.best_set()?);
+    let series = rankings.iter().position(|one| one.series.combination == combination)?;
+    let region = region_of(sweep, chosen)?;
+    let proof = match best.proven {
+        true => "no other set of the listed poses is better",
+        false => "the best that was found; it is not proven",
+    };
+    let judged = match judged.len() {
+        0 => String::new(),
+        1 => "; the one choice that was judged misses a requirement".into(),
+        all => format!("; none of the {all} judged choices meets all requirements"),
+    };
+    let why = format!("the best set of at most {} sensors: {proof}{judged}", best.at_most);
+    Some((series, 0, region, chosen.asked.objective, why))
+}
+
+fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Found>> {
+    let required = &sweep.study.requirements;
+    // How near bodies come is not known of a sweep.
+    let Some(&Counted { region, score, .. }) = required.iter().find_map(Requirement::counted) else {
+        return Ok(None);
+    };
+    let Some(Choice { combination, choice, representation, .. }) =
+        leaders(required, sweep.results, 1, Among::default())?.pop()
+    else {
+        return Ok(None);
+    };
+    let series = series_of(rankings, combination, representation);
+    let why = format!("the best of {} choices of poses by requirements met as planned", count(sweep.results));
+    Ok(series.map(|series| (series, choice, region, score, why)))
+}
+
+fn of_scores(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
+    let by = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
+    for (score, words) in [(Score::PartsDetected, "body parts detected, then F1"), (Score::F1, "F1")] {
+        // Of several regions the first of those where the score has a value at most moments.
+        let mut found: Option<(usize, Found)> = None;
+        for region in 0..results.regions.len() {
+            let mut best: Option<(usize, usize, [f64; 2], usize)> = None;
+            for (series, ranking) in rankings.iter().enumerate() {
+                let Some(&(choice, value)) = ranking.by(by(score))[region].first() else { continue };
+                let own = measure::of_choice(results, results.moments(), ranking.series.key(choice, region))?;
+                let merit = [value, own[0].map_or(f64::NEG_INFINITY, |over| over.mean)];
+                let place = Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
+                let values = own[place].map_or(0, |over| over.values);
+                if best.is_none_or(|(_, _, most, _)| merit > most) {
+                    best = Some((series, choice, merit, values));
+                }
+            }
+            let Some((series, choice, _, values)) = best else { continue };
+            if found.as_ref().is_none_or(|(most, _)| values > *most) {
+                let (all, name) = (count(results), &results.regions[region]);
+                let why = format!("the best of {all} choices of poses by {words}, in region {name}");
+                found = Some((values, (series, choice, region, score, why)));
+            }
+        }
+        if let Some((_, found)) = found {
+            return Ok(Some(found));
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,216 @@
+//! The first screen: what was asked, what is recommended, a few large numbers with what is possible at most, and the
+//! floor plan.
+
+mod tile;
+
+use maud::{Markup, PreEscaped, html};
+
+use super::good::Good;
+use crate::render::plan::{FloorPlan, floor_plan, swatch};
+use crate::report::page::question::question;
+use crate::report::page::recommended::Recommended;
+use crate::report::page::{Findings, ReportedSweep};
+use crate::report::wording::extent;
+use perirobot_decide::approach::Way;
+use perirobot_decide::view::Choice;
+use perirobot_march::Result;
+use tile::{Tile, tiles};
+
+/// The first screen.
+#[derive(Debug)]
+pub(super) struct FirstScreen {
+    /// What was asked, as a sentence.
+    asked: String,
+    /// The names of the recommended choice, of which all numbers are.
+    pub(super) set: String,
+    /// Of what the recommended choice is the best.
+    why: String,
+    sensors: Vec<PlacedSensor>,
+    /// Which of them cast fewer rays than their devices.
+    thinned: Vec<String>,
+    /// In which region, and over what.
+    counted: String,
+    tiles: Vec<Tile>,
+    /// That of the scene where the choice is the worst first.
+    pub(super) plans: Vec<ShownPlan>,
+}
+
+/// A sensor of the recommended choice.
+#[derive(Debug)]
+struct PlacedSensor {
+    /// As in the plan.
+    letter: String,
+    name: String,
+    place: String,
+    cost: String,
+}
+
+/// A plan with what stands below it.
+#[derive(Debug)]
+pub(super) struct ShownPlan {
+    pub(super) svg: String,
+    pub(super) title: String,
+    /// The sign and its meaning.
+    legend: Vec<(String, String)>,
+    pub(super) floor: String,
+}
+
+impl FirstScreen {
+    /// Of what is recommended; `None` where no choice has a score.
+    pub(super) fn of_recommended(findings: &Findings) -> Result<Option<FirstScreen>> {
+        findings.recommended.map(|one| FirstScreen::new(findings, one)).transpose()
+    }
+
+    fn new(findings: &Findings, recommended: &Recommended) -> Result<FirstScreen> {
+        let Findings { sweep, rankings, ways, .. } = findings;
+        let ReportedSweep { results, study, .. } = *sweep;
+        let series = rankings[recommended.series].series;
+        let combination = &results.combinations[series.combination];
+        let (choice, region) = (recommended.choice, recommended.region);
+        let looked = recommended.looked(rankings);
+        let plan = |scene: usize| plan(sweep, looked, (scene, recommended.moments[scene]), ways.get(scene));
+        let others = (0..results.scenes.len()).filter(|scene| *scene != recommended.scene);
+        let plans: Vec<(FloorPlan, ShownPlan)> =
+            [recommended.scene].into_iter().chain(others).map(plan).collect();
+        let asked = &study.combinations[series.combination];
+        let named = asked.members.iter().zip(combination.poses(choice)).zip(&plans[0].0.sensors);
+        let sensors = named.map(|((member, (of, pose)), (letter, _))| PlacedSensor {
+            letter: letter.map_or(String::new(), String::from),
+            name: of.sensor.clone(),
+            place: if pose.place.is_empty() { pose.name.clone() } else { pose.place.clone() },
+            cost: study.sensors[member.sensor].terms.cost.map_or(String::new(), |cost| cost.to_string()),
+        });
+        let members = asked.members.iter().map(|member| &study.sensors[member.sensor]);
+        let mut thinned: Vec<String> = members
+            .filter_map(|sensor| Some(format!("“{}” {}.", sensor.name, sensor.thinned.as_ref()?)))
+            .collect();
+        // A sensor may be in a set more than once.
+        thinned.dedup();
+        Ok(FirstScreen {
+            thinned,
+            asked: question(sweep),
+            set: format!("{} ({})", combination.name, combination.name_of(choice)),
+            why: recommended.why.clone(),
+            sensors: sensors.collect(),
+            counted: format!(
+                "The numbers are those of {}; all but floor and cost: {} in region {}, over {}",
+                combination.name,
+                if results.moments().len() > 1 { "means" } else { "counted" },
+                results.regions[region],
+                extent(results)
+            ),
+            tiles: tiles(sweep, rankings, recommended, plans[0].0.floor_m2)?,
+            plans: plans.into_iter().map(|(_, shown)| shown).collect(),
+        })
+    }
+
+    /// The section.
+    pub(super) fn view(&self, good: &Good) -> Markup {
+        html! {
+            section #answer {
+                (self.said(good))
+                @if let Some(plan) = self.plans.first() { (plan.view()) }
+            }
+        }
+    }
+
+    fn said(&self, good: &Good) -> Markup {
+        html! {
+            div.said {
+                p.asked { (self.asked) }
+                div.named { h2 { "Recommended" } p { (self.set) } }
+                ul.sensors { @for sensor in &self.sensors { (placed(sensor)) } }
+                p.overall.(good.verdict()) { strong { "Good enough?" } " " b { (good.overall()) } }
+                p.note {
+                    "This is " (self.why) ". " a href="#instead" { "What instead?" } " " a href="#where" { "Where exactly?" }
+                }
+                dl.tiles { @for tile in &self.tiles { (tile.view()) } }
+                p.note { (self.counted) "." }
+                @for thinned in &self.thinned { p.note.thinned { (thinned) } }
+                @if !good.required.is_empty() {
+                    ul.verdicts {
+                        @for one in &good.required {
+                            li.(one.verdict()) {
+                                b { (one.verdict()) }
+                                span { strong { (one.name) } " " span.note { (one.asked) ": " (one.found()) } }
+                            }
+                        }
+                    }
+                }
+                p.disclaimer { "A planning aid, not a validation: " a href="#assumed" { "what was assumed" } "." }
+            }
+        }
+    }
+}
+
+/// What stands in its place where no choice has a score.
+pub(super) fn without_recommended() -> Markup {
+    html! {
+        p.disclaimer {
+            "A planning aid, not a validation: " a href="#assumed" { "what was assumed" }
+            ". No choice of poses has a score, so nothing is recommended."
+        }
+    }
+}
+
+impl ShownPlan {
+    /// The plan of the first screen, with its legend.
+    fn view(&self) -> Markup {
+        html! {
+            figure.floor-plan {
+                (PreEscaped(&self.svg))
+                figcaption {
+                    ul.legend {
+                        @for (sign, meaning) in &self.legend {
+                            li {
+                                svg.plan viewBox="0 0 24 16" width="24" height="16" aria-hidden="true" { (PreEscaped(sign)) }
+                                (meaning)
+                            }
+                        }
+                    }
+                    p { (self.title) ". " (self.floor) }
+                }
+            }
+        }
+    }
+}
+
+fn plan(
+    sweep: &ReportedSweep,
+    looked: Choice,
+    (scene, moment): (usize, usize),
+    near: Option<&Vec<Way>>,
+) -> (FloorPlan, ShownPlan) {
+    let of_scene = sweep.results.scenes[scene].moments.clone();
+    let plan =
+        floor_plan(sweep.study, &sweep.worlds[of_scene.clone()], moment - of_scene.start, Some(looked));
+    let plan = plan.with_ways(near.map_or(&[], Vec::as_slice));
+    let [floor, blind, hardly] = plan.floor_m2;
+    let name = &sweep.results.scenes[scene].name;
+    let when = match of_scene.len() {
+        1 => String::new(),
+        _ => format!(", snapshot {} (its worst)", moment - of_scene.start),
+    };
+    let shown = ShownPlan {
+        svg: plan.inline(),
+        title: format!("Floor plan of {name}{when}"),
+        legend: plan.legend.iter().map(|(class, meaning)| (swatch(class), meaning.clone())).collect(),
+        floor: format!(
+            "Of {floor:.1} m² of floor, {blind:.1} m² are blind, and above another {hardly:.1} m² less than half is watched, \
+             as if nobody stood there."
+        ),
+    };
+    (plan, shown)
+}
+
+fn placed(sensor: &PlacedSensor) -> Markup {
+    html! {
+        li {
+            @if !sensor.letter.is_empty() { b.letter { (sensor.letter) } }
+            span {
+                strong { (sensor.name) } " " (sensor.place)
+                @if !sensor.cost.is_empty() { " " span.note { "· cost " (sensor.cost) } }
+            }
+        }
+    }
+}

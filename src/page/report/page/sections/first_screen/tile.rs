@@ -1,0 +1,175 @@
+//! The numbers that are shown large, with what is possible at most.
+
+use maud::{Markup, html};
+
+use crate::report::page::ranking::Ranking;
+use crate::report::page::recommended::Recommended;
+use crate::report::page::{ReportedSweep, measure};
+use crate::report::table::number;
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use perirobot_sweep::results::Over;
+
+/// A large number.
+#[derive(Debug)]
+pub(super) struct Tile {
+    name: String,
+    value: String,
+    /// Of what it is the number.
+    meaning: String,
+    /// The worst of all moments, and what is possible at best.
+    notes: Vec<String>,
+}
+
+impl Tile {
+    /// As an entry of a list.
+    pub(super) fn view(&self) -> Markup {
+        html! {
+            div {
+                dt { (self.name) }
+                dd {
+                    strong { (self.value) }
+                    span { (self.meaning) }
+                    @for note in &self.notes { span { (note) } }
+                }
+            }
+        }
+    }
+}
+
+/// The numbers that are shown large: with people in the region what is known of them, else agreement; and the floor
+/// of the first plan that nothing watches.
+pub(super) fn tiles(
+    sweep: &ReportedSweep,
+    rankings: &[Ranking],
+    recommended: &Recommended,
+    floor_m2: [f64; 3],
+) -> Result<Vec<Tile>> {
+    let results = sweep.results;
+    let key = rankings[recommended.series].series.key(recommended.choice, recommended.region);
+    let own = measure::of_choice(results, results.moments(), key)?;
+    let place = |score: Score| Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
+    let of = |score: Score| own[place(score)];
+    let mut shown = match of(Score::PeopleDetected) {
+        Some(_) => vec![Score::PeopleDetected, Score::PartsDetected],
+        None => vec![Score::F1, Score::Kappa],
+    };
+    shown.extend([Score::Unknown, Score::FalseAlarm]);
+    if sweep.chosen.is_some() && !shown.contains(&recommended.score) {
+        shown.insert(0, recommended.score);
+    }
+    let bounds = measure::of_baselines(results, results.moments(), recommended.region);
+    let bound = |score: Score| bounds.last().and_then(|(_, values)| values[place(score)]);
+    let mut tiles: Vec<Tile> =
+        shown.into_iter().filter_map(|score| Some(tile(score, of(score)?, bound(score)))).collect();
+    tiles.push(blind_floor(floor_m2));
+    tiles.push(cost(sweep, rankings, recommended));
+    Ok(tiles)
+}
+
+fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
+    let shown = |value: f64| if measure::is_share(score) { percent(value) } else { number(Some(value)) };
+    let mut notes = Vec::new();
+    if over.of > 1 {
+        notes.push(format!("worst {}", shown(over.worst)));
+    }
+    // Of false alarms an ideal sensor has none, and nobody expects more than all or less than nothing.
+    let worth_telling = |bound: &f64| score != Score::FalseAlarm && *bound > 0.0 && *bound < 1.0;
+    let together = if score.less_is_better() { "leaves" } else { "would reach" };
+    let bound = bound.filter(worth_telling);
+    notes
+        .extend(bound.map(|bound| format!("a sensor at every position at once {together} {}", shown(bound))));
+    if over.values < over.of {
+        notes.push(format!("has a value at {} of {} moments", over.values, over.of));
+    }
+    Tile { name: measure::title(score), value: shown(over.mean), meaning: meaning(score, over.of), notes }
+}
+
+/// Of what a score is a number, so that a share of 100 % promises no more than it says.
+fn meaning(score: Score, moments: usize) -> String {
+    let studied = match moments {
+        1 => "at the one moment studied".to_string(),
+        many => format!("at the {many} moments studied"),
+    };
+    match score {
+        Score::F1 => "agreement with the truth; 1 is perfect".into(),
+        Score::Kappa => "agreement beyond chance; 1 is perfect".into(),
+        Score::HumanSeen => format!("of people’s voxels are hit {studied}"),
+        Score::HumanClaimed => format!("of people’s voxels are called occupied {studied}"),
+        Score::PeopleDetected => format!("by a body part or more, {studied}"),
+        Score::PartsDetected => "of people’s body parts".into(),
+        Score::Unknown => "of the region’s space".into(),
+        Score::FalseAlarm => "free, but called occupied".into(),
+    }
+}
+
+/// The share of a floor that nothing watches.
+fn blind_floor([floor, blind, _]: [f64; 3]) -> Tile {
+    Tile {
+        name: "blind floor".into(),
+        value: percent(blind / floor.max(f64::MIN_POSITIVE)),
+        meaning: "of the whole plan: nobody is noticed there".into(),
+        notes: vec![format!("{blind:.1} of {floor:.1} m²")],
+    }
+}
+
+/// What the recommended choice costs, or that not all its sensors have a cost.
+fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Tile {
+    let asked = &sweep.study.combinations[rankings[recommended.series].series.combination];
+    let costs = asked.members.iter().map(|member| sweep.study.sensors[member.sensor].terms.cost);
+    let name = "cost".into();
+    let Some(sum) = costs.reduce(|sum, cost| Some(sum?.plus(cost?))).flatten() else {
+        return Tile {
+            name, value: "–".into(), meaning: "the study has no costs".into(), notes: Vec::new()
+        };
+    };
+    let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
+    let meaning = budget.map_or("of all sensors, in the study’s currency".into(), |budget| {
+        format!("of a budget of {budget}")
+    });
+    Tile { name, value: sum.to_string(), meaning, notes: Vec::new() }
+}
+
+/// A share, rounded, but not to nothing or all unless it is.
+fn percent(share: f64) -> String {
+    match (share * 100.0).round() {
+        0.0 if share > 0.0 => "<1\u{a0}%".into(),
+        100.0 if share < 1.0 => ">99\u{a0}%".into(),
+        rounded => format!("{rounded:.0}\u{a0}%"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_not_rounded_to_nothing_or_all() {
+        let shares = [0.0, 0.001, 0.004, 0.333, 0.996, 0.9999, 1.0];
+        assert_eq!(
+            shares.map(percent),
+            ["0 %", "<1 %", "<1 %", "33 %", ">99 %", ">99 %", "100 %"]
+                .map(|text| text.replace(' ', "\u{a0}"))
+        );
+    }
+
+    #[test]
+    fn a_tile_tells_the_worst_and_what_is_possible() {
+        let over = Over { mean: 0.5, std: None, worst: 0.25, pooled: None, values: 3, of: 4 };
+        let Tile { name, value, notes, .. } = tile(Score::Unknown, over, Some(0.125));
+        assert_eq!((name.as_str(), value.as_str()), ("unknown", "50\u{a0}%"));
+        assert_eq!(
+            notes,
+            [
+                "worst 25\u{a0}%",
+                "a sensor at every position at once leaves 13\u{a0}%",
+                "has a value at 3 of 4 moments"
+            ]
+        );
+        let Tile { value, notes, .. } = tile(Score::F1, Over { values: 1, of: 1, ..over }, Some(0.75));
+        let reach = "a sensor at every position at once would reach 0.750".to_string();
+        assert_eq!((value.as_str(), notes), ("0.500", vec![reach]));
+        let Tile { notes, .. } = tile(Score::Unknown, Over { values: 1, of: 1, ..over }, Some(0.0));
+        assert_eq!(notes, [""; 0], "that nothing may stay unknown is nothing to tell");
+    }
+}

@@ -1,0 +1,220 @@
+//! Is it good enough? The verdicts on what a study requires, what scores are under each condition, and how near
+//! somebody comes unnoticed: from the files that `judge` and `approach` have written into the folder, as far as they
+//! are of the recommended choice, and where there are none, the verdicts with everything as planned.
+
+mod near;
+
+use maud::{Markup, html};
+
+use crate::report::page::judged::Judged;
+use crate::report::page::kept::Kept;
+use crate::report::page::plain_table::{Titled, plain};
+use crate::report::page::recommended::Recommended;
+use crate::report::page::verdicts::{ShownRequirement, not_judged, parted_by_now};
+use crate::report::page::{Findings, ReportedSweep};
+use near::near;
+use perirobot_march::Result;
+use perirobot_scene::shell;
+use perirobot_sweep::results::files::CONDITIONS;
+
+/// Whether it is good enough.
+#[derive(Debug, Default)]
+pub(super) struct Good {
+    /// Where the verdicts are from, and what of the folder is not shown.
+    notes: Vec<String>,
+    /// What is required, with its verdicts.
+    pub(super) required: Vec<ShownRequirement>,
+    /// Of several choices that were judged each: its names, and what was decided.
+    judged: Vec<(String, Good)>,
+    /// What scores are under each condition, and the ways in.
+    tables: Vec<Titled>,
+    /// Floor plans of approach: their names, and the pictures as addresses.
+    plans: Vec<(String, String)>,
+    /// How more is found out: commands.
+    commands: Vec<(String, String)>,
+}
+
+impl Good {
+    /// What is known of the recommended choice.
+    ///
+    /// # Errors
+    /// When a file of the folder cannot be read, or is none of these tables.
+    pub(super) fn new(findings: &Findings) -> Result<Good> {
+        let mut good = findings.recommended.map(|one| good(findings, one)).transpose()?.unwrap_or_default();
+        let refused = findings.refused.as_ref();
+        good.notes.extend(refused.map(|why| format!("By which way bodies come nearest is not drawn: {why}")));
+        Ok(good)
+    }
+
+    /// The section; `set` is the name of the choice.
+    pub(super) fn view(&self, set: Option<&str>) -> Markup {
+        html! {
+            section #good {
+                h2 { "Is it good enough?" }
+                @if let Some(set) = set { p { "The verdicts and tables of this section are of " (set) "." } }
+                @for note in &self.notes { p { (note) } }
+                @if !self.required.is_empty() {
+                    p.overall.(self.verdict()) { "By what the study requires, " (self.overall()) "." }
+                    (verdicts(self))
+                }
+                @if !self.judged.is_empty() {
+                    h3 { "All choices that were judged" }
+                    @for (name, one) in &self.judged {
+                        details.judged {
+                            summary { b.(one.verdict()) { (one.verdict()) } " " (name) ": " (one.overall()) }
+                            (verdicts(one))
+                        }
+                    }
+                }
+                @for table @ (title, _) in &self.tables { details { summary { (title) } (plain(table)) } }
+                @for (name, address) in &self.plans {
+                    figure.picture { img src=(address) alt=(name); figcaption { (name) } }
+                }
+                ul { @for (what, command) in &self.commands { li { "To " (what) ": " code { (command) } } } }
+            }
+        }
+    }
+
+    /// FAIL if a requirement is missed, else OPEN if one is not decided or there is none, else PASS.
+    pub(super) fn verdict(&self) -> &'static str {
+        match self.counts() {
+            [_, 0, 0] if !self.required.is_empty() => "PASS",
+            [_, 0, _] => "OPEN",
+            _ => "FAIL",
+        }
+    }
+
+    /// All verdicts in a line.
+    pub(super) fn overall(&self) -> String {
+        let [met, missed, open] = self.counts();
+        let many = |count: usize| if count == 1 { "requirement" } else { "requirements" };
+        let checks: Vec<&str> =
+            self.required.iter().flat_map(|one| &one.verdicts).map(|one| one.verdict).collect();
+        let all = self.required.len();
+        let mut text = match [missed, open] {
+            _ if all == 0 => return "not decided: the study names no requirement".into(),
+            [0, 0] => format!("yes: {met} of {all} {} met", many(all)),
+            [0, _] => format!("not decided: {met} of {all} {} met, {open} not decided yet", many(all)),
+            [_, 0] => format!("no: {met} of {all} {} met", many(all)),
+            _ => format!("no: {met} of {all} {} met, {missed} missed, {open} not decided yet", many(all)),
+        };
+        if checks.len() > all {
+            let pass = checks.iter().filter(|check| **check == "PASS").count();
+            text += &format!(" ({pass} of {} checks pass)", checks.len());
+        }
+        text
+    }
+
+    /// How many requirements are met, missed and open.
+    fn counts(&self) -> [usize; 3] {
+        ["PASS", "FAIL", "OPEN"]
+            .map(|verdict| self.required.iter().filter(|one| one.verdict() == verdict).count())
+    }
+}
+
+fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
+    let Findings { sweep, rankings, judged, .. } = findings;
+    let ReportedSweep { results, study, folder, .. } = *sweep;
+    let series = rankings[recommended.series].series;
+    let combination = &results.combinations[series.combination];
+    let looked = recommended.looked(rankings);
+    let own = recommended.names(results, rankings);
+    let (note, required) = match judged.iter().find(|one| one.names == own) {
+        Some(one) => (one.note.clone(), one.required.clone()),
+        None => not_judged(sweep, &looked)?,
+    };
+    let mut good = Good { notes: vec![note], required, ..Good::default() };
+    let others = judged.iter().any(|one| one.names != own);
+    good.judged = judged.iter().filter(|_| others).map(of_judged).collect();
+    let [conditions, _] = Kept::read(&folder.join(CONDITIONS))?.parted(|row| row.is_of(&own));
+    let [conditions, old] = parted_by_now(study, &conditions);
+    if !old.is_empty() {
+        good.notes.push(format!(
+            "Rows of {CONDITIONS} rest on tables of the study that have changed since perirobot judge ran, and are not \
+             shown."
+        ));
+    }
+    if !conditions.is_empty() {
+        let wanted =
+            ["condition", "region", "score", "best", "mean", "quantile_05", "worst", "case", "scene"];
+        good.tables.push(("What if: each score under each condition".into(), conditions.table(&wanted)));
+    }
+    let near = near(folder, &own)?;
+    good.notes.extend(near.note);
+    good.tables.extend(near.tables);
+    good.plans = near.plans;
+    let [named, poses, representation] = own;
+    let words = |command: &str| {
+        let folder = folder.display().to_string();
+        let mut words =
+            vec!["perirobot".to_string(), command.into(), folder.clone(), "--pose".into(), poses.clone()];
+        if results.combinations.len() > 1 {
+            words.extend(["--combination".into(), named.clone()]);
+        }
+        if combination.representations.len() > 1 {
+            words.extend(["--representation".into(), representation.clone()]);
+        }
+        if command == "approach" {
+            words.extend(["--out".into(), folder]);
+        }
+        shell::command(&words)
+    };
+    if !study.requirements.is_empty() {
+        good.commands.push(("judge it also with a sensor dead or a mount knocked".into(), words("judge")));
+    }
+    good.commands.push(("ask how near somebody comes unnoticed".into(), words("approach")));
+    Ok(good)
+}
+
+/// A choice that was judged, by name.
+fn of_judged(one: &Judged) -> (String, Good) {
+    let [combination, poses, representation] = &one.names;
+    let good = Good { required: one.required.clone(), ..Good::default() };
+    (format!("{combination} · {poses} · {representation}"), good)
+}
+
+fn verdicts(good: &Good) -> Markup {
+    html! {
+        ul.verdicts {
+            @for verdict in good.required.iter().flat_map(|one| &one.verdicts) {
+                li.(verdict.verdict) {
+                    b { (verdict.verdict) }
+                    span { strong { (verdict.name) } " " (verdict.words) }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::page::verdicts::ShownVerdict;
+
+    /// What is said of requirements with these verdicts.
+    #[track_caller]
+    fn check(requirements: &[&[&'static str]], verdict: &str, words: &str) {
+        let of = |verdicts: &&[&'static str]| {
+            let one = |verdict: &&'static str| ShownVerdict {
+                verdict,
+                name: String::new(),
+                words: String::new(),
+                brief: String::new(),
+            };
+            let verdicts = verdicts.iter().map(one).collect();
+            ShownRequirement { name: String::new(), asked: String::new(), verdicts }
+        };
+        let good = Good { required: requirements.iter().map(of).collect(), ..Good::default() };
+        assert_eq!((good.verdict(), good.overall().as_str()), (verdict, words));
+    }
+
+    #[test]
+    fn all_verdicts_are_told_in_a_line() {
+        check(&[], "OPEN", "not decided: the study names no requirement");
+        check(&[&["PASS"]], "PASS", "yes: 1 of 1 requirement met");
+        check(&[&["PASS", "FAIL"], &["PASS"]], "FAIL", "no: 1 of 2 requirements met (2 of 3 checks pass)");
+        check(&[&["PASS"], &["OPEN"]], "OPEN", "not decided: 1 of 2 requirements met, 1 not decided yet");
+        let words = "no: 0 of 2 requirements met, 1 missed, 1 not decided yet (1 of 3 checks pass)";
+        check(&[&["PASS", "OPEN"], &["FAIL"]], "FAIL", words);
+    }
+}

@@ -1,0 +1,110 @@
+//! The sections of the page, a file for each question: it has the section's facts, made of what was found, and its view.
+
+mod blind;
+mod compare;
+mod first_screen;
+mod good;
+mod instead;
+mod money;
+mod run;
+mod whereabouts;
+
+use maud::{Markup, html};
+
+use super::{Findings, ReportedSweep};
+use blind::Blind;
+use compare::Compare;
+use first_screen::FirstScreen;
+use good::Good;
+use instead::Instead;
+use money::Money;
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use run::Run;
+use whereabouts::Whereabouts;
+
+/// All of them: words, drawings and tables that need no script. They are what a printed report holds.
+pub(super) struct Sections<'a> {
+    first_screen: Option<FirstScreen>,
+    instead: Instead<'a>,
+    whereabouts: Whereabouts<'a>,
+    blind: Blind<'a>,
+    good: Good,
+    money: Option<Money>,
+    compare: Compare,
+    run: Run,
+}
+
+impl<'a> Sections<'a> {
+    /// Of what was found; `picture` is the address of what is recommended at its worst moment.
+    pub(super) fn new(findings: &Findings<'a>, picture: Option<String>) -> Result<Sections<'a>> {
+        let money = Money::new(findings);
+        Ok(Sections {
+            first_screen: FirstScreen::of_recommended(findings)?,
+            instead: Instead::new(findings)?,
+            whereabouts: Whereabouts::new(findings),
+            blind: Blind::new(findings, picture),
+            good: Good::new(findings)?,
+            compare: Compare::new(findings, money.as_ref().is_some_and(Money::has_maxima)),
+            run: Run::new(&findings.sweep),
+            money,
+        })
+    }
+
+    /// Links to them.
+    pub(super) fn links(&self) -> Markup {
+        html! {
+            nav aria-label="Sections" {
+                a href="#instead" { "Instead?" }
+                a href="#where" { "Where exactly?" }
+                a href="#blind" { "What stays blind?" }
+                a href="#good" { "Good enough?" }
+                @if self.money.is_some() { a href="#money" { "More money?" } }
+                a href="#compare" { "All places" }
+                a href="#run" { "What was run" }
+            }
+        }
+    }
+
+    /// All of them, in order.
+    pub(super) fn view(&self) -> Markup {
+        let set = self.first_screen.as_ref().map(|first| first.set.as_str());
+        let plans = self.first_screen.as_ref().map_or(&[][..], |first| &first.plans[..]);
+        html! {
+            @match &self.first_screen {
+                Some(first) => (first.view(&self.good)),
+                None => (first_screen::without_recommended()),
+            }
+            (self.instead.view())
+            (self.whereabouts.view())
+            form #choice.controls aria-label="What is shown" {
+                (list("extent", "Scene"))
+                (list("region", "Region"))
+                (list("series", "Sensors · representation"))
+                (list("measure", "Score"))
+                label #member-label { "Positions of " select #member {} }
+            }
+            (self.blind.view(plans))
+            (self.good.view(set))
+            @if let Some(money) = &self.money { (money.view()) }
+            (self.compare.view())
+            (self.run.view())
+        }
+    }
+}
+
+/// A list to choose from, which the script fills.
+fn list(id: &str, of: &str) -> Markup {
+    html! { label { (of) " " select id=(id) {} } }
+}
+
+/// The scores in each region.
+fn scores_in_regions(sweep: &ReportedSweep) -> impl Iterator<Item = (usize, Score)> {
+    let regions = 0..sweep.results.regions.len();
+    regions.flat_map(|region| Score::ALL.map(|score| (region, score)))
+}
+
+/// The title of the table of a score in a region.
+fn score_in_region(sweep: &ReportedSweep, (region, score): (usize, Score)) -> String {
+    format!("{} in region {}", score.title(), sweep.results.regions[region])
+}

@@ -1,0 +1,59 @@
+//! Where exactly sensors are mounted.
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::report::page::Findings;
+use crate::report::page::leaders::{Leader, leaders};
+use crate::report::page::mount::{Sheet, sheets};
+
+/// How to mount what is recommended, and the best placements by each score.
+pub(super) struct Whereabouts<'a> {
+    sheets: Vec<Sheet>,
+    of_leaders: Vec<(Leader<'a>, Vec<Sheet>)>,
+}
+
+impl<'a> Whereabouts<'a> {
+    pub(super) fn new(findings: &Findings<'a>) -> Whereabouts<'a> {
+        let Findings { sweep, rankings, surroundings, .. } = findings;
+        let sheets_of = |combination, choice| sheets(sweep, surroundings, combination, choice);
+        let recommended =
+            findings.recommended.map(|one| sheets_of(rankings[one.series].series.combination, one.choice));
+        let leaders = leaders(sweep.results, rankings).into_iter();
+        Whereabouts {
+            sheets: recommended.unwrap_or_default(),
+            of_leaders: leaders
+                .map(|leader| {
+                    let sheets = sheets_of(leader.combination, leader.choice);
+                    (leader, sheets)
+                })
+                .collect(),
+        }
+    }
+
+    /// The section.
+    pub(super) fn view(&self) -> Markup {
+        html! {
+            section #where {
+                h2 { "Where exactly?" }
+                p.hint {
+                    "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and \
+                     robots left out; the arrow shows where the sensor looks."
+                }
+                @for one in &self.sheets {
+                    div.mount {
+                        (one.view())
+                        div.sketches { @for sketch in &one.sketches { (PreEscaped(sketch)) } }
+                    }
+                }
+                details.aside {
+                    summary { "Mounting sheets of the best placements by each score" }
+                    @for (leader, sheets) in &self.of_leaders {
+                        (leader.title())
+                        p { (leader.place) }
+                        div.sheets { @for one in sheets { (one.view()) } }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The best sets of sensors: the question, the front, and each set sensor by sensor.
+
+use crate::report::chosen_sets::{
+    Spelling, front, how_to_read, places, question, refined_words, scored, set,
+};
+use perirobot_decide::choose::Chosen;
+use perirobot_march::metrics::Across;
+
+/// Scores by their names in files.
+const AS_IN_FILES: Spelling =
+    Spelling { score: |score| score.title().into(), over: Across::name, least: |_, least| least.to_string() };
+
+/// How the poses that refining found get into a study.
+const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them as [[sensor.poses]] name = \"refined\", \
+                                      csv = \"refined.csv\".";
+
+/// The question and the front.
+pub fn overview(chosen: &Chosen) -> String {
+    format!("asked: {}\n\n{}{}\n", question(chosen, &AS_IN_FILES), front(chosen).text(), how_to_read(chosen))
+}
+
+/// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
+pub fn render(chosen: &Chosen) -> String {
+    let score = chosen.asked.objective.title();
+    let mut text = overview(chosen);
+    text += &places(chosen).text();
+    if let Some(best) = chosen.report.best() {
+        text += &format!("\nbest set: {}\n{}", scored(&best.best, score), set(&best.best, score).text());
+    }
+    for refined in chosen.report.refined.iter().flatten() {
+        text += &format!("\n{}\n", refined_words(refined, score));
+        if let Some(best) = &refined.best {
+            text += &set(best, score).text();
+        }
+    }
+    if chosen.report.refined.iter().flatten().any(|refined| refined.best.is_some()) {
+        text += &format!("\n{HOW_TO_LIST}\n");
+    }
+    for tie in &chosen.report.ties {
+        text += &format!("\nnearly as good elsewhere: {}\n{}", scored(tie, score), set(tie, score).text());
+    }
+    text
+}

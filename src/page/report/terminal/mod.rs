@@ -1,0 +1,15 @@
+//! Tables for a terminal: a file for each, with a function `render` that gives the text.
+
+pub mod best;
+pub mod choose;
+pub mod distribution;
+pub mod groups;
+pub mod judge;
+pub mod maxima;
+pub mod moving_scenes;
+pub mod placements;
+pub mod places;
+pub mod reasons;
+pub mod scored_map;
+pub mod separation;
+pub mod speed;

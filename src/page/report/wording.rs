@@ -1,0 +1,87 @@
+//! What scores are over, under which condition, and where the worst is, in words.
+
+use perirobot_decide::approach::Company;
+use perirobot_decide::judge::{JudgedSet, Moment, Part, Passage, Where};
+use perirobot_march::metrics::Across;
+use perirobot_study::study::Condition;
+use perirobot_sweep::results::{Results, Subject};
+
+/// What the scores are over: `3 scenes, 10 repeats`.
+pub(super) fn extent(results: &Results) -> String {
+    let (scenes, moments) = (results.scenes.len(), results.moments().len());
+    let mut text = count(scenes, "scene");
+    if moments > scenes {
+        text += &format!(", {moments} snapshots");
+    }
+    if results.repeats > 1 {
+        text += &format!(", {} repeats", results.repeats);
+    }
+    text
+}
+
+/// So many of something: `3 scenes`, `1 scene`.
+pub(super) fn count(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+/// Which of all moments a score is of.
+pub(super) fn of_which(over: Across) -> &'static str {
+    match over {
+        Across::Worst => "the worst of all moments",
+        Across::Mean => "the mean of all moments",
+        Across::Pooled => "all moments together",
+    }
+}
+
+/// A condition in words.
+pub fn words(condition: Condition) -> &'static str {
+    match condition {
+        Condition::AsPlanned => "as planned",
+        Condition::OneSensorDead => "one sensor dead",
+        Condition::TwoSensorsDead => "two sensors dead",
+        Condition::MountingError => "mounting error",
+        Condition::Postures => "postures",
+    }
+}
+
+/// Which case it is, and which part of it, as far as there are several.
+pub(super) fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
+    let case = &set.conditions.of(condition)[at.case].alteration.words();
+    let part = match at.part {
+        Some(Part::Moment(moment)) if set.conditions.moments.len() > 1 => {
+            format!("in {}", title(subject, &set.conditions.moments[moment]))
+        }
+        Some(Part::Passage(passage)) => way_in(subject, &set.conditions.passages[passage]),
+        _ => String::new(),
+    };
+    let parts: Vec<&str> = [case.as_str(), &part].into_iter().filter(|part| !part.is_empty()).collect();
+    if parts.is_empty() { String::new() } else { format!("; worst {}", parts.join(", ")) }
+}
+
+/// `of standing from door, people as cover, in scene cell`, as far as there are several scenes.
+fn way_in(subject: &Subject, passage: &Passage) -> String {
+    let mut text = format!("of {} from {}", passage.body, passage.entry);
+    if passage.company == Company::Cover {
+        text += ", people as cover";
+    }
+    if subject.scenes.len() > 1 {
+        text += &format!(", in scene {}", subject.scenes[passage.scene].name);
+    }
+    if subject.repeats > 1 {
+        text += &format!(", in repeat {}", passage.repeat);
+    }
+    text
+}
+
+/// `scene cell, snapshot 2, repeat 0`, as far as there are several.
+fn title(subject: &Subject, moment: &Moment) -> String {
+    let scene = &subject.scenes[moment.scene];
+    let mut text = format!("scene {}", scene.name);
+    if scene.moments.len() > 1 {
+        text += &format!(", snapshot {}", moment.snapshot);
+    }
+    if subject.repeats > 1 {
+        text += &format!(", repeat {}", moment.repeat);
+    }
+    text
+}
