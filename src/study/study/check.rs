@@ -6,13 +6,14 @@ use glam::DVec3;
 
 use super::approach::ApproachFile;
 use super::file::{self, StudyFile};
-use super::place::Place;
-use super::problems::{self, Problems, parse_in_parts, wrong_with};
 use super::region::{self, RegionSpec};
 use super::scene_file::parse_scene;
 use super::{
-    Overrides, Stopping, Study, approach, candidates, choose, combination, refuse_folder, region_file,
-    require, sensor, slips, stopping, top_keys, written,
+    Overrides, Stopping, Study, approach, candidates, choose, combination, region_file, require, sensor,
+    stopping,
+};
+use crate::diagnostics::{
+    self, List, Place, Problems, Written, parse_in_parts, refuse_folder, top_keys, wrong_with,
 };
 use crate::sensor::{SaidOfNoise, Sensor};
 use perirobot_march::error::{Argument, Issue, Site, Words};
@@ -33,7 +34,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     let file: Option<StudyFile> = parse_in_parts(path, &text, &LISTS, &mut problems);
     let Some(file) = file else { return Err(all(problems)) };
     let is_whole = problems.is_empty();
-    let at = Place { file: path, prefix: String::new() };
+    let at = Place::new(path);
 
     let voxel_size_m = problems.keep(voxel_size(&at, &file, overrides));
     let bounds_m = file.grid.bounds_m.map(|b| bounds(&at.key("grid"), b)).transpose();
@@ -50,7 +51,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         scenes = variants.unwrap_or(scenes);
     }
     let (seed, noiseless) = (file.seed, overrides.noiseless);
-    let written = written::Written::new(&text);
+    let written = Written::new(&text);
     let context = sensor::Context {
         seed,
         noiseless,
@@ -124,7 +125,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
     let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
     let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose()?;
-    let mut warnings = slips::warnings(&text);
+    let mut warnings = diagnostics::warnings(&text);
     warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
     if has_candidates {
         warnings.extend(candidates::warnings(&regions));
@@ -167,7 +168,7 @@ fn refuse_scene(path: &Path, text: &str) -> Result<()> {
 }
 
 /// The lists of a study that can be read entry by entry; sensors always are.
-const LISTS: [problems::List; 4] = [
+const LISTS: [List; 4] = [
     ("scene", wrong_with::<file::SceneEntry>),
     ("region", wrong_with::<region_file::RegionFile>),
     ("combination", wrong_with::<file::CombinationFile>),

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
-use super::poses::Quaternion;
-use super::problems::{Problems, parse_in_parts, wrong_with};
 use super::urdf::UrdfFile;
-use super::value::{Unit, UpFile, exactly, exactly_if_given};
-use super::{Place, only_one, refuse_folder, slips, top_keys};
+use crate::diagnostics::{
+    self, Place, Problems, only_one, parse_in_parts, refuse_folder, top_keys, wrong_with,
+};
+use crate::keys::{Quaternion, Unit, UpFile, exactly, exactly_if_given};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_scene::pose::{Frame, Pose, from_rpy};
@@ -181,7 +181,7 @@ pub(super) fn parse_scene(path: &Path, text: String) -> Result<SceneSpec, Vec<Er
     let mut problems = Problems::default();
     let lists = [("object", wrong_with::<ObjectFile> as _)];
     let file: Option<SceneFile> = parse_in_parts(path, &text, &lists, &mut problems);
-    let at = Place { file: path, prefix: String::new() };
+    let at = Place::new(path);
     let (mut objects, mut interior) = (Vec::new(), Interior::Ignored);
     if let Some(file) = file {
         if problems.is_empty() {
@@ -196,7 +196,7 @@ pub(super) fn parse_scene(path: &Path, text: String) -> Result<SceneSpec, Vec<Er
     let name = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
     let snapshots = snapshots::count(&at, &mut objects).map_err(|e| vec![e])?;
     let dwell_s = snapshots::dwell_s(&at, &objects, snapshots).map_err(|e| vec![e])?;
-    let warnings = slips::warnings(&text);
+    let warnings = diagnostics::warnings(&text);
     Ok(SceneSpec {
         path: path.into(),
         text,

@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 use serde_saphyr::options::NonFiniteFloatPolicy;
 use toml::{Table, Value};
 
-use crate::study::{Place, reader};
+use crate::diagnostics::{self, Place};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::Sources;
@@ -109,7 +109,7 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
             *value = data;
         }
     }
-    let info = reader::read(table).map_err(|e| {
+    let info = diagnostics::read(table).map_err(|e| {
         let issue = Issue::damaged(e.message.as_str());
         wrong(if e.keys().is_empty() { issue } else { issue.at(e.keys().join(".")) })
     })?;

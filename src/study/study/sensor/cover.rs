@@ -3,8 +3,8 @@
 use serde::Deserialize;
 
 use super::range::{NoiseFile, constant};
+use crate::diagnostics::Place;
 use crate::sensor::cover::Cover;
-use crate::study::Place;
 use perirobot_march::Result;
 
 /// A robot's skin that feels what is near.

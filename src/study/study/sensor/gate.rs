@@ -3,9 +3,9 @@
 use serde::Deserialize;
 
 use super::Silence;
+use crate::diagnostics::Place;
+use crate::keys::BoxFile;
 use crate::sensor::gate::Gate;
-use crate::study::Place;
-use crate::study::region_file::BoxFile;
 use perirobot_march::Result;
 
 /// A light curtain.

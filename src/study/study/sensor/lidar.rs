@@ -5,11 +5,11 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
+use crate::diagnostics::Place;
+use crate::keys::{OneOrTwo, exactly, exactly_if_given};
 use crate::sensor::lidar::{self, ProtectiveField};
 use crate::sensor::prism::Prism;
 use crate::sensor::{Lidar, LidarMount};
-use crate::study::Place;
-use crate::study::value::{OneOrTwo, exactly, exactly_if_given};
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::solid::is_simple;
 use perirobot_march::{Error, Result};

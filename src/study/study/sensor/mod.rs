@@ -20,15 +20,13 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::catalogue::{self, FromModel};
+use super::poses;
 use super::poses::PosesFile;
-use super::reader::read;
-use super::region_file::BoxFile;
-use super::unreadable::{Step, Unread, Unreadable};
-use super::written::{LineOf, describe};
-use super::{Place, Problems, poses};
+use crate::diagnostics::{LineOf, Place, Problems, Step, Unread, Unreadable, describe, read};
+use crate::keys::BoxFile;
 use crate::sensor::known_robot::KnownRobot;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Candidate, Kind, MountLink, Sensor, Setting, Spread, Terms};
+use crate::sensor::{Candidate, Cost, Kind, MountLink, Sensor, Setting, Spread, Terms};
 use perirobot_march::{Error, Result};
 use perirobot_scene::scene::spec::SceneSpec;
 use perirobot_scene::source::Sources;
@@ -99,11 +97,7 @@ enum Silence {
 impl BoxFile {
     /// The box as a volume in the sensor's frame.
     fn prism(&self, at: &Place, key: &str) -> Result<Prism> {
-        let at = at.key(key);
-        let (min, max) = (at.vector("min_m", self.min_m)?, at.vector("max_m", self.max_m)?);
-        if !min.cmplt(max).all() {
-            return Err(at.wrong("max_m", format!("{:?}", self.max_m), "must be above min_m on every axis"));
-        }
+        let [min, max] = self.corners(&at.key(key))?;
         Ok(Prism::between(min, max))
     }
 }
@@ -192,7 +186,7 @@ fn terms(at: &Place, common: &CommonFile) -> Result<Terms> {
     if common.at_most == Some(0) {
         return Err(at.wrong("at_most", 0, "must be 1 or more; take the sensor away if there is to be none"));
     }
-    let cost = common.cost.map(|cost| at.cost("cost", cost)).transpose()?;
+    let cost = common.cost.map(|cost| Cost::check(at, "cost", cost)).transpose()?;
     Ok(Terms { cost, at_most: common.at_most })
 }
 

@@ -4,10 +4,10 @@ use glam::DVec3;
 use serde::Deserialize;
 
 use super::{Silence, length};
+use crate::diagnostics::Place;
+use crate::keys::exactly;
 use crate::sensor::pad::Pad;
 use crate::sensor::prism::Prism;
-use crate::study::Place;
-use crate::study::value::exactly;
 use perirobot_march::Result;
 
 /// The height of the column that a pad labels: a person with an arm raised.

@@ -6,10 +6,10 @@ use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
 use toml::Table;
 
 use super::Silence;
+use crate::diagnostics::Place;
 use crate::sensor::noise::Deviation;
 use crate::sensor::range::{Along, Range};
 use crate::sensor::{Calibration, SaidOfNoise};
-use crate::study::Place;
 use perirobot_march::Result;
 
 /// Their values, as each kind reads them.

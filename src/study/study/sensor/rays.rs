@@ -7,10 +7,10 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence};
+use crate::diagnostics::Place;
+use crate::keys::exactly;
 use crate::sensor::quantise_q15;
 use crate::sensor::ray_set::RaySet;
-use crate::study::Place;
-use crate::study::value::exactly;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};

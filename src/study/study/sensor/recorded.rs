@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::Context;
+use crate::diagnostics::Place;
+use crate::keys::{Quaternion, exactly};
 use crate::sensor::recorded::{Recorded, RecordedMoment};
-use crate::study::Place;
-use crate::study::poses::Quaternion;
-use crate::study::value::exactly;
 use perirobot_march::Result;
 use perirobot_scene::pose::{Frame, Pose};
 use perirobot_scene::recording::{Anchor, Asked, FARTHEST_M, Recording};

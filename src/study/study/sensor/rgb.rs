@@ -5,10 +5,9 @@ use serde::Deserialize;
 use super::Silence;
 use super::range::{CalibrationFile, RangeKeys};
 use super::rgbd::{camera, tolerance};
+use crate::diagnostics::Place;
+use crate::keys::{BoxFile, exactly};
 use crate::sensor::rgb::Rgb;
-use crate::study::Place;
-use crate::study::region_file::BoxFile;
-use crate::study::value::exactly;
 use perirobot_march::Result;
 use perirobot_scene::scene::keypoints::JOINTS;
 

@@ -4,12 +4,12 @@ use serde::Deserialize;
 
 use super::range::{CalibrationFile, NoiseFile, RangeKeys};
 use super::{MAX_RAYS, Silence, each_once, length};
+use crate::diagnostics::Place;
+use crate::keys::exactly;
 use crate::sensor::Camera;
 use crate::sensor::keypoints::TOLERANCE_M;
 use crate::sensor::range::Along;
 use crate::sensor::rgbd::{KeypointShape, Rgbd};
-use crate::study::Place;
-use crate::study::value::exactly;
 use perirobot_march::{Error, Result};
 
 /// Radii that the paper's code has at voxels of 5 cm, in metres.

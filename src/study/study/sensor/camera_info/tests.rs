@@ -63,7 +63,7 @@ fn resolved(text: &str, more: &str) -> Result<(Table, Vec<String>), String> {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study.toml");
     std::fs::write(folder.path().join("left.yaml"), text).unwrap();
-    let at = Place { file: &study, prefix: "sensor \"camera\".".into() };
+    let at = Place::new(&study).key("sensor \"camera\"");
     let mut keys: Table = toml::from_str(&format!("camera_info = \"left.yaml\"\n{more}")).unwrap();
     let said = resolve(&at, &mut keys, &Sources::beside(&study)).map_err(|e| e.to_string())?;
     Ok((keys, said))

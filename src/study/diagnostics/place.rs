@@ -5,35 +5,41 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::FARTHEST_M;
-use crate::sensor::Cost;
 use perirobot_march::error::{Issue, Site, Words};
 use perirobot_march::{Error, Result};
 use perirobot_scene::shell::is_hidden;
+
+/// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
+pub(crate) const FARTHEST_M: f64 = 1e6;
 
 /// Most characters of a name; a default name of a combination is made of several.
 const MOST_OF_NAME: usize = 1000;
 
 /// Where in a file a check looks, so that every message names file, key, value and what would be right.
 #[derive(Clone)]
-pub(super) struct Place<'a> {
-    pub(super) file: &'a Path,
-    pub(super) prefix: String,
+pub(crate) struct Place<'a> {
+    pub(crate) file: &'a Path,
+    prefix: String,
 }
 
-impl Place<'_> {
+impl<'a> Place<'a> {
+    /// The whole of a file.
+    pub(crate) fn new(file: &'a Path) -> Self {
+        Place { file, prefix: String::new() }
+    }
+
     /// A place inside this one.
-    pub(super) fn key(&self, key: &str) -> Self {
+    pub(crate) fn key(&self, key: &str) -> Self {
         Place { file: self.file, prefix: format!("{}{key}.", self.prefix) }
     }
 
     /// The folder that the file's own paths are relative to.
-    pub(super) fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         self.file.parent().unwrap_or(Path::new(""))
     }
 
     /// The error for a wrong value.
-    pub(super) fn wrong(&self, key: &str, value: impl std::fmt::Display, rule: &str) -> Error {
+    pub(crate) fn wrong(&self, key: &str, value: impl std::fmt::Display, rule: &str) -> Error {
         let issue = Issue::value(key, value, rule);
         match self.prefix.trim_end_matches('.') {
             "" => issue,
@@ -44,12 +50,12 @@ impl Place<'_> {
     }
 
     /// The error for something that is missing or given twice.
-    pub(super) fn says(&self, what: impl Into<Words>) -> Error {
+    pub(crate) fn says(&self, what: impl Into<Words>) -> Error {
         self.around(Issue::says(what))
     }
 
     /// An error with this place around it, such as that of a file that is named here.
-    pub(super) fn around(&self, error: impl Into<Error>) -> Error {
+    pub(crate) fn around(&self, error: impl Into<Error>) -> Error {
         let error = error.into();
         match self.prefix.trim_end_matches('.') {
             "" => error,
@@ -58,7 +64,7 @@ impl Place<'_> {
         .at(self.file)
     }
 
-    pub(super) fn number(
+    pub(crate) fn number(
         &self,
         key: &str,
         value: f64,
@@ -72,18 +78,12 @@ impl Place<'_> {
         }
     }
 
-    /// An amount of money.
-    pub(super) fn cost(&self, key: &str, value: f64) -> Result<Cost> {
-        let rule = "must be a number from 0 to 1000000000 with at most three digits after the point";
-        Cost::new(value).ok_or_else(|| self.wrong(key, value, rule))
-    }
-
-    pub(super) fn vector(&self, key: &str, value: [f64; 3]) -> Result<DVec3> {
+    pub(crate) fn vector(&self, key: &str, value: [f64; 3]) -> Result<DVec3> {
         self.vector_within(key, value, FARTHEST_M)
     }
 
     /// A place whose coordinates are at most so far from 0.
-    pub(super) fn vector_within(&self, key: &str, value: [f64; 3], farthest_m: f64) -> Result<DVec3> {
+    pub(crate) fn vector_within(&self, key: &str, value: [f64; 3], farthest_m: f64) -> Result<DVec3> {
         if value.iter().all(|v| v.abs() <= farthest_m) {
             Ok(DVec3::from_array(value))
         } else {
@@ -92,7 +92,7 @@ impl Place<'_> {
         }
     }
 
-    pub(super) fn some<T>(&self, key: &str, entries: &[T], example: &str) -> Result<()> {
+    pub(crate) fn some<T>(&self, key: &str, entries: &[T], example: &str) -> Result<()> {
         if entries.is_empty() {
             return Err(self
                 .around(Issue::missing(key))
@@ -101,7 +101,7 @@ impl Place<'_> {
         Ok(())
     }
 
-    pub(super) fn unique<'n>(&self, kind: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
+    pub(crate) fn unique<'n>(&self, kind: &str, names: impl Iterator<Item = &'n str>) -> Result<()> {
         let kinds = match kind.strip_suffix('y') {
             Some(stem) => format!("{stem}ies"),
             None => format!("{kind}s"),
@@ -135,7 +135,7 @@ impl Place<'_> {
 }
 
 /// The one surface, shape or source that must be given among several keys.
-pub(super) fn only_one<T>(at: &Place, what: &str, choices: Vec<(&str, Option<T>)>) -> Result<T> {
+pub(crate) fn only_one<T>(at: &Place, what: &str, choices: Vec<(&str, Option<T>)>) -> Result<T> {
     let known: Vec<&str> = choices.iter().map(|(key, _)| *key).collect();
     let mut given: Vec<(&str, T)> =
         choices.into_iter().filter_map(|(key, value)| Some((key, value?))).collect();
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn messages_have_file_key_value_and_rule() {
-        let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+        let at = Place::new(Path::new("study.toml"));
         let inside = at.key("sensor \"camera\"");
         let wrong = inside.number("fov", 190.0, 0.0..180.0, "below 180").unwrap_err();
         assert_eq!(wrong.to_string(), "study.toml: sensor \"camera\".fov = 190: must be below 180");
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn one_choice_is_one_choice() {
-        let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+        let at = Place::new(Path::new("study.toml"));
         let choose =
             |a, b| only_one(&at, "shape", vec![("sphere", a), ("box", b)]).map_err(|e| e.to_string());
         assert_eq!(choose(Some(1), None), Ok(1));

@@ -6,49 +6,46 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::reader::read;
-use super::unreadable::{Step, Unread, Unreadable};
-use super::written::{Written, describe};
-use super::{Place, parse};
+use super::{Place, Step, Unread, Unreadable, Written, describe, parse, read};
 use perirobot_march::{Error, Result};
 
 /// The errors found so far, in the order of the checks.
 #[derive(Debug, Default)]
-pub(super) struct Problems(Vec<Error>);
+pub(crate) struct Problems(Vec<Error>);
 
 impl Problems {
     /// The value of a check that passed; an error is kept.
-    pub(super) fn keep<T>(&mut self, checked: Result<T>) -> Option<T> {
+    pub(crate) fn keep<T>(&mut self, checked: Result<T>) -> Option<T> {
         checked.map_err(|e| self.0.push(e)).ok()
     }
 
     /// The same for checks with several errors.
-    pub(super) fn keep_all<T>(&mut self, checked: Result<T, Vec<Error>>) -> Option<T> {
+    pub(crate) fn keep_all<T>(&mut self, checked: Result<T, Vec<Error>>) -> Option<T> {
         checked.map_err(|all| self.0.extend(all)).ok()
     }
 
     /// Whether all checks passed.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// All errors, if there are any.
-    pub(super) fn none(self) -> Result<(), Vec<Error>> {
+    pub(crate) fn none(self) -> Result<(), Vec<Error>> {
         if self.0.is_empty() { Ok(()) } else { Err(self.0) }
     }
 }
 
 /// A list of a file that can be read entry by entry: its key, and what is wrong with an entry.
-pub(super) type List = (&'static str, fn(Value) -> Vec<Unreadable>);
+pub(crate) type List = (&'static str, fn(Value) -> Vec<Unreadable>);
 
 /// Why an entry cannot be read.
-pub(super) fn wrong_with<T: DeserializeOwned>(entry: Value) -> Vec<Unreadable> {
+pub(crate) fn wrong_with<T: DeserializeOwned>(entry: Value) -> Vec<Unreadable> {
     read_without_wrong_keys::<T>(entry).1
 }
 
 /// Reads a file. If it cannot be read as it is, then without the keys that are wrong, and without the entries
 /// of these lists that cannot be read, so that the others can still be checked.
-pub(super) fn parse_in_parts<T: DeserializeOwned>(
+pub(crate) fn parse_in_parts<T: DeserializeOwned>(
     path: &Path,
     text: &str,
     lists: &[List],
@@ -63,7 +60,7 @@ pub(super) fn parse_in_parts<T: DeserializeOwned>(
         }
     };
     let mut table: Table = toml::from_str(text).ok()?;
-    let at = Place { file: path, prefix: String::new() };
+    let at = Place::new(path);
     let written = Written::new(text);
     let mut told = |place: Option<&str>, within: &[Step], all: Vec<Unreadable>| {
         let is_shown = |e: &Unreadable| shown.as_ref() == Some(&e.message);

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::{Axis, NameOrNumber, OneOrTwo, UNITS, Unit};
+use super::unit::UNITS;
+use super::{Axis, NameOrNumber, OneOrTwo, Unit};
 
 impl JsonSchema for NameOrNumber {
     fn inline_schema() -> bool {

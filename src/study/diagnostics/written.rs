@@ -17,13 +17,13 @@ use super::unreadable::{Step, Unread, Unreadable};
 pub const IN_MEMORY: &str = "# made in memory\n";
 
 /// A file as it is written. It is read for its places once, when the first is looked for.
-pub(super) struct Written<'a> {
+pub(crate) struct Written<'a> {
     text: &'a str,
     table: OnceCell<Option<Spanned<DeTable<'a>>>>,
 }
 
 impl<'a> Written<'a> {
-    pub(super) fn new(text: &'a str) -> Self {
+    pub(crate) fn new(text: &'a str) -> Self {
         Written { text, table: OnceCell::new() }
     }
 
@@ -33,13 +33,13 @@ impl<'a> Written<'a> {
     }
 
     /// The line on which the last key stands.
-    pub(super) fn line_of(&self, steps: &[Step]) -> Option<usize> {
+    pub(crate) fn line_of(&self, steps: &[Step]) -> Option<usize> {
         Some(line_at(self.text, place_of(self.table()?.get_ref(), steps)?))
     }
 
     /// An error in words below the line that it is about, as the `toml` crate shows those of syntax, and with
     /// what may be meant.
-    pub(super) fn shown(&self, error: &Unreadable) -> String {
+    pub(crate) fn shown(&self, error: &Unreadable) -> String {
         let bytes = self.table().and_then(|table| bytes_of(table, error));
         let shown =
             bytes.map_or(error.to_string(), |bytes| narrowed(&below_line(self.text, bytes, &error.message)));
@@ -48,11 +48,11 @@ impl<'a> Written<'a> {
 }
 
 /// Finds the line on which the last of some keys stands.
-pub(super) type LineOf<'a> = &'a dyn Fn(&[Step]) -> Option<usize>;
+pub(crate) type LineOf<'a> = &'a dyn Fn(&[Step]) -> Option<usize>;
 
 /// An error in words, with the line of the file that it is about, where that is found at `within` or below,
 /// and with what may be meant.
-pub(super) fn describe(error: &Unreadable, line_of: LineOf, within: &[Step]) -> String {
+pub(crate) fn describe(error: &Unreadable, line_of: LineOf, within: &[Step]) -> String {
     let culprit = error.culprit();
     // What is missing stands on no line.
     let line = if culprit.is_empty() { None } else { line_of(&[within, &culprit].concat()) };
@@ -61,12 +61,12 @@ pub(super) fn describe(error: &Unreadable, line_of: LineOf, within: &[Step]) -> 
 }
 
 /// The line of a byte, counted from 1.
-pub(super) fn line_at(text: &str, byte: usize) -> usize {
+pub(crate) fn line_at(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
 }
 
 /// The byte at which the last key begins.
-pub(super) fn place_of(table: &DeTable, steps: &[Step]) -> Option<usize> {
+pub(crate) fn place_of(table: &DeTable, steps: &[Step]) -> Option<usize> {
     Some(found(table, steps)?.0.span().start)
 }
 
@@ -108,7 +108,7 @@ const SHOWN_BEFORE: usize = 60;
 
 /// A message of the `toml` crate with a part only of a line that is too long for a screen: the part around the marks
 /// in the next line.
-pub(super) fn narrowed(message: &str) -> String {
+pub(crate) fn narrowed(message: &str) -> String {
     let mut lines: Vec<String> = message.lines().map(String::from).collect();
     let is_marks = |line: &str| line.contains('^') && line.chars().all(|c| " |^".contains(c));
     let Some(at) = lines.iter().position(|line| is_marks(line)).filter(|at| *at > 0) else {
@@ -161,8 +161,8 @@ mod tests {
     use serde::Deserialize;
 
     use super::super::reader::read;
-    use super::super::value::{Axis, exactly};
     use super::*;
+    use crate::keys::{Axis, exactly};
 
     const FILE: &str = "seed = 1\n[[sensor]]\nname = \"a\"\n[[sensor]]\nname = \"b\"\n\n[[sensor.poses]]\nx = 1\n\
                         [[sensor.poses]]\nlist = [\n  { wrong = 2 },\n]\n";

@@ -1,6 +1,5 @@
-//! Reads TOML values into typed structures. The errors of the `toml` crate are finished sentences; those of this reader
-//! are values: the kind of error, the keys that lead to it and the known words, from which callers find the line and
-//! suggest a near word. Dates are read as text.
+//! Reads TOML values into typed structures. Its errors are values: the kind of error, the keys that lead to it and the
+//! known words, from which callers find the line and suggest a near word. Dates are read as text.
 
 use std::iter::Enumerate;
 
@@ -13,7 +12,7 @@ use toml::{Table, Value};
 use super::unreadable::{Step, Unreadable, one_of};
 
 /// Reads a value.
-pub(super) fn read<T: DeserializeOwned>(value: impl Into<Value>) -> Result<T, Unreadable> {
+pub(crate) fn read<T: DeserializeOwned>(value: impl Into<Value>) -> Result<T, Unreadable> {
     T::deserialize(Reader(value.into()))
 }
 

@@ -8,7 +8,7 @@ use perirobot_scene::spelling::nearest;
 
 /// A step from a file's top towards one of its values.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Step {
+pub(crate) enum Step {
     /// To the value of this key.
     Key(String),
     /// To this entry of a list.
@@ -17,17 +17,17 @@ pub(super) enum Step {
 
 /// Why a value cannot be read.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Unreadable {
-    pub(super) kind: Unread,
+pub(crate) struct Unreadable {
+    pub(crate) kind: Unread,
     /// In words, without the keys.
-    pub(super) message: String,
+    pub(crate) message: String,
     /// The steps that lead to it, the outermost first.
-    pub(super) steps: Vec<Step>,
+    pub(crate) steps: Vec<Step>,
 }
 
 /// What is wrong with a value.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Unread {
+pub(crate) enum Unread {
     /// A table lacks this key.
     Missing(&'static str),
     /// A table has a key that is none of these.
@@ -44,13 +44,13 @@ impl Unreadable {
     }
 
     /// The error of what a step leads to, as one of what the step is taken from.
-    pub(super) fn after(mut self, step: Step) -> Self {
+    pub(crate) fn after(mut self, step: Step) -> Self {
         self.steps.insert(0, step);
         self
     }
 
     /// The keys that lead to it, the outermost first, without the numbers of entries.
-    pub(super) fn keys(&self) -> Vec<&str> {
+    pub(crate) fn keys(&self) -> Vec<&str> {
         let keys = self.steps.iter().filter_map(|step| match step {
             Step::Key(key) => Some(key.as_str()),
             Step::Entry(_) => None,
@@ -60,7 +60,7 @@ impl Unreadable {
 
     /// The steps to the key that the error is about: one that is unknown, or the one whose value is wrong or
     /// lacks something. None if that is the whole.
-    pub(super) fn culprit(&self) -> Vec<Step> {
+    pub(crate) fn culprit(&self) -> Vec<Step> {
         let mut steps = self.steps.clone();
         match &self.kind {
             Unread::UnknownKey(key, _) => steps.push(Step::Key(key.clone())),
@@ -70,7 +70,7 @@ impl Unreadable {
     }
 
     /// What a word is nearest to among those that would be right, as the end of a message.
-    pub(super) fn meant(&self) -> String {
+    pub(crate) fn meant(&self) -> String {
         let near = match &self.kind {
             Unread::UnknownKey(written, expected) | Unread::UnknownWord(written, expected) => {
                 nearest(written, expected.iter().copied())
@@ -133,7 +133,7 @@ fn expected_words(expected: &[&str]) -> String {
 }
 
 /// A choice among words.
-pub(super) fn one_of(words: &[&str]) -> String {
+pub(crate) fn one_of(words: &[&str]) -> String {
     match words {
         [one] => format!("`{one}`"),
         [one, other] => format!("`{one}` or `{other}`"),
