@@ -2,6 +2,8 @@
 // The pages of rooms are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
+mod diagnostics;
+mod keys;
 pub mod sensor;
 pub mod study;
 pub mod world;

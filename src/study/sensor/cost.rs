@@ -4,6 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::diagnostics::Place;
+use perirobot_march::Result;
+
 /// On which terms a sensor can be had.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Terms {
@@ -30,10 +33,16 @@ impl Cost {
     pub const ZERO: Cost = Cost { thousandths: 0 };
 
     /// An amount from 0 to 1,000,000,000 with at most three digits after the point; `None` of any other.
-    pub(crate) fn new(amount: f64) -> Option<Cost> {
+    fn new(amount: f64) -> Option<Cost> {
         let thousandths = (amount * 1e3).round();
         let fits = (0.0..=MOST).contains(&amount) && (thousandths / 1e3 == amount);
         fits.then_some(Cost { thousandths: thousandths as u64 })
+    }
+
+    /// The amount of a key.
+    pub(crate) fn check(at: &Place, key: &str, amount: f64) -> Result<Cost> {
+        let rule = "must be a number from 0 to 1000000000 with at most three digits after the point";
+        Cost::new(amount).ok_or_else(|| at.wrong(key, amount, rule))
     }
 
     /// From thousandths.

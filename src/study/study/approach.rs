@@ -3,9 +3,9 @@
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::region_file::BoxFile;
-use super::value::exactly;
-use super::{Place, RegionSpec, only_one};
+use super::RegionSpec;
+use crate::diagnostics::{Place, only_one};
+use crate::keys::{BoxFile, exactly};
 use crate::sensor::Sensor;
 use perirobot_march::Result;
 
@@ -312,14 +312,8 @@ fn body(at: &Place, file: BodyFile, for_all: u32) -> Result<BodySpec> {
 
 fn entry(at: &Place, file: EntryFile, known: &Known) -> Result<EntrySpec> {
     let at = &at.key(&format!("entry {:?}", file.name));
-    let cuboid = |b: &BoxFile| {
-        let at = at.key("box");
-        let (min_m, max_m) = (at.vector("min_m", b.min_m)?, at.vector("max_m", b.max_m)?);
-        match min_m.cmplt(max_m).all() {
-            true => Ok(EntryPlace::Box { min_m, max_m }),
-            false => Err(at.wrong("max_m", format!("{:?}", b.max_m), "must be above min_m on every axis")),
-        }
-    };
+    let cuboid =
+        |b: &BoxFile| b.corners(&at.key("box")).map(|[min_m, max_m]| EntryPlace::Box { min_m, max_m });
     let gate = |name: &String| {
         let gates: Vec<_> = known.sensors.iter().filter(|sensor| sensor.kind.name() == "gate").collect();
         let names: Vec<_> = gates.iter().map(|gate| gate.name.as_str()).collect();

@@ -1,8 +1,8 @@
 //! A study with another question than the one in its file.
 
 use super::file::StudyFile;
-use super::place::Place;
-use super::{IN_MEMORY, Study, choose, parse, top_keys};
+use super::{Study, choose};
+use crate::diagnostics::{IN_MEMORY, Place, parse, top_keys};
 use perirobot_march::{Error, Result};
 
 impl Study {
@@ -20,7 +20,7 @@ impl Study {
         let text = toml::to_string(&whole).map_err(|e| Error::input("choose", e.to_string()))?;
         let text = format!("{IN_MEMORY}{text}");
         let file: StudyFile = parse(&self.path, &text).map_err(|(shown, _)| shown)?;
-        let at = Place { file: &self.path, prefix: String::new() };
+        let at = Place::new(&self.path);
         let known = choose::Known { fusion: file.fusion, regions: &self.regions, sensors: &self.sensors };
         let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose();
         Ok(Study { choose: choose.map_err(Error::first)?, ..self.clone() })

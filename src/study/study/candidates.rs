@@ -4,9 +4,9 @@
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
-use super::poses::numbers;
-use super::value::Axis;
-use super::{Place, RegionSpec};
+use super::RegionSpec;
+use crate::diagnostics::Place;
+use crate::keys::{Axis, numbers};
 use perirobot_march::Result;
 use perirobot_scene::scene::spec::{ObjectSpec, SceneSpec, SurfaceSpec, Variant};
 use perirobot_scene::truth::RegionShape;

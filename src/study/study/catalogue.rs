@@ -9,8 +9,7 @@ use std::sync::LazyLock;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::Place;
-use super::reader::read;
+use crate::diagnostics::{Place, read};
 use perirobot_march::{Error, Result};
 
 /// A device of the catalogue.

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{Place, Problems, RegionSpec, region};
+use super::{RegionSpec, region};
+use crate::diagnostics::{Place, Problems};
 use crate::sensor::{Cost, Sensor};
 use perirobot_march::backend::Fusion;
 use perirobot_march::metrics::{Across, Ratio, Score};
@@ -177,7 +178,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
     let require: Vec<SetRequirement> = require.filter_map(|one| problems.keep(one)).collect();
     let representations = problems.keep(representations(&at, &file.representation, sensors));
     let always = problems.keep(always(&at, &file, sensors));
-    let budget = file.budget.map(|budget| at.cost("budget", budget)).transpose();
+    let budget = file.budget.map(|budget| Cost::check(&at, "budget", budget)).transpose();
     let budget = problems.keep(budget);
     if budget == Some(None) {
         problems.keep(all_or_none_priced(&at, sensors));

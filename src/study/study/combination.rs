@@ -4,7 +4,8 @@ use wildmatch::WildMatch;
 
 use super::choices::Choices;
 use super::file::CombinationFile;
-use super::{Place, Problems, slug};
+use super::slug;
+use crate::diagnostics::{Place, Problems};
 use crate::sensor::Sensor;
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
@@ -244,7 +245,7 @@ mod tests {
     fn groups_of_poses_may_be_spelled_as_in_the_study() {
         let quick = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/quick.toml");
         let study = Study::load(&quick, &Overrides::default()).unwrap();
-        let at = Place { file: &quick, prefix: String::new() };
+        let at = Place::new(&quick);
         let chosen = |pattern: &str| subset(&at, &study.sensors[0], Some(&vec![pattern.into()]));
         // Ten positions with two orientations each come before the ceiling.
         assert_eq!(chosen("right wall/*").unwrap(), (0..20).collect::<Vec<_>>());

@@ -13,7 +13,7 @@ use super::postures::PosturesFile;
 use super::region_file::RegionFile;
 use super::require::{MountingErrorFile, RequirementFile};
 use super::stopping::StoppingFile;
-use super::value::exactly;
+use crate::keys::exactly;
 use perirobot_march::backend::Fusion;
 
 /// A study: what is placed where, in which cells.

@@ -12,31 +12,24 @@ mod choose;
 mod combination;
 mod elsewhere;
 mod file;
-mod place;
 mod poses;
 mod postures;
-mod problems;
-mod reader;
 mod region;
 mod region_file;
 mod require;
 mod scene_file;
 pub mod schema;
 pub mod sensor;
-mod slips;
 mod stopping;
-mod unreadable;
 mod urdf;
-mod value;
-mod written;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
-use serde::de::DeserializeOwned;
 
-use crate::sensor::recorded::Recorded;
+pub use crate::diagnostics::IN_MEMORY;
+use crate::sensor::kinds::recorded::Recorded;
 use crate::sensor::{Candidate, Kind, SaidOfNoise, Sensor, Terms};
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;
@@ -47,20 +40,13 @@ use perirobot_march::backend::Fusion;
 use perirobot_march::{Error, Result};
 use perirobot_scene::scene::spec::SceneSpec;
 use perirobot_scene::source::Sources;
-use place::{Place, only_one};
 pub use postures::Posture;
-use problems::Problems;
 pub use region::RegionSpec;
 pub use require::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, MountingError, Nearness, Requirement,
 };
 pub use scene_file::load_scene;
-pub(crate) use slips::FAR_M;
 pub use stopping::{AtSpeed, Formula, Stopping};
-pub use written::IN_MEMORY;
-
-/// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
-const FARTHEST_M: f64 = 1e6;
 
 /// A checked study: what to sweep over what.
 #[derive(Clone, Debug)]
@@ -182,31 +168,6 @@ impl Study {
             ..self.clone()
         }
     }
-}
-
-/// The top-level keys of a file; none if it cannot be read as TOML.
-fn top_keys(text: &str) -> toml::Table {
-    toml::from_str(text).unwrap_or_default()
-}
-
-/// Refuses a folder where a file of some kind is wanted.
-fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
-    match path.is_dir() {
-        true => Err(Error::input(path, "is a folder").wanted(format!("name {wanted} (.toml)"))),
-        false => Ok(()),
-    }
-}
-
-/// Reads TOML. The error shows the line; with it comes the message without the line, if the file is valid
-/// TOML.
-fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Option<String>)> {
-    let table: toml::Table = toml::from_str(text)
-        .map_err(|e| (Error::input(path, written::narrowed(slips::shown(&e).trim_end())), None))?;
-    // All is read from the table, here as where it is read in parts, so that the code for it is compiled once.
-    reader::read(table).map_err(|why| {
-        let shown = written::Written::new(text).shown(&why);
-        (Error::input(path, shown), Some(why.message))
-    })
 }
 
 /// A name as in tables: lower-case letters and digits, everything else replaced by single hyphens.

@@ -9,8 +9,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use super::value::Axis;
-use super::{FARTHEST_M, Place, slug};
+use super::slug;
+use crate::diagnostics::{FARTHEST_M, Place};
+use crate::keys::{Axis, MAX_NUMBERS, numbers};
 use crate::sensor::spread::WAYS;
 use crate::sensor::{Candidate, Setting, Spread, Stance};
 use perirobot_march::error::Issue;
@@ -18,11 +19,11 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::pose::{Frame, Pose, from_rpy};
 use perirobot_scene::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};
 
+pub(super) use file::PosesFile;
 use file::{PanTilt, PoseFile, RandomFile};
-pub(super) use file::{PosesFile, Quaternion};
 
 /// Most poses of a study, all its sensors together: about 1 GB. A larger number comes from a mistyped step.
-pub(super) const MAX_POSES: usize = 4_000_000;
+pub(super) const MAX_POSES: usize = MAX_NUMBERS;
 
 /// Numbers of a lattice that differ by less are the same.
 const SAME: f64 = 1e-9;
@@ -119,30 +120,6 @@ fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
         None => Err(at.says(format!("{key} is missing")).wanted("a lattice has x_m, y_m and z_m")),
         Some(axis) => numbers(at, key, axis),
     }
-}
-
-/// The numbers of a list, or of a row of steps: ⌊(stop − start)/step + 1e-9⌋ + 1 of them, stop included.
-pub(super) fn numbers(at: &Place, key: &str, axis: &Axis) -> Result<Vec<f64>> {
-    let values = match axis {
-        Axis::List(list) => list.clone(),
-        Axis::Steps { start, stop, step } => {
-            let (start, stop, step) = (*start, *stop, *step);
-            let steps = ((stop - start) / step + 1e-9).floor();
-            if !(step > 0.0 && step <= FARTHEST_M && steps >= 0.0 && steps < MAX_POSES as f64) {
-                let value = format!("{{ start = {start}, stop = {stop}, step = {step} }}");
-                let rule = "step must be above 0 (neither tiny nor huge) and stop not below start";
-                return Err(at.wrong(key, value, rule));
-            }
-            (0..=steps as usize).map(|i| start + i as f64 * step).collect()
-        }
-    };
-    if values.is_empty() {
-        return Err(at.wrong(key, "[]", "must be at least one number"));
-    }
-    if let Some(value) = values.iter().find(|v| !(-FARTHEST_M..=FARTHEST_M).contains(*v)) {
-        return Err(at.wrong(key, value, &format!("must be from -{FARTHEST_M} to {FARTHEST_M}")));
-    }
-    Ok(values)
 }
 
 /// The error for more poses than a study may have.

@@ -9,10 +9,10 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
-use super::poses::numbers;
 use super::scene_file::person::PersonKeys;
-use super::value::{Axis, Unit, UpFile, exactly};
-use super::{Place, slug};
+use super::slug;
+use crate::diagnostics::Place;
+use crate::keys::{Axis, Unit, UpFile, exactly, numbers};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_scene::pose::{Frame, Pose, from_rpy};
@@ -220,7 +220,7 @@ mod tests {
     use super::*;
 
     fn checked(text: &str) -> Result<Vec<Posture>, String> {
-        let at = Place { file: Path::new("in/study.toml"), prefix: String::new() };
+        let at = Place::new(Path::new("in/study.toml"));
         let file: PosturesFile = toml::from_str(text).unwrap();
         file.check(&at, 0.5).map_err(|e| e.to_string())
     }

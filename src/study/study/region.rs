@@ -5,11 +5,12 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 
+use super::Stopping;
 use super::approach::Machine;
 use super::region_file::{HumanBoxFile, RegionFile, SeparationFile, SweptFile};
 use super::scene_file::{mesh, unit_and_up_belong};
 use super::stopping::EXAMPLE;
-use super::{Place, Stopping, only_one};
+use crate::diagnostics::{Place, only_one};
 use perirobot_march::Result;
 use perirobot_scene::pose::{Frame, Pose, from_rpy};
 use perirobot_scene::scene::Role;
@@ -76,14 +77,10 @@ pub(super) fn check(
         }
         Ok(RegionShape::HalfSphere { center_m: at.vector("center_m", s.center_m)?, radius_m, normal })
     });
-    let cuboid = entry.r#box.as_ref().map(|b| {
-        let at = at.key("box");
-        let (min_m, max_m) = (at.vector("min_m", b.min_m)?, at.vector("max_m", b.max_m)?);
-        if !min_m.cmplt(max_m).all() {
-            return Err(at.wrong("max_m", format!("{:?}", b.max_m), "must be above min_m on every axis"));
-        }
-        Ok(RegionShape::Box { min_m, max_m })
-    });
+    let cuboid = entry
+        .r#box
+        .as_ref()
+        .map(|b| b.corners(&at.key("box")).map(|[min_m, max_m]| RegionShape::Box { min_m, max_m }));
     let human = entry.human_box.as_ref().map(|h| human_box(&at.key("human_box"), h));
     let reach = entry.robot_reach.as_ref().map(|r| {
         let rule = "a length in metres from 0 to 1000";
@@ -161,7 +158,7 @@ fn separation(
 }
 
 fn volume(at: &Place, path: &Path, entry: &RegionFile) -> Result<RegionSpec> {
-    let folder = at.file.parent().unwrap_or(Path::new(""));
+    let folder = at.folder();
     let rpy = at.vector("rpy_deg", entry.rpy_deg.unwrap_or_default())?.to_array().map(f64::to_radians);
     Ok(RegionSpec::Mesh {
         file: mesh(at, folder, path, entry.unit, entry.up)?,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::approach::Machine;
-use super::value::{Unit, UpFile, exactly, exactly_if_given};
+use crate::keys::{BoxFile, Unit, UpFile, exactly, exactly_if_given};
 
 /// A region in which voxels are counted: a name and one shape.
 #[derive(Deserialize)]
@@ -109,19 +109,6 @@ pub(super) struct SeparationFile {
 pub(super) enum SweptFile {
     Robot,
     Human,
-}
-
-/// A box along the axes of the world or of a sensor.
-#[derive(Clone, Copy, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub(super) struct BoxFile {
-    /// Lowest corner, [x, y, z] in metres.
-    #[serde(deserialize_with = "exactly")]
-    pub(super) min_m: [f64; 3],
-    /// Highest corner, [x, y, z] in metres.
-    #[serde(deserialize_with = "exactly")]
-    pub(super) max_m: [f64; 3],
 }
 
 /// The box around a person.

@@ -20,9 +20,8 @@ mod intrusion;
 use serde::Deserialize;
 
 use self::intrusion::{Intrusion, NORMAL_M, PARALLEL_M};
-use super::Place;
-use super::poses::numbers;
-use super::value::Axis;
+use crate::diagnostics::Place;
+use crate::keys::{Axis, numbers};
 use crate::sensor::Sensor;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::Place;
+use crate::diagnostics::Place;
 use perirobot_march::Result;
 use perirobot_scene::scene::spec::UrdfSpec;
 use perirobot_scene::scene::urdf::{Geometry, JointValues, is_xacro};

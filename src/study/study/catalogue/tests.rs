@@ -10,7 +10,7 @@ use perirobot_scene::source::Sources;
 const STUDY: &str = "study.toml";
 
 fn place() -> Place<'static> {
-    Place { file: Path::new(STUDY), prefix: String::new() }
+    Place::new(Path::new(STUDY))
 }
 
 fn resolved(keys: &str) -> Result<Table, String> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use crate::study::value::{Axis, exactly, exactly_if_given};
+use crate::keys::{Axis, Quaternion, exactly, exactly_if_given};
 use perirobot_scene::pose::Frame;
 
 /// Candidate poses: a lattice (x_m, y_m, z_m), a list, a table (csv), or random ones.
@@ -70,16 +70,6 @@ pub(crate) struct PoseFile {
     pub(crate) quaternion: Option<Quaternion>,
     /// What rpy_deg or quaternion turn. Default "link".
     pub(crate) frame: Option<Frame>,
-}
-
-/// A rotation; its length is 1.
-#[derive(Clone, Copy)]
-#[cfg_attr(test, derive(schemars::JsonSchema), schemars(deny_unknown_fields))]
-pub(crate) struct Quaternion {
-    pub(crate) w: f64,
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    pub(crate) z: f64,
 }
 
 /// Poses drawn from a box.

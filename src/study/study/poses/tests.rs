@@ -7,7 +7,7 @@ fn poses_of(stance: Stance, seed: u64, stream: u64, entry: &str) -> Result<Vec<C
 
 fn at_most(most: usize, stance: Stance, seed: u64, stream: u64, entry: &str) -> Result<Vec<Candidate>> {
     let entry: PosesFile = toml::from_str(entry).unwrap();
-    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let at = Place::new(Path::new("study.toml"));
     let mut candidates = Vec::new();
     let files = &Sources::beside(at.file);
     let source = PoseSource { sensor: "s", stance, seed, stream, most, files };
@@ -43,7 +43,7 @@ fn a_lattice_goes_x_outer_z_fastest_then_orientations() {
 
 #[test]
 fn a_lattice_has_its_stop() {
-    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let at = Place::new(Path::new("study.toml"));
     for (start, stop, step, count) in [
         (-2.2, 2.3, 0.5, 10),
         // 0.3 / 0.1 is 2.9999999999999996: still four points.

@@ -3,10 +3,11 @@
 use serde::Deserialize;
 
 use super::{ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Nearness, Requirement};
+use crate::diagnostics::{Place, Problems, only_one};
 use crate::study::approach::Approach;
 use crate::study::choose::AcrossName;
 use crate::study::stopping::EXAMPLE;
-use crate::study::{Place, Problems, RegionSpec, only_one, region};
+use crate::study::{RegionSpec, region};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::{Error, Result};

@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use serde::Deserialize;
 
+use crate::diagnostics::Place;
 use crate::sensor::Calibration;
-use crate::study::Place;
 use perirobot_march::Result;
 
 /// How many draws of mounts there may be.

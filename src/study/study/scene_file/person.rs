@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::study::Place;
-use crate::study::value::{Unit, UpFile};
+use crate::diagnostics::Place;
+use crate::keys::{Unit, UpFile};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_scene::scene::Up;

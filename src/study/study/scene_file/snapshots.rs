@@ -7,10 +7,9 @@ use serde::Deserialize;
 
 use super::person::PersonKeys;
 use super::rotation;
-use crate::study::Place;
-use crate::study::poses::{Quaternion, numbers};
+use crate::diagnostics::Place;
+use crate::keys::{Axis, NameOrNumber, Quaternion, exactly, numbers};
 use crate::study::urdf::joints;
-use crate::study::value::{Axis, NameOrNumber, exactly};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_scene::scene::gltf::WhichClip;

@@ -7,7 +7,7 @@ use crate::sensor::Scale;
 use perirobot_march::backend::Rays;
 
 fn read(keys: &str, noiseless: bool) -> Sensor {
-    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let at = Place::new(Path::new("study.toml"));
     let sources = Sources::beside(at.file);
     let context = Context {
         seed: 1,
@@ -125,7 +125,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
     let file = folder.path().join("study.toml");
     let table = "# a ring\nx, y, z\n2, 0, 0\n0,-0.5,0\n\n3,0,4\n";
     std::fs::write(folder.path().join("ring.csv"), table).unwrap();
-    let at = Place { file: &file, prefix: String::new() };
+    let at = Place::new(&file);
     let keys = "name = \"s\"\nkind = \"rays\"\ndirections = \"ring.csv\"\nrange_m = [0, 1]\n\
                 poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
     let sources = Sources::beside(&file);
@@ -148,7 +148,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
 
 #[test]
 fn poses_of_another_sensor_are_the_same_poses() {
-    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let at = Place::new(Path::new("study.toml"));
     let pose =
         "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0], tilt_deg = -30 }] }]";
     let first = read(&format!("name = \"first\"\n{RGBD}\n{pose}"), false);

@@ -13,7 +13,7 @@ fn checked_for(text: &str, sensors: &[Sensor]) -> Result<Stopping, String> {
 }
 
 fn checked_above(text: &str, sensors: &[Sensor], floor_m: f64) -> Result<Stopping, String> {
-    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let at = Place::new(Path::new("study.toml"));
     check(&at, toml::from_str(text).unwrap(), sensors, floor_m).map_err(|e| e.to_string())
 }
 
@@ -24,7 +24,7 @@ fn sensor(name: &str, keys: &str, heights_m: &str) -> Sensor {
 
 /// The same, that faces somewhere.
 fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
-    let at = Place { file: Path::new("study.toml"), prefix: String::new() };
+    let at = Place::new(Path::new("study.toml"));
     let poses =
         format!("poses = [{{ name = \"p\", x_m = 0, y_m = 0, z_m = {heights_m}, facing = {facing} }}]");
     let sources = Sources::beside(at.file);
