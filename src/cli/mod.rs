@@ -30,6 +30,7 @@ mod left_out;
 mod log;
 mod merge;
 mod mesa;
+mod onlooker;
 mod outcome;
 mod packages;
 mod progress;
