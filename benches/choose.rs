@@ -10,10 +10,10 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 
-use perirobot_cover::{Bound, FrontStep, SearchWatch};
-use perirobot_decide::choose::{CastingWatch, MEMORY_BYTES, answer, cast_evidence, problem_of};
+use perirobot_decide::choose::{MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::metrics::{Across, Score};
+use perirobot_march::progress::{Progress, SearchState};
 use perirobot_study::study::{Choose, Overrides, Study};
 use perirobot_study::world::World;
 
@@ -47,34 +47,25 @@ const MEASURED: &[(&str, usize, usize, bool, Questions)] = &[
     ("scene 1, robot, with noise", 1, 0, true, &[(Score::F1, Across::Pooled, 4)]),
 ];
 
-struct Alone;
-
-impl CastingWatch for Alone {
-    fn cast(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
-    }
-}
-
 /// Prints what is known of each size, and when the last of them was begun.
 struct Clock {
     question: String,
     begun: Mutex<Instant>,
 }
 
-impl SearchWatch for Clock {
-    fn stops(&self) -> bool {
-        self.begun.lock().expect("no thread panics here").elapsed().as_secs_f64() > LONGEST
+impl Progress for Clock {
+    fn stop_reason(&self) -> Option<String> {
+        let seconds = self.begun.lock().expect("no thread panics here").elapsed().as_secs_f64();
+        (seconds > LONGEST).then(|| "too long".into())
     }
 
-    fn knows(&self, step: &FrontStep, seconds: f64) {
-        let best = step.best.as_ref().map_or(f64::NAN, |best| best.worth.value());
-        let bound = match (&step.bound, step.bound.above(best)) {
-            (Bound::Proven, _) => "proven".into(),
-            (_, above) => above.map_or("no bound".into(), |above| format!("{above:.4}")),
+    fn show_search(&self, state: &SearchState) {
+        let SearchState { at_most: size, best, bound, seconds: Some(seconds), .. } = *state else { return };
+        let bound = match bound {
+            Some(_) if bound == best => "proven".into(),
+            bound => bound.map_or("no bound".into(), |bound| format!("{bound:.4}")),
         };
-        let (question, size) = (&self.question, step.limits.at_most);
+        let (question, best) = (&self.question, best.unwrap_or(f64::NAN));
         println!("| {question} | {size} | {best:.4} | {bound} | {seconds:.2} |");
         *self.begun.lock().expect("no thread panics here") = Instant::now();
     }
@@ -89,7 +80,7 @@ fn measure(
     let representations = vec![0; study.sensors.len()];
     let (begin, mut cpu) = (Instant::now(), Cpu::new(Some(2))?);
     let evidence =
-        cast_evidence(study, worlds, (region, &representations), MEMORY_BYTES, &mut cpu, &mut Alone)?;
+        cast_evidence(study, worlds, (region, &representations), MEMORY_BYTES, &mut cpu, &|| None)?;
     println!("\n{name}: {} poses cast in {:.1} s", evidence.count(), begin.elapsed().as_secs_f64());
     println!("\n| score | sensors | best | no set is above | s |\n|---|---:|---:|---:|---:|");
     for &(objective, over, at_most) in questions {

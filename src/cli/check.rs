@@ -9,6 +9,7 @@ use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Sensor;
 use perirobot_study::sensor::range::Along;
 use perirobot_study::study::Study;
+use perirobot_sweep::sweep::check::ONE_IN;
 use perirobot_sweep::sweep::sample::{self, Checker, EndCounts};
 
 use super::backend::BackendArgs;
@@ -77,7 +78,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             warnings += advise(&study, &ends, few(FEW_WARNINGS));
         }
         let mut cpu = (backend.name() == "gpu").then(|| args.backend.cpu_beside()).transpose()?;
-        let checker = cpu.as_mut().map(|cpu| Checker { backend: cpu, every: super::sweep::VERIFY });
+        let checker = cpu.as_mut().map(|cpu| Checker { backend: cpu, every: ONE_IN });
         let seconds = sample::seconds(&study, &worlds, backend.as_mut(), checker)?;
         super::print(&format!(
             "estimate: {} on {} ({}), by a few poses; scenes are ready by then\n",

@@ -4,25 +4,22 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use perirobot_cover::{CandidateEvidence, FrontStep, SearchWatch, SetLimits};
-use perirobot_decide::choose::{
-    self, Casting, CastingWatch, Chosen, Claims, FrontReport, Outcome, RefineWatch, Verified, VerifyWatch,
-    problem_of,
-};
-use perirobot_march::backend::Backend;
+use perirobot_cover::CandidateEvidence;
+use perirobot_decide::choose::{CastEvidence, Casting, Choosing, Ending, Found, MEMORY_BYTES, Verified};
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::metrics::Across;
 use perirobot_march::{Error, Result};
 use perirobot_page::report;
 use perirobot_study::study::{Choose, Study};
-use perirobot_sweep::results::manifest::Fault;
+use perirobot_sweep::sweep::check::ONE_IN;
 
 use super::backend::BackendArgs;
+use super::onlooker::{Onlooker, Shown};
 use super::outcome::print_verdicts;
-use super::progress::{self, ProgressArgs, above_bar};
+use super::progress::ProgressArgs;
 use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
-use super::sweep::{Onlooker, VERIFY, command};
+use super::sweep::command;
 use super::swept::{self, StudyPlace};
 
 /// Find the best set of sensors, and prove it
@@ -99,43 +96,24 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let packages = study.package_words();
     let (study, worlds) = study.load_unless(&|| stop.reason())?;
     let choose = asked(&study)?;
-    choose::examine(&study, choose, &worlds)?;
-    let folder = Chosen::folder(&out, &study)?;
-    let casting =
-        Casting::begin(&study, choose, &worlds, args.evidence_bytes(), Some((folder.path(), args.restart)))?;
+    let choosing = Choosing::new(&study, choose, &worlds, args.evidence_bytes())?;
+    let folder = choosing.open(&out)?;
+    let casting = choosing.begin_casting(Some(folder.path()), args.restart)?;
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let evidence = cast(args, choose, casting, &mut backends, stop)?;
-    let problem = problem_of(&study, choose, &worlds, &evidence);
-    let shown = SearchBar { progress: args.progress.search(), stop };
-    let answer = choose::answer(&problem, &shown)?;
-    let why = stop.reason().filter(|_| !answer.complete);
-    let mut told = FrontReport::new(&study, &worlds, &problem, &answer);
-    if let Some(why) = why.as_ref().filter(|_| told.steps.is_empty()) {
-        say!("{why}: no set was found yet, and nothing is written");
+    let evidence = cast(args, &choosing, casting, &mut backends, stop)?;
+    let onlooker = Onlooker::new(Shown::Search(args.progress.search()), Some(stop), false);
+    let found = choosing.search(&evidence, &mut backends, &onlooker)?;
+    onlooker.finish();
+    let Some(Found { outcome, ending }) = found else {
+        say!("{}: no set was found yet, and nothing is written", stop.reason().unwrap_or_default());
         return Ok(stopped());
-    }
-    evidence.was_read()?;
-    let (mut with_poses, mut unrefined, mut failed) = (None, None, None);
-    if choose.refine && why.is_none() {
-        let (asked, found) = ((&study, choose, &*worlds), (&problem, &answer, &told));
-        match choose::refine(asked, found, args.evidence_bytes(), &mut backends, &shown) {
-            Ok(refinement) => {
-                unrefined = stop.reason().filter(|_| !refinement.complete);
-                with_poses = refinement.with_poses;
-                told.refined = Some(refinement.told);
-                told.refining_stopped = !refinement.complete;
-            }
-            // The answer is written before it is told.
-            Err(error) => failed = Some(error),
-        }
-    }
-    drop(shown);
-    let outcome = Outcome::new((&study, choose, &worlds), told, with_poses);
+    };
     let progress = args.progress.start("sets", 0, outcome.total());
-    let mut watch = Onlooker { progress, stop: None, names_backend: false };
-    let results = outcome.write(folder, &mut backends, (VERIFY, prepare_s), &command(), &mut watch)?;
-    watch.progress.finish();
+    // What was found is written even if the search was stopped.
+    let onlooker = Onlooker::new(Shown::Job(progress), None, false);
+    let results = outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command(), &onlooker)?;
+    onlooker.finish();
     super::print(&report::terminal::choose::render(&outcome.chosen))?;
     if choose.over == Across::Mean && study.scenes.iter().any(|scene| scene.dwell_s.is_some()) {
         super::print(&format!("\n{}\n", report::PLAIN_MEANS))?;
@@ -143,20 +121,13 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     super::print("\n")?;
     print_verdicts(&study, &results, outcome.chosen.report.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;
-    if let Some(error) = failed {
-        return Err(error);
+    match ending {
+        Ending::Finished => return Ok(ExitCode::SUCCESS),
+        Ending::NotSearched(why) => say!("{why}: not all sets were searched"),
+        Ending::NotRefined(why) => say!("{why}: all sets were searched, and not all were refined"),
+        Ending::Failed(error) => return Err(error),
     }
-    match (why, unrefined) {
-        (Some(why), _) => {
-            say!("{why}: not all sets were searched");
-            Ok(stopped())
-        }
-        (None, Some(why)) => {
-            say!("{why}: all sets were searched, and not all were refined");
-            Ok(stopped())
-        }
-        (None, None) => Ok(ExitCode::SUCCESS),
-    }
+    Ok(stopped())
 }
 
 /// Checks the proof in a folder.
@@ -168,17 +139,15 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
             swept::study_of(folder, place, &Default::default())?
         }
     };
-    let choose = asked(&study)?;
-    choose::examine(&study, choose, &worlds)?;
-    let claims = Claims::read(folder, &study, choose, &worlds)?;
-    let casting = Casting::begin(&study, choose, &worlds, args.evidence_bytes(), None)?;
+    let choosing = Choosing::new(&study, asked(&study)?, &worlds, args.evidence_bytes())?;
+    let claims = choosing.read_claims(folder)?;
+    let casting = choosing.begin_casting(None, false)?;
     let mut backends = args.backend.backends()?;
-    let evidence = cast(args, choose, casting, &mut backends, stop)?;
-    let shown = SearchBar { progress: args.progress.search(), stop };
-    let backends: (&mut dyn BackendFactory, u64) = (&mut backends, args.evidence_bytes());
+    let evidence = cast(args, &choosing, casting, &mut backends, stop)?;
+    let onlooker = Onlooker::new(Shown::Search(args.progress.search()), Some(stop), false);
     let Verified { sets, proven, bounded, open, stopped, refining_stopped } =
-        choose::verify(&claims, (&study, choose, &worlds), &evidence, backends, (stop, &shown))?;
-    drop(shown);
+        choosing.verify(&claims, &evidence, &mut backends, &onlooker)?;
+    onlooker.finish();
     let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
     let mut open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
     if stopped {
@@ -196,8 +165,8 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
 /// What every candidate says: what is there already, and the rest cast.
 fn cast(
     args: &Args,
-    choose: &Choose,
-    mut casting: Casting,
+    choosing: &Choosing,
+    casting: Casting,
     backends: &mut dyn BackendFactory,
     stop: &StopAt,
 ) -> Result<CandidateEvidence> {
@@ -213,21 +182,22 @@ fn cast(
             done => say!("evidence of {done} of {total} scene-poses found in {path}"),
         }
     }
-    if left > 0 {
-        let mut bar = Bar { progress: args.progress.start("poses", total - left, total), stop };
-        casting.run_on(backends, &mut bar)?;
-        bar.progress.finish();
-    }
-    if let Some(path) = casting.path().filter(|_| casting.is_filed()) {
+    let shown = match left {
+        0 => Shown::Nothing,
+        _ => Shown::Job(args.progress.start("poses", total - left, total)),
+    };
+    let onlooker = Onlooker::new(shown, Some(stop), true);
+    let CastEvidence { evidence, file, checked } = choosing.cast(casting, backends, ONE_IN, &onlooker)?;
+    onlooker.finish();
+    if let Some(path) = file {
         say!(
             "evidence may take more than --memory and is read from {}: sets come from adding and swapping single \
              sensors, with a bound by cuts",
             path.display()
         );
     }
-    let (evidence, counted) = casting.checked(choose, backends, VERIFY)?;
-    if let Some(counted) = counted {
-        say!("{counted} poses counted again on the CPU: no difference");
+    if let Some(checked) = checked {
+        say!("{checked} poses counted again on the CPU: no difference");
     }
     Ok(evidence)
 }
@@ -235,7 +205,7 @@ fn cast(
 impl Args {
     /// How many bytes of evidence may be held.
     fn evidence_bytes(&self) -> u64 {
-        self.backend.memory().unwrap_or(choose::MEMORY_BYTES)
+        self.backend.memory().unwrap_or(MEMORY_BYTES)
     }
 }
 
@@ -245,60 +215,4 @@ fn asked(study: &Study) -> Result<&Choose> {
         let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
         Error::input(&study.path, "no [choose]").wanted(format!("say what is looked for, as in {example}"))
     })
-}
-
-/// Shows how far the casting is, and knows when to stop.
-struct Bar<'a> {
-    progress: progress::Progress,
-    stop: &'a StopAt,
-}
-
-impl CastingWatch for Bar<'_> {
-    fn cast(&mut self, more: u64) {
-        self.progress.inc(more);
-    }
-
-    fn stop(&mut self) -> Option<String> {
-        self.stop.reason()
-    }
-
-    fn runs_on(&mut self, backend: &dyn Backend) {
-        above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
-    }
-
-    fn failed(&mut self, Fault { what, instead, .. }: &Fault) {
-        above_bar(|| say!("warning: {what}; what was left was done by {instead}"));
-    }
-}
-
-impl VerifyWatch for StopAt {
-    fn stop(&self) -> Option<String> {
-        self.reason()
-    }
-}
-
-/// Shows what a search has found, and knows when to stop.
-struct SearchBar<'a> {
-    progress: progress::SearchProgress,
-    stop: &'a StopAt,
-}
-
-impl SearchWatch for SearchBar<'_> {
-    fn stops(&self) -> bool {
-        self.stop.reason().is_some()
-    }
-
-    fn finds(&self, limits: &SetLimits, best: Option<f64>) {
-        self.progress.show(limits, [best, None]);
-    }
-
-    fn knows(&self, step: &FrontStep, _: f64) {
-        self.progress.show(&step.limits, step.known());
-    }
-}
-
-impl RefineWatch for SearchBar<'_> {
-    fn failed(&self, Fault { what, instead, .. }: &Fault) {
-        above_bar(|| say!("warning: {what}; what was left was done by {instead}"));
-    }
 }

@@ -8,19 +8,17 @@ use perirobot_decide::judge::{
     junit_xml, leaders, requires_something,
 };
 use perirobot_march::Result;
-use perirobot_march::backend::Backend;
 use perirobot_page::report::terminal;
 use perirobot_scene::shell;
 use perirobot_study::study::Study;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 use perirobot_sweep::results::files::write_whole;
-use perirobot_sweep::results::manifest::Fault;
-use perirobot_sweep::sweep::Watch;
 
 use super::backend::BackendArgs;
 use super::choice::SetArgs;
-use super::progress::{Progress, ProgressArgs, above_bar};
+use super::onlooker::{Onlooker, Shown};
+use super::progress::ProgressArgs;
 use super::stop::StopAt;
 use super::swept::SweptArgs;
 
@@ -100,9 +98,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::warn(cut_off, super::MOST_WARNINGS);
     forget(folder, args.junit.as_deref())?;
     let total = judging.total();
-    let progress = (total > 0).then(|| args.progress.start("cases", 0, total));
-    let judged =
-        judging.judged(&|| args.backend.backends(), &mut CaseWatch { progress, stop, told: false })?;
+    let shown = if total > 0 { Shown::Job(args.progress.start("cases", 0, total)) } else { Shown::Nothing };
+    let onlooker = Onlooker::new(shown, Some(&stop), true);
+    let judged = judging.judged(&|| args.backend.backends(), &onlooker)?;
+    onlooker.finish();
     judged.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     judging.write(folder, &judged)?;
     let sets = &judged.sets;
@@ -215,32 +214,5 @@ impl Args {
             words.extend(["--out".into(), "worst.png".into()]);
         }
         Some(shell::command(&words))
-    }
-}
-
-/// Shows how far it is, says once on what it runs, and knows when to stop.
-struct CaseWatch {
-    progress: Option<Progress>,
-    stop: StopAt,
-    told: bool,
-}
-
-impl Watch for CaseWatch {
-    fn runs_on(&mut self, backend: &dyn Backend) {
-        if !std::mem::replace(&mut self.told, true) {
-            above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
-        }
-    }
-
-    fn finished(&mut self, cases: u64) {
-        self.progress.iter_mut().for_each(|progress| progress.inc(cases));
-    }
-
-    fn failed(&mut self, Fault { what, instead, .. }: &Fault) {
-        above_bar(|| say!("warning: {what}; the next cases were counted by {instead}"));
-    }
-
-    fn stop(&mut self) -> Option<String> {
-        self.stop.reason()
     }
 }

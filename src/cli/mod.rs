@@ -29,7 +29,7 @@ mod judge;
 mod left_out;
 mod log;
 mod merge;
-mod mesa;
+mod onlooker;
 mod outcome;
 mod packages;
 mod progress;
@@ -183,7 +183,6 @@ pub fn run(words: Vec<OsString>) -> ExitCode {
 const BUG: u8 = 70;
 
 fn run_command() -> Result<ExitCode> {
-    mesa::keep_quiet();
     let Cli { command, verbose } = parse();
     log::start(verbose);
     match command {

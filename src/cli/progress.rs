@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use perirobot_cover::SetLimits;
 use perirobot_decide::choose::progress_of;
+use perirobot_march::progress::SearchState;
 use perirobot_study::sensor::Cost;
 use serde::Serialize;
 
@@ -46,7 +46,7 @@ pub(super) fn above_bar<T>(write: impl FnOnce() -> T) -> T {
 impl ProgressArgs {
     /// Begins to show `done` of `of` things (named in the plural). Those done already do not count for the
     /// rate.
-    pub(super) fn start(&self, what: &'static str, done: u64, of: u64) -> Progress {
+    pub(super) fn start(&self, what: &'static str, done: u64, of: u64) -> JobProgress {
         let (mut bar, mut lines) = (None, None);
         match self.progress {
             How::Bar => bar = Some(new_bar(what, done, of)),
@@ -56,7 +56,7 @@ impl ProgressArgs {
         if let Some(lines) = &lines {
             say!("{}", lines.line("start", Duration::ZERO));
         }
-        Progress { bar, lines, begin: Instant::now() }
+        JobProgress { what, bar, lines, begin: Instant::now() }
     }
 
     /// Begins to show a search.
@@ -72,7 +72,7 @@ impl ProgressArgs {
     }
 }
 
-/// A search on its way, of which nobody knows how long it takes. When it is dropped, what is shown goes.
+/// Spinner for a search of unknown length; cleared on drop.
 pub(super) struct SearchProgress {
     spinner: Option<ProgressBar>,
     lines: bool,
@@ -94,14 +94,14 @@ struct SearchLine {
 
 impl SearchProgress {
     /// Shows what is searched, the best score so far, and what no set is above, if that is known.
-    pub(super) fn show(&self, limits: &SetLimits, [best, above]: [Option<f64>; 2]) {
+    pub(super) fn show(&self, state: &SearchState) {
         if let Some(spinner) = &self.spinner {
-            spinner.set_message(progress_of(limits, [best, above]));
+            spinner.set_message(progress_of(state));
         }
         if self.lines {
-            let (at_most, budget) = (limits.at_most, limits.budget.map(Cost::from_thousandths));
+            let SearchState { at_most, budget, best, bound: above, .. } = *state;
             let elapsed_s = (1e3 * self.begin.elapsed().as_secs_f64()).round() / 1e3;
-            let budget = budget.map(Cost::amount);
+            let budget = budget.map(|budget| Cost::from_thousandths(budget).amount());
             let line = SearchLine { event: "search", at_most, budget, best, above, elapsed_s };
             say!("{}", serde_json::to_string(&line).expect("numbers make a line"));
         }
@@ -125,13 +125,15 @@ fn new_bar(what: &str, done: u64, of: u64) -> ProgressBar {
 }
 
 /// A long job under way. When it is finished or dropped, the bar is removed.
-pub(super) struct Progress {
+pub(super) struct JobProgress {
+    /// The things that are done, in the plural.
+    pub(super) what: &'static str,
     bar: Option<ProgressBar>,
     lines: Option<Lines>,
     begin: Instant,
 }
 
-impl Progress {
+impl JobProgress {
     /// This many more are done.
     pub(super) fn inc(&mut self, more: u64) {
         if let Some(bar) = &self.bar {
@@ -149,7 +151,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for JobProgress {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

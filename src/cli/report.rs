@@ -12,7 +12,7 @@ use perirobot_sweep::results::files::{WholeFile, cannot_write};
 use perirobot_sweep::results::manifest::Manifest;
 
 use super::backend::BackendArgs;
-use super::progress::{Progress, ProgressArgs};
+use super::progress::{JobProgress, ProgressArgs};
 use super::swept::SweptArgs;
 
 /// Write the results of a sweep as one HTML page
@@ -74,7 +74,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         chosen: chosen.as_ref(),
         words: &words,
     };
-    let mut progress: Option<(Progress, usize)> = None;
+    let mut progress: Option<(JobProgress, usize)> = None;
     let html = page::html(&sweep, args.best, &mut *backend, &mut |done, of| {
         let (progress, before) =
             progress.get_or_insert_with(|| (args.progress.start("views", 0, of as u64), 0));

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use perirobot_decide::choose::as_swept;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
@@ -72,13 +73,10 @@ impl StudyArgs {
         self.load_unless(&|| None)
     }
 
-    /// The same; `stop` may give a reason to stop.
-    pub(super) fn load_unless(
-        &self,
-        stop: &(dyn Fn() -> Option<String> + Sync),
-    ) -> Result<(Study, Vec<World>)> {
+    /// The same, which may be stopped.
+    pub(super) fn load_unless(&self, progress: &dyn Progress) -> Result<(Study, Vec<World>)> {
         let study = self.read()?;
-        let worlds = World::prepare_all_unless(&study, stop)?;
+        let worlds = World::prepare_all_unless(&study, progress)?;
         super::warn(
             worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice())),
             super::MOST_WARNINGS,

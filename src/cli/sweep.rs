@@ -5,23 +5,19 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use perirobot_march::Result;
-use perirobot_march::backend::Backend;
 use perirobot_scene::shell;
 use perirobot_sweep::results::journal::Shard;
-use perirobot_sweep::results::manifest::Fault;
 use perirobot_sweep::results::{Results, Subject};
-use perirobot_sweep::sweep::Watch;
+use perirobot_sweep::sweep::check::ONE_IN;
 use perirobot_sweep::sweep::session::{Ending, RunReport, Session, folder_of};
 
 use super::backend::BackendArgs;
+use super::onlooker::{Onlooker, Shown};
 use super::outcome::{OutcomeArgs, print_best, print_verdicts};
-use super::progress::{Progress, ProgressArgs, above_bar};
+use super::progress::ProgressArgs;
 use super::shard::ShardArg;
 use super::stop::{StopAt, stopped};
 use super::study::StudyArgs;
-
-/// One choice in so many that a GPU counts is counted again, unless the user says otherwise.
-pub(super) const VERIFY: u64 = 500;
 
 /// Score every candidate pose of a study
 ///
@@ -53,7 +49,7 @@ pub(super) struct Args {
     shard: Option<ShardArg>,
     /// On a GPU, count the first poses and then one in so many again on the CPU; a difference stops the run.
     /// 0 for none
-    #[arg(long, value_name = "N", default_value_t = VERIFY, help_heading = "Backend")]
+    #[arg(long, value_name = "N", default_value_t = ONE_IN, help_heading = "Backend")]
     verify: u64,
     #[command(flatten)]
     outcome: OutcomeArgs,
@@ -104,13 +100,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say!("{done} of {total} scene-poses are finished already");
     }
     let progress = args.progress.start("poses", done, total);
-    let mut watch = Onlooker { progress, stop: Some(stop), names_backend: true };
+    let onlooker = Onlooker::new(Shown::Job(progress), Some(&stop), true);
     let mut report = None;
     if done < total || session.is_unchecked() {
         let prepare_s = begin.elapsed().as_secs_f64();
-        let done = session.run(&mut backends, args.verify, prepare_s, &mut watch)?;
+        let done = session.run(&mut backends, args.verify, prepare_s, &onlooker)?;
         if let Ending::Stopped(why) = &done.ending {
-            watch.progress.finish();
+            onlooker.finish();
             tell(&done, args.timings)?;
             let (left, command) = (total - session.done(), shell::command(&command()));
             say!("{why}: {left} of {total} scene-poses are left; to go on: {command}");
@@ -122,7 +118,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let Some(results) = &results {
         args.outcome.write(results, &folder)?;
     }
-    watch.progress.finish();
+    onlooker.finish();
     if let Some(report) = &report {
         tell(report, args.timings)?;
     }
@@ -145,34 +141,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 /// The message of a run that was stopped while its scenes were made ready.
 fn not_begun(why: &str) -> String {
     format!("{why} while scenes were made ready; to go on: {}", shell::command(&command()))
-}
-
-/// Shows how far it is, and knows when to stop, if it may be stopped.
-pub(super) struct Onlooker {
-    pub(super) progress: Progress,
-    pub(super) stop: Option<StopAt>,
-    /// Whether it says what runs.
-    pub(super) names_backend: bool,
-}
-
-impl Watch for Onlooker {
-    fn runs_on(&mut self, backend: &dyn Backend) {
-        if self.names_backend {
-            above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
-        }
-    }
-
-    fn finished(&mut self, choices: u64) {
-        self.progress.inc(choices);
-    }
-
-    fn failed(&mut self, Fault { what, scene, instead }: &Fault) {
-        above_bar(|| say!("warning: scene {scene}: {what}; the next poses were done by {instead}"));
-    }
-
-    fn stop(&mut self) -> Option<String> {
-        self.stop.as_ref()?.reason()
-    }
 }
 
 /// The command as typed, word by word, without arguments that would begin the sweep anew or stop it again.

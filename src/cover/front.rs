@@ -2,9 +2,10 @@
 
 use super::pairs::PairCounts;
 use super::problem::{Found, Problem, SetLimits};
-use super::step::{Bound, FrontStep, KnownSets, SearchWatch, StepSearch, best_within, overlaps};
+use super::step::{Bound, FrontStep, KnownSets, StepSearch, best_within, overlaps};
 use super::worth::Worth;
 use perirobot_march::Error;
+use perirobot_march::progress::Progress;
 
 /// The answer to a study's question.
 #[derive(Clone, Debug, Default)]
@@ -43,17 +44,17 @@ pub enum NoAnswer {
 ///
 /// # Errors
 /// When no set meets the requirements; when evidence in a file cannot be read.
-pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer, NoAnswer> {
-    let stop = || watch.stops();
+pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<Answer, NoAnswer> {
+    let stop = || progress.stops();
     let kept = overlaps(problem);
     let mut known = KnownSets::new();
     let mut steps: Vec<StepSearch> = Vec::new();
     for size in problem.always.len().max(1)..=problem.limits.at_most {
         let limits = SetLimits { at_most: size, ..problem.limits };
-        let of_size = descend(Vec::new(), problem, limits, kept.as_ref(), &mut known, watch);
+        let of_size = descend(Vec::new(), problem, limits, kept.as_ref(), &mut known, progress);
         let is_last = size == problem.limits.at_most;
         if is_last && !stop() && of_size.first().is_none_or(|first| first.step.best.is_none()) {
-            return Err(no_set(problem, watch));
+            return Err(no_set(problem, progress));
         }
         steps.extend(of_size);
         if stop() {
@@ -71,7 +72,7 @@ pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer, NoAn
                 let after = steps[at + 1..].iter().position(|s| s.step.limits.at_most != limits.at_most);
                 let end = after.map_or(steps.len(), |after| at + 1 + after);
                 let own = steps.drain(at..end).next().into_iter().collect();
-                let anew = descend(own, problem, limits, kept.as_ref(), &mut known, watch);
+                let anew = descend(own, problem, limits, kept.as_ref(), &mut known, progress);
                 steps.splice(at..at, anew);
             }
         }
@@ -94,13 +95,13 @@ fn descend<'a>(
     mut limits: SetLimits,
     kept: Option<&'a PairCounts>,
     known: &mut KnownSets,
-    watch: &'a dyn SearchWatch,
+    progress: &'a dyn Progress,
 ) -> Vec<StepSearch<'a>> {
     loop {
         if let Some(best) = steps.last().map(|last| &last.step.best) {
             // A cheaper set of the same worth would have been taken, so all cheaper ones are worth less.
             let cost = best.as_ref().map(|best| problem.cost_of(&best.set));
-            match cost.filter(|&cost| cost > 0 && !watch.stops()) {
+            match cost.filter(|&cost| cost > 0 && !progress.stops()) {
                 Some(cost) => limits.budget = Some(problem.below(cost)),
                 None => return steps,
             }
@@ -112,8 +113,8 @@ fn descend<'a>(
         if !steps.is_empty() && problem.most_affordable(limits) < limits.at_most {
             return steps;
         }
-        let mut next = StepSearch::begun(problem, limits, kept, known, watch);
-        if next.step.best.is_none() && next.is_open() && !watch.stops() {
+        let mut next = StepSearch::begun(problem, limits, kept, known, progress);
+        if next.step.best.is_none() && next.is_open() && !progress.stops() {
             next.end(known);
         }
         if !steps.last_mut().is_some_and(|last| merge(last, &mut next)) {
@@ -134,13 +135,13 @@ fn merge(dearer: &mut StepSearch, cheaper: &mut StepSearch) -> bool {
 }
 
 /// Why there is no set: the first requirement that none can meet, with the best that can be had.
-fn no_set(problem: &Problem, watch: &dyn SearchWatch) -> NoAnswer {
+fn no_set(problem: &Problem, progress: &dyn Progress) -> NoAnswer {
     for (number, &(score, over, least)) in problem.require.iter().enumerate() {
         let alone = problem.asking(score, over);
         let (kept, mut known) = (overlaps(&alone), KnownSets::new());
         let FrontStep { best, bound, .. } =
-            best_within(&alone, problem.limits, kept.as_ref(), &mut known, watch);
-        if watch.stops() {
+            best_within(&alone, problem.limits, kept.as_ref(), &mut known, progress);
+        if progress.stops() {
             return NoAnswer::Stopped;
         }
         if !best.as_ref().is_some_and(|best| best.worth.reaches(least)) {

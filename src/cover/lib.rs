@@ -40,7 +40,7 @@ pub use gap::Gap;
 pub use odds::Odds;
 pub use pairs::PairCounts;
 pub use problem::{Found, Joint, Merit, Problem, SetLimits};
-pub use step::{Bound, FrontStep, KnownSets, SearchWatch, best_within, overlaps, polished};
+pub use step::{Bound, FrontStep, KnownSets, best_within, overlaps, polished};
 pub use worth::{MOST_VOXELS, Ratio, Worth};
 
 #[cfg(test)]

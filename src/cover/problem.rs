@@ -5,6 +5,7 @@ use super::layout::Wanted;
 use super::odds::Odds;
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::{Across, Confusion, Score};
+use perirobot_march::progress::SearchState;
 
 /// What is searched: allowed sets of candidates, by their numbers in the evidence.
 #[derive(Clone, Debug)]
@@ -59,6 +60,12 @@ impl SetLimits {
     /// Whether a set may cost so much.
     pub fn afford(&self, cost: u64) -> bool {
         self.budget.is_none_or(|budget| cost <= budget)
+    }
+
+    /// What a search within these limits reports of the best set that it found.
+    pub fn state(&self, best: Option<f64>) -> SearchState {
+        let SetLimits { at_most, budget } = *self;
+        SearchState { at_most, budget, best, bound: None, seconds: None }
     }
 }
 

@@ -14,6 +14,7 @@ use super::question::question;
 use super::search::{Ahead, Shortcuts, complete, search};
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::Across;
+use perirobot_march::progress::{Progress, SearchState};
 
 /// What is known of all sets within some limits.
 #[derive(Clone, Debug)]
@@ -27,10 +28,11 @@ pub struct FrontStep {
 }
 
 impl FrontStep {
-    /// The worth of the best set that was found, and what no set is above, as far as that is known.
-    pub fn known(&self) -> [Option<f64>; 2] {
+    /// What is known after this many seconds of search.
+    fn state(&self, seconds: f64) -> SearchState {
         let best = self.best.as_ref().map(|best| best.worth.value());
-        [best, best.and_then(|best| self.bound.above(best))]
+        let bound = best.and_then(|best| self.bound.above(best));
+        SearchState { bound, seconds: Some(seconds), ..self.limits.state(best) }
     }
 }
 
@@ -60,25 +62,6 @@ impl Bound {
     }
 }
 
-/// Is told how a search proceeds, and may stop it.
-pub trait SearchWatch: Sync {
-    /// Whether the search is to end.
-    fn stops(&self) -> bool;
-
-    /// The best worth found so far within some limits.
-    fn finds(&self, _: &SetLimits, _: Option<f64>) {}
-
-    /// What is known within some limits after so many seconds of search for them.
-    fn knows(&self, _: &FrontStep, _: f64) {}
-}
-
-/// Only stops a search; progress is ignored.
-impl<F: Fn() -> bool + Sync> SearchWatch for F {
-    fn stops(&self) -> bool {
-        self()
-    }
-}
-
 /// Every set that was judged, with its worth.
 pub type KnownSets = BTreeMap<Vec<usize>, Worth>;
 
@@ -104,7 +87,7 @@ pub fn overlaps(problem: &Problem) -> Option<PairCounts> {
 pub(super) struct StepSearch<'a> {
     problem: &'a Problem<'a>,
     kept: Option<&'a PairCounts>,
-    watch: &'a dyn SearchWatch,
+    progress: &'a dyn Progress,
     cuts: Option<WeighedCuts>,
     ahead: Ahead,
     seconds: f64,
@@ -119,10 +102,10 @@ impl<'a> StepSearch<'a> {
         limits: SetLimits,
         kept: Option<&'a PairCounts>,
         known: &mut KnownSets,
-        watch: &'a dyn SearchWatch,
+        progress: &'a dyn Progress,
     ) -> Self {
-        let (begin, stop) = (Instant::now(), &|| watch.stops());
-        watch.finds(&limits, None);
+        let (begin, stop) = (Instant::now(), &|| progress.stops());
+        progress.show_search(&limits.state(None));
         let mut ends = climbs(problem, limits, stop);
         ends.truncate(POLISHED);
         for found in ends {
@@ -134,7 +117,7 @@ impl<'a> StepSearch<'a> {
         }
         let step = FrontStep { limits, best: best_known(problem, limits, known), bound: Bound::Unknown };
         let (cuts, ahead) = (None, Ahead::default());
-        let mut search = StepSearch { problem, kept, watch, cuts, ahead, seconds: 0.0, step };
+        let mut search = StepSearch { problem, kept, progress, cuts, ahead, seconds: 0.0, step };
         search.tell("is to be beaten", begin.elapsed());
         if search.is_plainly_best() {
             search.step.bound = Bound::Proven;
@@ -142,19 +125,19 @@ impl<'a> StepSearch<'a> {
         // A long search may be stopped by the user, so a bound is computed before it goes on.
         let is_proven =
             search.step.bound == Bound::Proven || search.is_open() && search.go_on(known, Some(SHORT));
-        if !is_proven && !watch.stops() {
+        if !is_proven && !progress.stops() {
             search.bound_by_cuts();
         }
         search.seconds += begin.elapsed().as_secs_f64();
-        watch.knows(&search.step, search.seconds);
+        progress.show_search(&search.step.state(search.seconds));
         search
     }
 
     /// Whether no set can be better: none has a higher score, or climbing tried each single sensor.
     fn is_plainly_best(&self) -> bool {
-        let StepSearch { problem, step, watch, .. } = self;
+        let StepSearch { problem, step, progress, .. } = self;
         let is_single = step.limits.at_most <= problem.always.len() + 1;
-        let is_tried = is_single && problem.evidence.is_filed() && !problem.adds_up() && !watch.stops();
+        let is_tried = is_single && problem.evidence.is_filed() && !problem.adds_up() && !progress.stops();
         step.best.as_ref().is_some_and(|best| is_tried || best.worth.is_full())
     }
 
@@ -162,13 +145,13 @@ impl<'a> StepSearch<'a> {
     pub(super) fn end(&mut self, known: &mut KnownSets) {
         let begin = Instant::now();
         self.refresh(known);
-        self.watch.finds(&self.step.limits, self.worth().map(|worth| worth.value()));
+        self.progress.show_search(&self.step.limits.state(self.worth().map(|worth| worth.value())));
         if self.come_near(known) {
-            self.watch.knows(&self.step, self.seconds + begin.elapsed().as_secs_f64());
+            self.progress.show_search(&self.step.state(self.seconds + begin.elapsed().as_secs_f64()));
         }
         self.go_on(known, None);
         self.seconds += begin.elapsed().as_secs_f64();
-        self.watch.knows(&self.step, self.seconds);
+        self.progress.show_search(&self.step.state(self.seconds));
     }
 
     /// What the best set is worth.
@@ -196,13 +179,13 @@ impl<'a> StepSearch<'a> {
     /// Branch and bound, for a while; whether it is completed.
     fn go_on(&mut self, known: &mut KnownSets, longest: Option<Duration>) -> bool {
         let (begin, limits) = (Instant::now(), self.step.limits);
-        let StepSearch { problem, kept, watch, cuts, ahead, step, .. } = self;
-        let pause = || watch.stops() || longest.is_some_and(|longest| begin.elapsed() > longest);
+        let StepSearch { problem, kept, progress, cuts, ahead, step, .. } = self;
+        let pause = || progress.stops() || longest.is_some_and(|longest| begin.elapsed() > longest);
         let mut improve = |found: Found| {
             known.insert(found.set.clone(), found.worth);
-            let further = polished(problem, limits, *kept, found, &|| watch.stops());
+            let further = polished(problem, limits, *kept, found, &|| progress.stops());
             known.insert(further.set.clone(), further.worth);
-            watch.finds(&limits, Some(further.worth.value()));
+            progress.show_search(&limits.state(Some(further.worth.value())));
             further
         };
         let is_mean = problem.goal.1 == Across::Mean;
@@ -237,7 +220,7 @@ impl<'a> StepSearch<'a> {
     /// at all. Whether that was shown.
     fn come_near(&mut self, known: &mut KnownSets) -> bool {
         let begin = Instant::now();
-        let StepSearch { problem, kept, watch, cuts, step, .. } = self;
+        let StepSearch { problem, kept, progress, cuts, step, .. } = self;
         let (Some(best), Bound::AtMost(_)) = (&step.best, &step.bound) else { return false };
         let Worth::Exact(worth) = best.worth else { return false };
         let above = (worth.numerator * MILLION).div_euclid(worth.denominator) + NEARLY;
@@ -247,7 +230,7 @@ impl<'a> StepSearch<'a> {
             return false;
         }
         let by = Shortcuts { overlaps: *kept, cuts: cuts.as_ref() };
-        let (found, is_searched) = above_all(problem, step.limits, above, by, &|| watch.stops());
+        let (found, is_searched) = above_all(problem, step.limits, above, by, &|| progress.stops());
         if let Some(found) = &found {
             known.insert(found.set.clone(), found.worth);
             step.best = Some(found.clone());
@@ -261,7 +244,7 @@ impl<'a> StepSearch<'a> {
     }
 
     fn bound_by_cuts(&mut self) {
-        let (begin, stop) = (Instant::now(), &|| self.watch.stops());
+        let (begin, stop) = (Instant::now(), &|| self.progress.stops());
         let Some(best) = &self.step.best else { return };
         let (problem, limits) = (self.problem, self.step.limits);
         let found = match problem.goal.1 {
@@ -280,7 +263,7 @@ impl<'a> StepSearch<'a> {
     fn tell(&self, what: &str, time: Duration) {
         let (most, seconds) = (self.step.limits.at_most, time.as_secs_f64());
         let worth = self.step.best.as_ref().map(|best| best.worth.value());
-        self.watch.finds(&self.step.limits, worth);
+        self.progress.show_search(&self.step.limits.state(worth));
         let worth = worth.unwrap_or(f64::NAN);
         log::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
     }
@@ -331,9 +314,9 @@ pub fn best_within(
     limits: SetLimits,
     kept: Option<&PairCounts>,
     known: &mut KnownSets,
-    watch: &dyn SearchWatch,
+    progress: &dyn Progress,
 ) -> FrontStep {
-    let mut search = StepSearch::begun(problem, limits, kept, known, watch);
+    let mut search = StepSearch::begun(problem, limits, kept, known, progress);
     if search.is_open() {
         search.end(known);
     }

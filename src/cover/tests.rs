@@ -171,7 +171,7 @@ fn the_answer_is_that_of_trying_every_set() {
         let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
         let problem = problem(&mut random, &evidence, over);
         let expected = by_trying(&problem, problem.limits);
-        let found = match answer(&problem, &|| false) {
+        let found = match answer(&problem, &|| None) {
             Err(error) => {
                 assert_eq!(expected, None, "case {case}: {error:?}: {problem:?}");
                 none += 1;
@@ -461,7 +461,7 @@ fn the_best_mean_is_that_of_trying_every_set() {
         let evidence = evidence(&mut random, candidates, case % 2 == 1, 1);
         let problem = problem(&mut random, &evidence, Across::Mean);
         let expected = by_trying(&problem, problem.limits);
-        let Ok(found) = answer(&problem, &|| false) else {
+        let Ok(found) = answer(&problem, &|| None) else {
             assert_eq!(expected, None, "case {case}: {problem:?}");
             continue;
         };
@@ -498,7 +498,7 @@ fn no_set_is_above_the_bound_of_a_mean() {
         let evidence = evidence(&mut random, 9, case % 2 == 1, 2);
         let problem = problem(&mut random, &evidence, Across::Mean);
         let problem = Problem { require: Vec::new(), ..problem };
-        let answer = answer(&problem, &|| false);
+        let answer = answer(&problem, &|| None);
         let Some(step) = answer.ok().and_then(|answer| answer.steps.into_iter().next_back()) else {
             continue;
         };

@@ -14,6 +14,7 @@ pub mod backend;
 pub mod error;
 pub mod march;
 pub mod metrics;
+pub mod progress;
 pub mod voxel;
 
 #[doc = include_str!("SEMANTICS.md")]

@@ -3,22 +3,16 @@
 use std::path::Path;
 use std::time::Instant;
 
-use perirobot_cover::CandidateEvidence;
-use perirobot_decide::choose::{
-    Casting, Chosen, Claims, FrontReport, MEMORY_BYTES, Outcome, Verified, VerifyWatch, answer, examine,
-    problem_of, refine, verify,
-};
-use perirobot_march::backend::factory::BackendFactory;
+use perirobot_decide::choose::{Choosing, Ending, Found, MEMORY_BYTES, Verified};
 use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
+use perirobot_sweep::sweep::check::ONE_IN;
 
 use crate::backends::{BackendWords, opened};
 use crate::watch::Listener;
-
-/// One in so many choices of poses that a GPU casts is cast again on the CPU.
-const CHECKED: u64 = 500;
 
 /// Finds the best sets, and writes what `perirobot choose` writes: the answer, and a sweep of its sets.
 pub(crate) fn search(
@@ -28,27 +22,25 @@ pub(crate) fn search(
     listener: &Listener,
     out: &Path,
 ) -> Result<()> {
-    let (choose, begin) = (asked(study)?, Instant::now());
-    examine(study, choose, worlds)?;
-    let folder = Chosen::folder(out, study)?;
+    let begin = Instant::now();
+    let choosing = Choosing::new(study, asked(study)?, worlds, MEMORY_BYTES)?;
+    let folder = choosing.open(out)?;
+    let casting = choosing.begin_casting(None, false)?;
     let mut backends = opened(words, listener)?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let evidence = cast(study, choose, worlds, &mut backends, listener)?;
-    let problem = problem_of(study, choose, worlds, &evidence);
+    listener.begins("poses", casting.total());
+    let evidence = choosing.cast(casting, &mut backends, ONE_IN, listener)?.evidence;
     listener.begins("sets", 0);
-    let found = answer(&problem, listener)?;
-    listener.go_on()?;
-    let (mut told, mut with_poses) = (FrontReport::new(study, worlds, &problem, &found), None);
-    if choose.refine {
-        let asked = (study, choose, worlds);
-        let refined = refine(asked, (&problem, &found, &told), MEMORY_BYTES, &mut backends, listener)?;
-        listener.go_on()?;
-        (told.refined, with_poses) = (Some(refined.told), refined.with_poses);
+    let found = choosing.search(&evidence, &mut backends, listener)?;
+    // What Python stopped is not written.
+    listener.check_stop()?;
+    let Some(Found { outcome, ending }) = found else { return Ok(()) };
+    if let Ending::Failed(error) = ending {
+        return Err(error);
     }
-    let outcome = Outcome::new((study, choose, worlds), told, with_poses);
     listener.begins("sets", outcome.total());
     let command = ["perirobot.Study.choose".to_string()];
-    outcome.write(folder, &mut backends, (CHECKED, prepare_s), &command, &mut &*listener).map(drop)
+    outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command, listener).map(drop)
 }
 
 /// Checks what [`search`] wrote: how many sets were counted again, and how many steps are proven again, bounded, open.
@@ -59,14 +51,15 @@ pub(crate) fn check(
     listener: &Listener,
     folder: &Path,
 ) -> Result<[usize; 4]> {
-    let choose = asked(study)?;
-    examine(study, choose, worlds)?;
-    let claims = Claims::read(folder, study, choose, worlds)?;
+    let choosing = Choosing::new(study, asked(study)?, worlds, MEMORY_BYTES)?;
+    let claims = choosing.read_claims(folder)?;
+    let casting = choosing.begin_casting(None, false)?;
     let mut backends = opened(words, listener)?;
-    let evidence = cast(study, choose, worlds, &mut backends, listener)?;
-    let backends: (&mut dyn BackendFactory, u64) = (&mut backends, MEMORY_BYTES);
+    listener.begins("poses", casting.total());
+    let evidence = choosing.cast(casting, &mut backends, ONE_IN, listener)?.evidence;
+    listener.begins("steps", claims.steps() as u64);
     let Verified { sets, proven, bounded, open, .. } =
-        verify(&claims, (study, choose, worlds), &evidence, backends, (listener, listener))?;
+        choosing.verify(&claims, &evidence, &mut backends, listener)?;
     Ok([sets, proven, bounded, open])
 }
 
@@ -75,32 +68,4 @@ fn asked(study: &Study) -> Result<&Choose> {
         let wanted = "say what is looked for, as in objective=\"f1\", region=\"robot\", at_most=3";
         Error::from(Issue::missing("choose").at(&study.path)).wanted(wanted)
     })
-}
-
-/// What every candidate says, in memory.
-fn cast(
-    study: &Study,
-    choose: &Choose,
-    worlds: &[World],
-    backends: &mut dyn BackendFactory,
-    mut listener: &Listener,
-) -> Result<CandidateEvidence> {
-    let mut casting = Casting::begin(study, choose, worlds, MEMORY_BYTES, None)?;
-    listener.begins("poses", casting.total());
-    casting.run_on(backends, &mut listener)?;
-    Ok(casting.checked(choose, backends, CHECKED)?.0)
-}
-
-impl VerifyWatch for Listener {
-    fn stop(&self) -> Option<String> {
-        Listener::stop(self)
-    }
-
-    fn begins(&self, steps: usize) {
-        Listener::begins(self, "steps", steps as u64);
-    }
-
-    fn checked(&self) {
-        self.finished(1);
-    }
 }

@@ -61,11 +61,11 @@ pub(crate) fn counts(
     (study, ways): (&Study, usize),
     worlds: &[World],
     backends: &mut dyn BackendFactory,
-    mut listener: &Listener,
+    listener: &Listener,
 ) -> Result<Array6<i64>> {
     let (choices, repeats) = (study.combinations.len(), study.repeats as usize);
     let mut counts = Array6::zeros([choices, worlds.len(), repeats, ways, study.regions.len(), COUNTERS]);
-    for row in run_on(study, worlds, backends, &mut listener)? {
+    for row in run_on(study, worlds, backends, listener)? {
         let here = |world: &World| (world.scene, world.snapshot) == (row.scene, row.snapshot);
         let moment = worlds.iter().position(here).expect("rows are of worlds that were given");
         let numbers = row.counts.counts().into_iter().chain(row.counts.detection.counts());

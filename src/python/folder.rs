@@ -3,6 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::IN_MEMORY;
 use perirobot_sweep::results::files::write_whole;
@@ -22,7 +23,7 @@ pub(crate) fn results(folder: &Path, listener: &Listener) -> Result<Columns> {
     let mut rows = Vec::new();
     for (scene, of_scene) in results.scenes.iter().enumerate() {
         for moment in of_scene.moments.clone() {
-            listener.go_on()?;
+            listener.check_stop()?;
             for repeat in 0..results.repeats {
                 for key in keys(&results) {
                     let RowKey { combination, choice, representation, region } = key;

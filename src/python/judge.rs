@@ -18,7 +18,7 @@ pub(crate) fn judge(
     study: &Study,
     worlds: &[World],
     words: &BackendWords,
-    mut listener: &Listener,
+    listener: &Listener,
     folder: &Path,
 ) -> Result<()> {
     requires_something(study)?;
@@ -35,7 +35,7 @@ pub(crate) fn judge(
     }
     forget(folder, None)?;
     listener.begins("cases", judging.total());
-    let judged = judging.judged(&|| opened(words, listener), &mut listener)?;
+    let judged = judging.judged(&|| opened(words, listener), listener)?;
     judged.warnings.iter().for_each(|warning| listener.warns_of_study(warning.clone()));
     judging.write(folder, &judged)
 }

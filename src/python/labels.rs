@@ -5,6 +5,7 @@ use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
+use perirobot_march::progress::Progress;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use pyo3::prelude::*;
@@ -29,7 +30,7 @@ pub(crate) fn all(
     let mut all = Vec::with_capacity(views.len());
     let of_worlds = views.chunk_by(|(one, _), (next, _)| one == next);
     for of_one in of_worlds.flat_map(|of_one| of_one.chunks(AT_ONCE)) {
-        listener.go_on()?;
+        listener.check_stop()?;
         let choice = |&(_, [combination, choice, representation, repeat]): &(usize, [usize; 4])| Choice {
             combination,
             choice,
@@ -40,7 +41,7 @@ pub(crate) fn all(
         let world = &worlds[of_one[0].0];
         let seen = viewer.over_grid(world, &choices)?;
         all.extend(seen.iter().map(|view| (world.grid.size, view.label_bytes())));
-        listener.finished(of_one.len() as u64);
+        listener.advance(of_one.len() as u64);
     }
     Ok(all)
 }

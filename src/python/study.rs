@@ -214,10 +214,10 @@ impl Study {
     /// Scores every choice of poses; the columns of the table.
     fn sweep(&self, py: Python<'_>, backend: BackendWords, progress: Option<Py<PyAny>>) -> PyResult<Columns> {
         let worlds = self.worlds(py)?;
-        run(py, progress.as_ref(), |mut listener| {
+        run(py, progress.as_ref(), |listener| {
             listener.begins("poses", jobs(&self.study));
             let mut backends = opened(&backend, listener)?;
-            let rows = sweep::run_on(&self.study, worlds, &mut backends, &mut listener)?;
+            let rows = sweep::run_on(&self.study, worlds, &mut backends, listener)?;
             Ok(columns((&self.study).into(), &rows))
         })
     }
@@ -355,7 +355,7 @@ impl Study {
     /// The scenes in voxels, made when they are first asked for; then what is odd about them is warned of.
     fn worlds(&self, py: Python<'_>) -> PyResult<&[World]> {
         if self.worlds.get().is_none() {
-            let made = run(py, None, |listener| World::prepare_all_unless(&self.study, &|| listener.stop()))?;
+            let made = run(py, None, |listener| World::prepare_all_unless(&self.study, listener))?;
             self.check_files()?;
             let odd = odd(&made);
             if !odd.is_empty() {

@@ -8,13 +8,9 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use perirobot_cover::{FrontStep, SearchWatch, SetLimits};
-use perirobot_decide::choose::{CastingWatch, RefineWatch, progress_of};
-use perirobot_march::backend::Backend;
-use perirobot_march::error::Issue;
-use perirobot_march::{Error, Result};
-use perirobot_sweep::results::manifest::Fault;
-use perirobot_sweep::sweep::Watch;
+use perirobot_decide::choose::progress_of;
+use perirobot_march::Result;
+use perirobot_march::progress::{Fault, Progress, SearchState};
 use pyo3::prelude::*;
 
 use crate::error::raised;
@@ -92,25 +88,6 @@ impl Listener {
         self.take(Event::Begins(what, of));
     }
 
-    /// A reason to stop, if there is one.
-    pub(crate) fn stop(&self) -> Option<String> {
-        self.is_stopped.load(Ordering::Relaxed).then(|| STOPPED.into())
-    }
-
-    /// An error if there is a reason to stop.
-    pub(crate) fn go_on(&self) -> Result<()> {
-        self.stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))))
-    }
-
-    /// So many more are done.
-    pub(crate) fn finished(&self, more: u64) {
-        self.take(Event::Finished(more));
-    }
-
-    fn failed(&self, Fault { what, instead, .. }: &Fault) {
-        self.warns_of_device(format!("{what}; the next poses were done by {instead}"));
-    }
-
     /// Something about the study or about results that its user may not expect.
     pub(crate) fn warns_of_study(&self, text: String) {
         self.take(Event::WarnsOfStudy(text));
@@ -156,53 +133,21 @@ impl Listener {
     }
 }
 
-impl Watch for &Listener {
-    fn runs_on(&mut self, _: &dyn Backend) {}
-
-    fn finished(&mut self, choices: u64) {
-        Listener::finished(self, choices);
+impl Progress for Listener {
+    fn stop_reason(&self) -> Option<String> {
+        self.is_stopped.load(Ordering::Relaxed).then(|| STOPPED.into())
     }
 
-    fn failed(&mut self, fault: &Fault) {
-        Listener::failed(self, fault);
+    fn advance(&self, more: u64) {
+        self.take(Event::Finished(more));
     }
 
-    fn stop(&mut self) -> Option<String> {
-        Listener::stop(self)
-    }
-}
-
-impl CastingWatch for &Listener {
-    fn cast(&mut self, more: u64) {
-        Listener::finished(self, more);
+    fn show_fault(&self, Fault { what, instead, .. }: &Fault) {
+        self.warns_of_device(format!("{what}; the next poses were done by {instead}"));
     }
 
-    fn stop(&mut self) -> Option<String> {
-        Listener::stop(self)
-    }
-
-    fn failed(&mut self, fault: &Fault) {
-        Listener::failed(self, fault);
-    }
-}
-
-impl SearchWatch for Listener {
-    fn stops(&self) -> bool {
-        self.is_stopped.load(Ordering::Relaxed)
-    }
-
-    fn finds(&self, limits: &SetLimits, best: Option<f64>) {
-        self.take(Event::Says(progress_of(limits, [best, None])));
-    }
-
-    fn knows(&self, step: &FrontStep, _: f64) {
-        self.take(Event::Says(progress_of(&step.limits, step.known())));
-    }
-}
-
-impl RefineWatch for Listener {
-    fn failed(&self, fault: &Fault) {
-        Listener::failed(self, fault);
+    fn show_search(&self, state: &SearchState) {
+        self.take(Event::Says(progress_of(state)));
     }
 }
 

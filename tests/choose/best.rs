@@ -4,25 +4,15 @@ use std::path::Path;
 
 use crate::common::{self, Random};
 use perirobot_cover::{Answer, Bound, CandidateEvidence};
-use perirobot_decide::choose::{CastingWatch, MEMORY_BYTES, answer, cast_evidence, problem_of};
+use perirobot_decide::choose::{MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::Result;
 use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
 use perirobot_march::metrics::{Across, Confusion, Score};
+use perirobot_march::progress::Progress;
 use perirobot_study::study::{Choose, Combination, Member, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::run;
-
-/// Nobody looks, and nobody stops it.
-struct Alone;
-
-impl CastingWatch for Alone {
-    fn cast(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
-    }
-}
 
 fn shipped(name: &str) -> (Study, Vec<World>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
@@ -37,7 +27,7 @@ fn cast(
     of: (usize, &[usize]),
     backend: &mut dyn Backend,
 ) -> CandidateEvidence {
-    cast_evidence(study, worlds, of, MEMORY_BYTES, backend, &mut Alone).unwrap()
+    cast_evidence(study, worlds, of, MEMORY_BYTES, backend, &|| None).unwrap()
 }
 
 /// Sensor and candidate of every row of evidence.
@@ -162,7 +152,7 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
             assert_eq!(problem.counts(set), *expected, "{set:?}");
             outvoted += usize::from(evidence.counts(set) != *expected);
         }
-        let found = answer(&problem, &|| false).unwrap();
+        let found = answer(&problem, &|| None).unwrap();
         let step = found.steps.last().unwrap();
         let best = step.best.as_ref().unwrap();
         let again =
@@ -176,9 +166,9 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
         assert!(best.worth.value() <= above && above < 1.0, "{} {above}", best.worth.value());
         // Who is detected is no question of labels.
         let people = Choose { objective: Score::PartsDetected, at_most: 2, ..choose };
-        if let Ok(sums) = answer(&problem_of(&study, &people, &worlds, &evidence), &|| false) {
+        if let Ok(sums) = answer(&problem_of(&study, &people, &worlds, &evidence), &|| None) {
             let unions = Choose { fusion: Fusion::OccupiedWins, ..people };
-            let unions = answer(&problem_of(&study, &unions, &worlds, &evidence), &|| false).unwrap();
+            let unions = answer(&problem_of(&study, &unions, &worlds, &evidence), &|| None).unwrap();
             assert_eq!(best_of(&sums), best_of(&unions));
             assert!(sums.steps.iter().all(|step| step.bound == Bound::Proven));
             detected += 1;
@@ -191,7 +181,7 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
     let evidence = cast(&study, &worlds, (0, &representations), &mut cpu);
     let unions = Choose { at_most: 3, ..one(&study, Score::F1, Across::Pooled, 0, representations) };
     let sums = Choose { fusion: Fusion::Octomap, ..unions.clone() };
-    let of = |choose: &Choose| answer(&problem_of(&study, choose, &worlds, &evidence), &|| false).unwrap();
+    let of = |choose: &Choose| answer(&problem_of(&study, choose, &worlds, &evidence), &|| None).unwrap();
     let (sums, unions) = (of(&sums), of(&unions));
     assert_eq!(best_of(&sums), best_of(&unions));
     assert!(sums.steps.iter().all(|step| step.bound == Bound::Proven));
@@ -203,21 +193,22 @@ fn best_of(answer: &Answer) -> Vec<Option<Vec<usize>>> {
 
 #[test]
 fn evidence_that_does_not_fit_is_refused_before_anything_is_cast() {
-    /// A backend that must not be asked.
-    struct Progressless;
-    impl CastingWatch for Progressless {
-        fn cast(&mut self, _: u64) {
-            panic!("cast");
-        }
-        fn stop(&mut self) -> Option<String> {
+    /// A job that must not begin.
+    struct NotBegun;
+    impl Progress for NotBegun {
+        fn stop_reason(&self) -> Option<String> {
             panic!("asked whether to stop");
+        }
+
+        fn advance(&self, _: u64) {
+            panic!("cast");
         }
     }
     let (study, worlds) = shipped("scenes/tiny.toml");
     let representations = vec![0; study.sensors.len()];
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let refused: Result<CandidateEvidence> =
-        cast_evidence(&study, &worlds, (0, &representations), 1000, &mut cpu, &mut Progressless);
+        cast_evidence(&study, &worlds, (0, &representations), 1000, &mut cpu, &NotBegun);
     let told = refused.unwrap_err().to_string();
     assert!(told.contains("13 poses in 1 scenes, snapshots and repeats takes 1 MiB"), "{told}");
 }
@@ -261,7 +252,7 @@ fn the_best_single_sensor_is_the_best_of_the_sweep() {
                         let problem = problem_of(&study, &choose, &worlds, &evidence);
                         let values = counts.iter().filter_map(|counts| value(counts, score, over));
                         let expected = values.reduce(f64::max);
-                        let found = answer(&problem, &|| false).ok();
+                        let found = answer(&problem, &|| None).ok();
                         let best = found.as_ref().and_then(best).map(|(_, value)| value);
                         assert_eq!(best, expected, "{name}, region {region}, way {way}, {score:?} {over:?}");
                         compared += usize::from(expected.is_some());

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::common::program::{self, Folder, choose, perirobot, text};
-use perirobot_decide::choose::{Casting, CastingWatch, EVIDENCE};
+use perirobot_decide::choose::{Casting, EVIDENCE};
 use perirobot_march::Error;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_study::study::{Overrides, Study};
@@ -285,17 +285,6 @@ fn a_region_with_too_many_voxels_is_told_before_anything_is_cast() {
     assert!(!folder.names().contains(&"out".to_string()));
 }
 
-/// Nobody looks, and nobody stops it.
-struct Alone;
-
-impl CastingWatch for Alone {
-    fn cast(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
-    }
-}
-
 /// Begins to cast. A child that another test has just started may hold the lock of a file for a moment.
 fn begin<'a>(
     study: &'a Study,
@@ -349,7 +338,7 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
             let needed = least_memory(&study, &worlds, Some((&out, false)));
             assert_eq!(least_memory(&study, &worlds, None), needed);
             let mut casting = begin(&study, &worlds, needed, Some((&out, false))).unwrap();
-            casting.run(&mut Cpu::new(Some(1)).unwrap(), &mut Alone).unwrap();
+            casting.run(&mut Cpu::new(Some(1)).unwrap(), &|| None).unwrap();
             let evidence = casting.evidence();
             let held = evidence.bytes();
             // What is too much is read from the file, and says the same.

@@ -7,23 +7,13 @@ use std::path::Path;
 
 use crate::common;
 use crate::common::program::{perirobot, rows, text};
-use perirobot_decide::choose::{CastingWatch, MEMORY_BYTES, answer, cast_evidence, problem_of};
+use perirobot_decide::choose::{MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_study::study::{Choose, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::run;
 use tempfile::TempDir;
-
-struct Alone;
-
-impl CastingWatch for Alone {
-    fn cast(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
-    }
-}
 
 /// The folder of the paper's studies, with cameras of fewer pixels.
 fn coarse() -> TempDir {
@@ -57,7 +47,7 @@ fn compare(study: &Study) -> usize {
             for way in 0..alone.sensors[0].kind.representations().len() {
                 for region in 0..alone.regions.len() {
                     let evidence =
-                        cast_evidence(&alone, &worlds, (region, &[way]), MEMORY_BYTES, &mut cpu, &mut Alone);
+                        cast_evidence(&alone, &worlds, (region, &[way]), MEMORY_BYTES, &mut cpu, &|| None);
                     let evidence = evidence.unwrap();
                     for objective in [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected] {
                         let of = |row: &&perirobot_sweep::sweep::Row| {
@@ -79,7 +69,7 @@ fn compare(study: &Study) -> usize {
                             fusion: Default::default(),
                         };
                         let problem = problem_of(&alone, &choose, &worlds, &evidence);
-                        let answer = answer(&problem, &|| false).unwrap();
+                        let answer = answer(&problem, &|| None).unwrap();
                         let best = answer.steps[0].best.as_ref().unwrap();
                         let what = (scene, sensor, way, region, objective);
                         assert_eq!(best.worth.value(), expected, "{what:?}");

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::common::program::Folder;
 use crate::common::{Random, python};
-use perirobot_decide::choose::{Casting, CastingWatch, FrontReport, MEMORY_BYTES, answer, problem_of};
+use perirobot_decide::choose::{Casting, FrontReport, MEMORY_BYTES, answer, problem_of};
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::oracle::Oracle;
@@ -31,16 +31,6 @@ struct Size {
 
 const MEDIUM: Size = Size { poses: [20, 38], at_most: [3, 5], radius_m: 0.45 };
 const LARGE: Size = Size { poses: [40, 60], at_most: [3, 5], radius_m: 0.6 };
-
-struct Alone;
-
-impl CastingWatch for Alone {
-    fn cast(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
-    }
-}
 
 /// A random room with boxes, a robot and a person, and what is asked about it.
 fn random_cell(random: &mut Random, size: Size) -> Folder {
@@ -92,10 +82,10 @@ fn claimed(path: &Path) -> Value {
     let choose = study.choose.as_ref().unwrap();
     let worlds = World::prepare_all(&study).unwrap();
     let mut casting = Casting::begin(&study, choose, &worlds, MEMORY_BYTES, None).unwrap();
-    casting.run(&mut Cpu::new(Some(2)).unwrap(), &mut Alone).unwrap();
+    casting.run(&mut Cpu::new(Some(2)).unwrap(), &|| None).unwrap();
     let evidence = casting.evidence();
     let problem = problem_of(&study, choose, &worlds, &evidence);
-    let told = FrontReport::new(&study, &worlds, &problem, &answer(&problem, &|| false).unwrap());
+    let told = FrontReport::new(&study, &worlds, &problem, &answer(&problem, &|| None).unwrap());
     let step = told.steps.iter().find(|step| step.at_most == choose.at_most).unwrap();
     assert!(step.proven, "{}", path.display());
     let f1 = step.best.exactly.as_ref().unwrap().clone().map(|number| number.parse::<u64>().unwrap());

@@ -9,13 +9,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, choose, perirobot, priced, rows, text};
-use perirobot_cover::{SearchWatch, SetLimits};
-use perirobot_decide::choose::{
-    self, Casting, CastingWatch, Chosen, FrontReport, MEMORY_BYTES, RefineWatch, Refinement, problem_of,
-};
+use perirobot_decide::choose::{self, Casting, Chosen, FrontReport, MEMORY_BYTES, Refinement, problem_of};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::progress::{Progress, SearchState};
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
@@ -336,23 +334,13 @@ struct Patience {
     most: usize,
 }
 
-impl SearchWatch for Patience {
-    fn stops(&self) -> bool {
-        self.gains.load(Ordering::Relaxed) >= self.most
+impl Progress for Patience {
+    fn stop_reason(&self) -> Option<String> {
+        (self.gains.load(Ordering::Relaxed) >= self.most).then(|| "enough".into())
     }
 
-    fn finds(&self, _: &SetLimits, _: Option<f64>) {
+    fn show_search(&self, _: &SearchState) {
         self.gains.fetch_add(1, Ordering::Relaxed);
-    }
-}
-
-impl RefineWatch for Patience {}
-
-impl CastingWatch for Patience {
-    fn cast(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
     }
 }
 
@@ -363,10 +351,10 @@ fn a_stop_keeps_what_was_gained_until_then() {
     let (worlds, asked) = (World::prepare_all(&study).unwrap(), study.choose.as_ref().unwrap());
     let mut casting = Casting::begin(&study, asked, &worlds, MEMORY_BYTES, None).unwrap();
     let patience = |most| Patience { gains: AtomicUsize::new(0), most };
-    casting.run(&mut Cpu::new(Some(1)).unwrap(), &mut patience(usize::MAX)).unwrap();
+    casting.run(&mut Cpu::new(Some(1)).unwrap(), &|| None).unwrap();
     let evidence = casting.evidence();
     let problem = problem_of(&study, asked, &worlds, &evidence);
-    let answer = choose::answer(&problem, &|| false).unwrap();
+    let answer = choose::answer(&problem, &|| None).unwrap();
     let told = FrontReport::new(&study, &worlds, &problem, &answer);
     let refined = |most: usize| -> Refinement {
         let (asked, found) = ((&study, asked, &*worlds), (&problem, &answer, &told));

@@ -16,25 +16,10 @@ use perirobot_march::metrics::Confusion;
 use perirobot_study::study::{Condition, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::DRAWS;
-use perirobot_sweep::results::manifest::Fault;
-use perirobot_sweep::sweep::{Watch, run};
+use perirobot_sweep::sweep::run;
 use toml::{Table, Value};
 
 const DEAD: [Condition; 2] = [Condition::OneSensorDead, Condition::TwoSensorsDead];
-
-struct Silent;
-
-impl Watch for Silent {
-    fn runs_on(&mut self, _: &dyn Backend) {}
-
-    fn failed(&mut self, _: &Fault) {}
-
-    fn finished(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        None
-    }
-}
 
 /// A folder with the study of every kind of sensor, changed.
 struct Cell(tempfile::TempDir);
@@ -138,7 +123,7 @@ fn what_if(
     let mut conditions =
         Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() };
     let what_if = WhatIf::new(study, worlds, &choice);
-    let draws = what_if.count(asked, &mut conditions, backends, &mut Silent).unwrap();
+    let draws = what_if.count(asked, &mut conditions, backends, &|| None).unwrap();
     (conditions, draws, wanted.clone())
 }
 
@@ -372,7 +357,7 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
             let (_, choice) = find(&study.0, &study.1, &names).unwrap();
             let mut backend = backends.open(Fallback::None).unwrap();
             let what_if = WhatIf::new(&study.0, &study.1, &choice);
-            what_if.measure(&mut found, draws.as_ref(), &mut *backend, &mut Silent).unwrap();
+            what_if.measure(&mut found, draws.as_ref(), &mut *backend, &|| None).unwrap();
             assert_eq!(same.get_or_insert_with(|| found.clone()), &found, "{name}");
             if name != "cpu" {
                 continue;
@@ -425,6 +410,6 @@ fn a_plan_that_is_counted_differently_is_told() {
         Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() };
     let what_if = WhatIf::new(&study, &worlds, &choice);
     let (_, mut cpu) = backends().swap_remove(1);
-    let error = what_if.count(&DEAD, &mut conditions, &mut cpu, &mut Silent).unwrap_err();
+    let error = what_if.count(&DEAD, &mut conditions, &mut cpu, &|| None).unwrap_err();
     assert!(matches!(error, Error::Disagreement(_)), "{error}");
 }

@@ -258,7 +258,7 @@ impl Theatre {
         out: &str,
         backends: &mut dyn BackendFactory,
         verify: u64,
-        watch: &mut Onlooker,
+        watch: &Onlooker,
     ) -> Result<RunReport> {
         self.open(out, false)?.run(backends, verify, 0.0, watch)
     }
@@ -270,7 +270,7 @@ impl Theatre {
     /// How many answers a sweep takes.
     fn answers(&self) -> usize {
         let mut honest = Troupe::new(|_, _, _| None);
-        self.sweep("answers", &mut honest, 1, &mut Onlooker::default()).unwrap();
+        self.sweep("answers", &mut honest, 1, &Onlooker::default()).unwrap();
         let script = honest.0.lock().unwrap();
         script
             .calls
@@ -294,6 +294,7 @@ fn manifest(folder: &Path) -> serde_json::Value {
 
 const SMALL: &str = "the same device in small batches";
 const CPU: &str = "the CPU";
+const SMALL_FOR_GOOD: &str = "the same device in small batches, and from then on the CPU";
 const FOR_GOOD: &str = "the CPU, and from then on the CPU";
 
 /// What fails, when, and who does the work instead, each time.
@@ -321,7 +322,7 @@ const CASES: &[Case] = &[
         name: "a large batch does not fit its memory, a small one does",
         what: "out of memory",
         cue: |call, fallback, before| (call, fallback) == (Call::Submit, Fallback::None) && before >= 5,
-        instead: &[SMALL, SMALL, "the same device in small batches, and from then on the CPU"],
+        instead: &[SMALL, SMALL, SMALL_FOR_GOOD],
     },
     Case {
         name: "an answer does not come",
@@ -339,7 +340,7 @@ const CASES: &[Case] = &[
         name: "it comes back broken",
         what: "dispatched 5 workgroups, 4 ran",
         cue: |call, fallback, before| (call, fallback) == (Call::Receive, Fallback::None) && before >= 4,
-        instead: &[SMALL, SMALL, "the same device in small batches, and from then on the CPU"],
+        instead: &[SMALL, SMALL, SMALL_FOR_GOOD],
     },
     Case {
         name: "it never works",
@@ -361,34 +362,35 @@ const CASES: &[Case] = &[
 #[test]
 fn what_fails_is_done_by_somebody_else_and_nothing_is_lost() {
     let theatre = Theatre::new();
-    let mut quiet = Onlooker::default();
-    theatre.sweep("quiet", &mut Alone, 0, &mut quiet).unwrap();
-    let jobs = quiet.finished;
+    let quiet = Onlooker::default();
+    theatre.sweep("quiet", &mut Alone, 0, &quiet).unwrap();
+    let jobs = quiet.heard().finished;
     assert_eq!(jobs, 151 * 2 * 2);
     for (number, Case { name, what, cue, instead }) in CASES.iter().enumerate() {
         let out = format!("out-{number}");
         let mut troupe = Troupe::new(move |call, fallback, before| {
             cue(call, fallback, before).then_some(Trouble::Fails(what))
         });
-        let mut watch = Onlooker::default();
-        let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
+        let watch = Onlooker::default();
+        let report = theatre.sweep(&out, &mut troupe, 500, &watch).unwrap();
+        let heard = watch.heard();
         assert_eq!(report.ending, Ending::Finished, "{name}");
         assert!(theatre.journal(&out) == theatre.journal("quiet"), "{name}: other counts than a quiet run's");
         assert_eq!(
-            (watch.finished, report.run.poses),
+            (heard.finished, report.run.poses),
             (jobs, Some(jobs)),
             "{name}: each choice is finished once"
         );
 
-        let told: Vec<&str> = watch.faults.iter().map(|fault| fault.instead.as_str()).collect();
+        let told: Vec<&str> = heard.faults.iter().map(|fault| fault.instead.as_str()).collect();
         assert_eq!(told, *instead, "{name}");
-        for fault in &watch.faults {
+        for fault in &heard.faults {
             assert_eq!(fault.what, format!("adapter Actor: {what}"), "{name}");
             assert!(["cell", "second"].contains(&fault.scene.as_str()), "{name}: {}", fault.scene);
         }
         let run = &manifest(&theatre.out(&out))["runs"][0];
         assert_eq!(run["ended"], "finished", "{name}");
-        assert_eq!(run["faults"], serde_json::json!(watch.faults), "{name}");
+        assert_eq!(run["faults"], serde_json::json!(heard.faults), "{name}");
     }
 }
 
@@ -396,7 +398,7 @@ fn what_fails_is_done_by_somebody_else_and_nothing_is_lost() {
 #[test]
 fn a_backend_of_a_device_that_panics_is_replaced_and_nothing_is_lost() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     for (number, call) in [Call::Load, Call::Sense, Call::Submit, Call::Receive].into_iter().enumerate() {
         for (is_in_small, instead) in [(false, SMALL), (true, CPU)] {
             let out = format!("out-{number}-{is_in_small}");
@@ -405,17 +407,18 @@ fn a_backend_of_a_device_that_panics_is_replaced_and_nothing_is_lost() {
                 let first = fallback == Fallback::None && before == 1;
                 (now == call && (small || first)).then_some(Trouble::Panics("index 7 of 3"))
             });
-            let mut watch = Onlooker::default();
-            let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
+            let watch = Onlooker::default();
+            let report = theatre.sweep(&out, &mut troupe, 500, &watch).unwrap();
+            let heard = watch.heard();
             assert_eq!(report.ending, Ending::Finished, "{call:?}");
             assert!(theatre.journal(&out) == theatre.journal("quiet"), "{call:?}: other counts");
-            let told: Vec<[&str; 2]> = watch.faults.iter().map(|f| [&*f.what, &*f.instead]).collect();
+            let told: Vec<[&str; 2]> = heard.faults.iter().map(|f| [&*f.what, &*f.instead]).collect();
             assert_eq!(
                 told,
                 [["panicked: index 7 of 3; please report this with the command", instead]],
                 "{call:?}"
             );
-            assert_eq!(manifest(&theatre.out(&out))["runs"][0]["faults"], serde_json::json!(watch.faults));
+            assert_eq!(manifest(&theatre.out(&out))["runs"][0]["faults"], serde_json::json!(heard.faults));
         }
     }
     // Callers without a folder are answered as well.
@@ -424,23 +427,24 @@ fn a_backend_of_a_device_that_panics_is_replaced_and_nothing_is_lost() {
         ((call, fallback, before) == (Call::Sense, Fallback::None, 3))
             .then_some(Trouble::Panics("index 7 of 3"))
     });
-    let mut watch = Onlooker::default();
-    let rows = run_on(study, worlds, &mut troupe, &mut watch).unwrap();
+    let watch = Onlooker::default();
+    let rows = run_on(study, worlds, &mut troupe, &watch).unwrap();
+    let heard = watch.heard();
     assert!(rows == run(study, worlds, &mut Oracle::default()).unwrap());
-    assert_eq!(watch.faults.len(), 1);
+    assert_eq!(heard.faults.len(), 1);
 }
 
 /// Without another backend a panic ends the run with an error; finished rows are kept, and the same command goes on.
 #[test]
 fn a_panic_in_a_worker_of_the_cpu_is_a_bug_and_the_journal_is_intact() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     for call in [Call::Sense, Call::Receive] {
         let out = format!("{call:?}");
         let cue =
             move |now, _, before| (now == call && before == 7).then_some(Trouble::Panics("index 7 of 3"));
         let error =
-            theatre.sweep(&out, &mut Undoubted(Troupe::new(cue)), 500, &mut Onlooker::default()).unwrap_err();
+            theatre.sweep(&out, &mut Undoubted(Troupe::new(cue)), 500, &Onlooker::default()).unwrap_err();
         assert!(matches!(&error, Error::Bug(_)), "{error:?}");
         assert_eq!(error.to_string(), "panicked: index 7 of 3");
         assert_eq!(manifest(&theatre.out(&out))["runs"][0]["ended"], "panicked: index 7 of 3");
@@ -448,7 +452,7 @@ fn a_panic_in_a_worker_of_the_cpu_is_a_bug_and_the_journal_is_intact() {
         assert_eq!(session.damaged, 0);
         assert!(session.done() > 0 && session.done() < session.total(), "{} done", session.done());
         drop(session);
-        theatre.sweep(&out, &mut Alone, 0, &mut Onlooker::default()).unwrap();
+        theatre.sweep(&out, &mut Alone, 0, &Onlooker::default()).unwrap();
         assert!(theatre.journal(&out) == theatre.journal("quiet"), "{call:?}: other counts");
     }
 }
@@ -459,23 +463,24 @@ fn whoever_asks_again_and_again_is_answered_by_others_and_then_by_a_device_opene
     let Theatre { study, worlds, .. } = &theatre;
     let expected = run(study, worlds, &mut Oracle::default()).unwrap();
     // What is opened, from when a device works no more; what it cannot do; who does the rest.
+    use Fallback::{Cpu, None, Small};
     type Fails = fn(Call, Fallback) -> bool;
     let cases: [(&[Fallback], Fails, &[&str]); 4] = [
-        (&[Fallback::None], |_, _| false, &[]),
+        (&[None], |_, _| false, &[]),
         (
-            &[Fallback::None, Fallback::Small, Fallback::None],
-            |call, fallback| (call, fallback) == (Call::Sense, Fallback::None),
-            &[SMALL],
+            &[None, Small, None, Small, None, Small, Cpu, None],
+            |call, fallback| (call, fallback) == (Call::Sense, None),
+            &[SMALL, SMALL, SMALL_FOR_GOOD],
         ),
         (
-            &[Fallback::None, Fallback::Small, Fallback::Cpu, Fallback::None],
+            &[None, Small, Cpu, None, Small, Cpu, None, Small, Cpu, Cpu, None],
             |call, _| call == Call::Sense,
-            &[SMALL, CPU],
+            &[CPU, CPU, FOR_GOOD],
         ),
         (
-            &[Fallback::None, Fallback::Small, Fallback::Cpu, Fallback::None],
-            |call, fallback| call == Call::Sense || (call, fallback) == (Call::Open, Fallback::Small),
-            &[CPU],
+            &[None, Small, Cpu, None, Small, Cpu, None, Small, Cpu, Cpu, None],
+            |call, fallback| call == Call::Sense || (call, fallback) == (Call::Open, Small),
+            &[CPU, CPU, FOR_GOOD],
         ),
     ];
     for (opened, fails, instead) in cases {
@@ -490,11 +495,12 @@ fn whoever_asks_again_and_again_is_answered_by_others_and_then_by_a_device_opene
             for asked in 0..4 {
                 // The first finds it well, the second not, and those after that again.
                 now.store(asked == 1, Ordering::Relaxed);
-                let mut watch = Onlooker::default();
-                let rows = run_on(study, worlds, &mut kept, &mut watch).unwrap();
+                let watch = Onlooker::default();
+                let rows = run_on(study, worlds, &mut kept, &watch).unwrap();
+                let heard = watch.heard();
                 assert!(rows == expected, "{instead:?}, asked {asked}: other counts");
-                assert_eq!(watch.finished, 151 * 2 * 2, "{instead:?}: each choice is finished once");
-                let told: Vec<&str> = watch.faults.iter().map(|fault| fault.instead.as_str()).collect();
+                assert_eq!(heard.finished, 151 * 2 * 2, "{instead:?}: each choice is finished once");
+                let told: Vec<&str> = heard.faults.iter().map(|fault| fault.instead.as_str()).collect();
                 assert_eq!(told, if asked == 1 { instead } else { &[] });
             }
             let calls = &troupe.0.lock().unwrap().calls;
@@ -507,7 +513,7 @@ fn whoever_asks_again_and_again_is_answered_by_others_and_then_by_a_device_opene
 #[test]
 fn a_device_that_is_gone_is_no_fault_of_the_users() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     // It falls off the bus, or has too little memory left for what fitted before.
     let gone: [fn(Call, Fallback, usize) -> bool; 2] = [
         |call, fallback, before| call == Call::Open && (fallback == Fallback::Small || before > 0),
@@ -519,22 +525,23 @@ fn a_device_that_is_gone_is_no_fault_of_the_users() {
             (Call::Sense, Fallback::None, 7) => Some(Trouble::Fails("device lost")),
             _ => gone(call, fallback, before).then_some(Trouble::Gone),
         });
-        let mut watch = Onlooker::default();
-        let report = theatre.sweep(&out, &mut troupe, 500, &mut watch).unwrap();
+        let watch = Onlooker::default();
+        let report = theatre.sweep(&out, &mut troupe, 500, &watch).unwrap();
+        let heard = watch.heard();
         assert_eq!(report.ending, Ending::Finished);
         assert!(theatre.journal(&out) == theatre.journal("quiet"));
-        assert_eq!(watch.faults[0].instead, [FOR_GOOD, CPU][number]);
+        assert_eq!(heard.faults[0].instead, [FOR_GOOD, CPU][number]);
     }
 }
 
 #[test]
 fn what_a_killed_run_left_unchecked_is_checked_later() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     // As if it had been killed before its first check: all rows are there, and its entry is as it was at the
     // beginning.
     let killed = |out: &str, mut troupe: Troupe| {
-        theatre.sweep(out, &mut troupe, 0, &mut Onlooker::default()).unwrap();
+        theatre.sweep(out, &mut troupe, 0, &Onlooker::default()).unwrap();
         let path = theatre.out(out).join("manifest.json");
         let text = fs::read_to_string(&path).unwrap();
         let as_begun = text.replacen("\"ended\": \"finished\"", "\"ended\": \"killed\"", 1);
@@ -543,7 +550,7 @@ fn what_a_killed_run_left_unchecked_is_checked_later() {
     };
     killed("honest", Troupe::new(|_, _, _| None));
     let report =
-        theatre.sweep("honest", &mut Troupe::new(|_, _, _| None), 500, &mut Onlooker::default()).unwrap();
+        theatre.sweep("honest", &mut Troupe::new(|_, _, _| None), 500, &Onlooker::default()).unwrap();
     assert_eq!((report.ending, report.run.poses, report.run.verified), (Ending::Finished, Some(0), Some(4)));
     assert!(theatre.journal("honest") == theatre.journal("quiet"));
     let again = theatre.open("honest", false).unwrap();
@@ -555,9 +562,9 @@ fn what_a_killed_run_left_unchecked_is_checked_later() {
     for (number, backends) in factories.into_iter().enumerate() {
         let out = format!("lied-{number}");
         killed(&out, liar(0));
-        let error = theatre.sweep(&out, backends, 500, &mut Onlooker::default()).unwrap_err();
+        let error = theatre.sweep(&out, backends, 500, &Onlooker::default()).unwrap_err();
         assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
-        theatre.sweep(&out, &mut Alone, 500, &mut Onlooker::default()).unwrap();
+        theatre.sweep(&out, &mut Alone, 500, &Onlooker::default()).unwrap();
         assert!(theatre.journal(&out) == theatre.journal("quiet"));
     }
 }
@@ -565,16 +572,17 @@ fn what_a_killed_run_left_unchecked_is_checked_later() {
 #[test]
 fn a_device_that_fails_now_and_then_stays_at_work() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     // Two failures are not three.
     let mut troupe = Troupe::new(|call, fallback, before| {
         let now = (call, fallback) == (Call::Sense, Fallback::None) && [3, 9].contains(&before);
         now.then_some(Trouble::Fails("device lost"))
     });
-    let mut watch = Onlooker::default();
-    theatre.sweep("out", &mut troupe, 500, &mut watch).unwrap();
-    assert_eq!(watch.faults.len(), 2);
-    assert_eq!(watch.ran_on.len(), 3, "it is told each time that the chosen backend begins");
+    let watch = Onlooker::default();
+    theatre.sweep("out", &mut troupe, 500, &watch).unwrap();
+    let heard = watch.heard();
+    assert_eq!(heard.faults.len(), 2);
+    assert_eq!(heard.ran_on.len(), 3, "it is told each time that the chosen backend begins");
     assert!(theatre.journal("out") == theatre.journal("quiet"));
     let last = troupe.0.lock().unwrap().calls.last().copied();
     assert_eq!(last, Some((Call::Receive, Fallback::None)), "it is asked again, to the end");
@@ -583,23 +591,24 @@ fn a_device_that_fails_now_and_then_stays_at_work() {
 #[test]
 fn an_answer_that_is_too_short_is_a_failure() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     let mut troupe = Troupe::new(|call, fallback, before| {
         ((call, fallback, before) == (Call::Receive, Fallback::None, 5)).then_some(Trouble::Forgets)
     });
-    let mut watch = Onlooker::default();
-    theatre.sweep("out", &mut troupe, 500, &mut watch).unwrap();
+    let watch = Onlooker::default();
+    theatre.sweep("out", &mut troupe, 500, &watch).unwrap();
+    let heard = watch.heard();
     assert!(theatre.journal("out") == theatre.journal("quiet"));
-    assert!(watch.faults[0].what.contains("answered for"), "{:?}", watch.faults);
+    assert!(heard.faults[0].what.contains("answered for"), "{:?}", heard.faults);
 }
 
 #[test]
 fn without_a_device_to_doubt_a_failure_ends_the_run() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     let cue =
         |call, _, before| (call == Call::Sense && before == 7).then_some(Trouble::Fails("threads gone"));
-    let error = theatre.sweep("out", &mut Undoubted(Troupe::new(cue)), 500, &mut Onlooker::default());
+    let error = theatre.sweep("out", &mut Undoubted(Troupe::new(cue)), 500, &Onlooker::default());
     assert!(
         matches!(&error, Err(Error::Device(what)) if what.to_string().contains("threads gone")),
         "{error:?}"
@@ -609,7 +618,7 @@ fn without_a_device_to_doubt_a_failure_ends_the_run() {
     let session = theatre.open("out", false).unwrap();
     assert!(session.done() > 0 && session.done() < session.total());
     drop(session);
-    theatre.sweep("out", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("out", &mut Alone, 0, &Onlooker::default()).unwrap();
     assert!(theatre.journal("out") == theatre.journal("quiet"));
 }
 
@@ -621,8 +630,8 @@ fn liar(from: usize) -> Troupe {
 #[test]
 fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
-    let error = theatre.sweep("out", &mut liar(0), 500, &mut Onlooker::default()).unwrap_err();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
+    let error = theatre.sweep("out", &mut liar(0), 500, &Onlooker::default()).unwrap_err();
     let Error::Disagreement(what) = &error else { panic!("{error:?}") };
     for part in [
         "scene cell, snapshot 0, repeat 0",
@@ -649,31 +658,31 @@ fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
     let session = theatre.open("out", false).unwrap();
     assert_eq!(session.done(), 0);
     drop(session);
-    theatre.sweep("out", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("out", &mut Alone, 0, &Onlooker::default()).unwrap();
     assert!(theatre.journal("out") == theatre.journal("quiet"));
 }
 
 #[test]
 fn the_share_that_is_checked_finds_a_later_lie_and_nothing_else_does() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     // The first poses are honest.
-    let error = theatre.sweep("some", &mut liar(6), 1, &mut Onlooker::default()).unwrap_err();
+    let error = theatre.sweep("some", &mut liar(6), 1, &Onlooker::default()).unwrap_err();
     assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
     // What nobody checks is believed.
-    theatre.sweep("none", &mut liar(6), 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("none", &mut liar(6), 0, &Onlooker::default()).unwrap();
     assert!(theatre.journal("none") != theatre.journal("quiet"));
 }
 
 #[test]
 fn an_honest_device_is_checked_three_times_and_then_for_a_share() {
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     // Of 604 choices, those numbered 0, 1, 2 and each five-hundredth or twentieth; or all of them; or none.
     for (verify, expected) in [(500, 3 + 1), (20, 3 + 30), (1, 604), (0, 0)] {
         let out = format!("one-in-{verify}");
         let report =
-            theatre.sweep(&out, &mut Troupe::new(|_, _, _| None), verify, &mut Onlooker::default()).unwrap();
+            theatre.sweep(&out, &mut Troupe::new(|_, _, _| None), verify, &Onlooker::default()).unwrap();
         assert_eq!(report.run.verified, Some(expected), "1 in {verify}");
         assert!(theatre.journal(&out) == theatre.journal("quiet"));
         assert_eq!(manifest(&theatre.out(&out))["runs"][0]["verified"], expected);
@@ -685,18 +694,18 @@ fn an_honest_device_is_checked_three_times_and_then_for_a_share() {
 fn an_honest_device_is_believed_however_often_poses_are_repeated() {
     for (random, repeats) in [(1, 2), (2, 7)] {
         let theatre = Theatre::of(random, repeats);
-        theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+        theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
         for verify in [1, 2, 500] {
             let out = format!("one-in-{verify}");
             let mut honest = Troupe::new(|_, _, _| None);
-            let report = theatre.sweep(&out, &mut honest, verify, &mut Onlooker::default()).unwrap();
+            let report = theatre.sweep(&out, &mut honest, verify, &Onlooker::default()).unwrap();
             let [verified, poses] = [report.run.verified, report.run.poses].map(Option::unwrap);
             assert!(verified >= poses / verify, "{verified} verified");
             assert!(theatre.journal(&out) == theatre.journal("quiet"));
         }
         // A lie in the last answer of all is found where all are checked.
         let answers = theatre.answers();
-        let error = theatre.sweep("lied", &mut liar(answers - 1), 1, &mut Onlooker::default()).unwrap_err();
+        let error = theatre.sweep("lied", &mut liar(answers - 1), 1, &Onlooker::default()).unwrap_err();
         assert!(matches!(error, Error::Disagreement(_)), "{error:?}");
     }
 }
@@ -727,7 +736,7 @@ fn what_the_cpu_did_instead_is_not_checked_by_the_cpu() {
     let mut troupe = Troupe::new(|call, _, before| {
         (call == Call::Sense && before >= 6).then_some(Trouble::Fails("device lost"))
     });
-    let report = theatre.sweep("out", &mut troupe, 1, &mut Onlooker::default()).unwrap();
+    let report = theatre.sweep("out", &mut troupe, 1, &Onlooker::default()).unwrap();
     assert!(
         Some(0) < report.run.verified && report.run.verified < report.run.poses,
         "{:?}",
@@ -774,17 +783,18 @@ impl BackendFactory for Cutting {
 fn what_a_driver_cuts_short_is_done_again_and_told() {
     let Some(adapter) = common::adapter() else { return };
     let theatre = Theatre::new();
-    theatre.sweep("quiet", &mut Alone, 0, &mut Onlooker::default()).unwrap();
+    theatre.sweep("quiet", &mut Alone, 0, &Onlooker::default()).unwrap();
     for (in_small, instead) in [(false, SMALL), (true, CPU)] {
         let out = format!("cut-{in_small}");
         let mut backends = Cutting { adapter: adapter.clone(), in_small };
-        let mut watch = Onlooker::default();
-        let report = theatre.sweep(&out, &mut backends, 1, &mut watch).unwrap();
+        let watch = Onlooker::default();
+        let report = theatre.sweep(&out, &mut backends, 1, &watch).unwrap();
+        let heard = watch.heard();
         assert_eq!(report.ending, Ending::Finished);
         assert!(theatre.journal(&out) == theatre.journal("quiet"), "other counts than a quiet run's");
         let run = &manifest(&theatre.out(&out))["runs"][0];
-        assert_eq!(run["faults"], serde_json::json!(watch.faults));
-        let first = &watch.faults[0];
+        assert_eq!(run["faults"], serde_json::json!(heard.faults));
+        let first = &heard.faults[0];
         assert!(first.what.contains("loops cut short: in ") && first.what.contains("`cast`"), "{first:?}");
         assert_eq!(first.instead, instead);
     }

@@ -70,7 +70,7 @@ fn results_read_back_are_those_of_the_sweep() {
     let out = folder.path("out");
     let mut session =
         Session::open(&study, &worlds, &out, Shard::WHOLE, false, &["perirobot".into()]).unwrap();
-    session.run(&mut OnCpu, 0, 0.0, &mut Onlooker::default()).unwrap();
+    session.run(&mut OnCpu, 0, 0.0, &Onlooker::default()).unwrap();
     let results = Results::new(Subject::of_study(&study, &worlds), session.into_pages());
     assert_eq!(results.scenes.iter().map(|scene| scene.moments.clone()).collect::<Vec<_>>(), [0..2, 2..3]);
 

@@ -5,12 +5,13 @@ mod casting;
 mod file;
 mod rows;
 
-pub use casting::{Casting, CastingWatch};
+pub use casting::Casting;
 pub use file::EVIDENCE;
 use perirobot_cover::CandidateEvidence;
 use perirobot_cover::layout::Wanted;
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
+use perirobot_march::progress::Progress;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 
@@ -28,9 +29,9 @@ pub fn cast_evidence(
     of: (usize, &[usize]),
     memory_bytes: u64,
     backend: &mut dyn Backend,
-    watch: &mut dyn CastingWatch,
+    progress: &dyn Progress,
 ) -> Result<CandidateEvidence> {
     let mut casting = Casting::new(study, worlds, of, Wanted::ALL, memory_bytes, None)?;
-    casting.run(backend, watch)?;
+    casting.run(backend, progress)?;
     Ok(casting.evidence())
 }

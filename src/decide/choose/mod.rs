@@ -7,8 +7,10 @@
 //! `evidence/file` keeps it on disk, `check` counts some of it again), `problem` what is asked for. `report` has the answer
 //! in names and numbers, with `ties`, `files` writes and reads it, `sets` makes combinations of it, and `outcome` scores
 //! them in the folder as a sweep; `refine` looks between the listed poses, and `verify` checks what was written.
+//! `choosing` runs these stages for the command line and Python.
 
 mod check;
+mod choosing;
 mod evidence;
 mod files;
 mod layout;
@@ -21,10 +23,11 @@ mod ties;
 mod verify;
 
 pub use check::count_again;
-pub use evidence::{Casting, CastingWatch, EVIDENCE, MEMORY_BYTES, cast_evidence};
+pub use choosing::{CastEvidence, Choosing, Ending, Found};
+pub use evidence::{Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
 pub use files::{Asked, AskedScore, AskedSensor, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use outcome::{Outcome, as_swept};
-pub use problem::{answer, examine, problem_of, progress_of};
-pub use refine::{RefineWatch, Refinement, refine};
+pub use problem::{answer, problem_of, progress_of};
+pub use refine::{Refinement, refine};
 pub use report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport};
-pub use verify::{Claims, Verified, VerifyWatch, verify};
+pub use verify::{Claims, Verified};

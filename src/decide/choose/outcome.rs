@@ -8,6 +8,7 @@ use super::files::Chosen;
 use super::report::FrontReport;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
@@ -15,8 +16,8 @@ use perirobot_sweep::results::files::OutputFolder;
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, Subject, jobs, rows, scores};
+use perirobot_sweep::sweep::reopen;
 use perirobot_sweep::sweep::session::{Ending, Session};
-use perirobot_sweep::sweep::{Watch, reopen};
 
 /// What was found, to be written.
 pub struct Outcome<'a> {
@@ -60,13 +61,13 @@ impl<'a> Outcome<'a> {
         backends: &mut dyn BackendFactory,
         (verify, prepare_s): (u64, f64),
         command: &[String],
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Results> {
         let out = folder.path();
         // A folder with a sweep, but without an answer, would be taken for a sweep that is to be kept.
         self.chosen.write(out)?;
         let mut session = Session::open(&self.sets, &self.worlds, out, Shard::WHOLE, true, command)?;
-        if let Ending::Stopped(why) = session.run(backends, verify, prepare_s, watch)?.ending {
+        if let Ending::Stopped(why) = session.run(backends, verify, prepare_s, progress)?.ending {
             return Err(Error::Stopped(Issue::says(why)));
         }
         let results = Results::new(Subject::of_study(&self.sets, &self.worlds), session.into_pages());

@@ -2,12 +2,11 @@
 
 use super::layout::layout_of;
 use perirobot_cover::layout::MomentBits;
-use perirobot_cover::{
-    Answer, CandidateEvidence, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SearchWatch, SetLimits,
-};
+use perirobot_cover::{Answer, CandidateEvidence, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SetLimits};
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Score;
+use perirobot_march::progress::{Progress, SearchState};
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::{Cost, Setting};
 use perirobot_study::study::{Choose, Study};
@@ -59,7 +58,7 @@ pub fn problem_of<'a>(
 ///
 /// # Errors
 /// When one cannot, or the region has too many voxels.
-pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
+pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
     let (layout, _) = layout_of(study, worlds, choose.region);
     let sum = |of: fn(&MomentBits) -> u64| layout.moments.iter().map(of).sum::<u64>();
     let name = &study.regions[choose.region].0;
@@ -97,8 +96,8 @@ pub fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
 ///
 /// # Errors
 /// When no set meets the requirements; when evidence in a file cannot be read.
-pub fn answer(problem: &Problem, watch: &dyn SearchWatch) -> Result<Answer> {
-    perirobot_cover::answer(problem, watch).map_err(|why| no_set(problem, why))
+pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<Answer> {
+    perirobot_cover::answer(problem, progress).map_err(|why| no_set(problem, why))
 }
 
 /// What helps where no set is good enough.
@@ -139,16 +138,12 @@ fn no_set(problem: &Problem, why: NoAnswer) -> Error {
 }
 
 /// What is known of the sets within some limits, in words: the best score so far, and what no set is above.
-pub fn progress_of(limits: &SetLimits, [best, above]: [Option<f64>; 2]) -> String {
-    let cost = limits.budget.map(Cost::from_thousandths).map(|budget| format!(" for {budget}"));
+pub fn progress_of(state: &SearchState) -> String {
+    let SearchState { at_most, budget, best, bound, .. } = *state;
+    let cost = budget.map(Cost::from_thousandths).map(|budget| format!(" for {budget}"));
     let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
-    let above = above.map(|above| format!(", none is above {above:.4}"));
-    format!(
-        "sets of at most {}{}: {best}{}",
-        limits.at_most,
-        cost.unwrap_or_default(),
-        above.unwrap_or_default()
-    )
+    let bound = bound.map(|bound| format!(", none is above {bound:.4}"));
+    format!("sets of at most {at_most}{}: {best}{}", cost.unwrap_or_default(), bound.unwrap_or_default())
 }
 
 /// For each candidate a bit for each that is too near in some world; nothing where none can be.

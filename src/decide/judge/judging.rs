@@ -16,12 +16,12 @@ use crate::approach::{Ground, fusion_warning};
 use crate::view::Choice;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends, Fallback};
 use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Condition, Requirement, Study};
 use perirobot_study::world::{World, cut_warnings};
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS};
-use perirobot_sweep::sweep::Watch;
 
 /// Choices of a sweep that can be judged.
 pub struct Judging<'a> {
@@ -112,7 +112,7 @@ impl<'a> Judging<'a> {
     pub fn judged(
         &self,
         open: &dyn Fn() -> Result<ChosenBackends>,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Judged<'_>> {
         let asked = WhatIf::asked(self.study);
         let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
@@ -121,20 +121,22 @@ impl<'a> Judging<'a> {
         let (mut sets, mut all_draws) = (Vec::new(), Vec::new());
         for ((choice, what_if), grounds) in self.choices.iter().zip(&self.what_ifs).zip(&self.grounds) {
             let mut conditions = match &mut backends {
-                Some(backends) if !is_swept(choice) => what_if.count_plan(self.results, backends, watch)?,
+                Some(backends) if !is_swept(choice) => {
+                    what_if.count_plan(self.results, backends, progress)?
+                }
                 _ => Conditions::as_planned(self.study, self.results, choice)?,
             };
             let drawn = match &mut backends {
                 Some(backends) if !asked.is_empty() => {
-                    what_if.count(&asked, &mut conditions, backends, watch)?
+                    what_if.count(&asked, &mut conditions, backends, progress)?
                 }
                 _ => None,
             };
-            what_if.come_near(grounds, &mut conditions, drawn.as_ref(), watch)?;
+            what_if.come_near(grounds, &mut conditions, drawn.as_ref(), progress)?;
             if self.study.stopping.is_some() {
                 // Opened when the others have let go of the device.
                 let mut backend = open()?.open(Fallback::None)?;
-                what_if.measure(&mut conditions, drawn.as_ref(), &mut *backend, watch)?;
+                what_if.measure(&mut conditions, drawn.as_ref(), &mut *backend, progress)?;
             }
             all_draws.extend(drawn);
             sets.push(match is_swept(choice) {

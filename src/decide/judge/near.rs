@@ -13,13 +13,12 @@ use super::speed::asks_how_near;
 use super::what_if::WhatIf;
 use crate::approach::{Body, Company, Ground, Moment, Nearest};
 use crate::view::watched::{Watcher, Watchers};
-use perirobot_march::error::Issue;
+use perirobot_march::Result;
+use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
-use perirobot_march::{Error, Result};
 use perirobot_scene::truth::Truth;
 use perirobot_study::study::{Condition, EntrySpec, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::Watch;
 
 /// Most cases that are put together at once.
 const MOST_AT_ONCE: usize = 256;
@@ -63,7 +62,7 @@ impl<'a> WhatIf<'a> {
         grounds: &[Ground],
         conditions: &mut Conditions,
         draws: Option<&Draws>,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<()> {
         let asked = WhatIf::asked_near(self.study);
         let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
@@ -77,14 +76,12 @@ impl<'a> WhatIf<'a> {
                     let scene = Scene::new(self, ground, draws, &truths, repeat);
                     conditions.passages.extend(passages(ground, company, repeat));
                     for some in cases.chunks_mut(ground.at_once().min(MOST_AT_ONCE)) {
-                        if let Some(why) = watch.stop() {
-                            return Err(Error::Stopped(Issue::says(why)));
-                        }
+                        progress.check_stop()?;
                         let watched = scene.watched(some);
                         let nearest = watched.par_iter().map(|watched| moment.nearest(watched));
                         let nearest: Vec<Vec<Nearest>> = nearest.collect();
                         some.iter_mut().zip(nearest).for_each(|(case, nearest)| case.near.extend(nearest));
-                        watch.finished(some.len() as u64);
+                        progress.advance(some.len() as u64);
                     }
                 }
             }

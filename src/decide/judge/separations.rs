@@ -11,15 +11,14 @@ use super::postures::{Stood, named};
 use super::separation::{Decision, Separation, Surroundings};
 use super::what_if::WhatIf;
 use crate::view::{Choice, Viewer};
+use perirobot_march::Result;
 use perirobot_march::backend::Backend;
-use perirobot_march::error::Issue;
-use perirobot_march::{Error, Result};
+use perirobot_march::progress::Progress;
 use perirobot_study::study::{Condition, Stopping, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::files::SEPARATION;
 use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
-use perirobot_sweep::sweep::Watch;
 
 impl WhatIf<'_> {
     /// The conditions under which is measured: those of requirements on the controller, and the plan where the study says
@@ -48,7 +47,7 @@ impl WhatIf<'_> {
         conditions: &mut Conditions,
         draws: Option<&Draws>,
         backend: &mut dyn Backend,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<()> {
         let asked = WhatIf::asked_of_controller(self.study);
         let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
@@ -64,13 +63,13 @@ impl WhatIf<'_> {
                         let Stood { study, worlds, .. } =
                             Stood::new(self.study, self.worlds, named(self.study, name)?)?;
                         let own = vec![(self.members.clone(), case)];
-                        self.measure_in(&study, &worlds, own, backend, watch)?;
+                        self.measure_in(&study, &worlds, own, backend, progress)?;
                     }
                 }
             }
-            self.measure_in(self.study, self.worlds, planned, backend, watch)?;
+            self.measure_in(self.study, self.worlds, planned, backend, progress)?;
             if let Some(draws) = draws {
-                self.measure_in(&draws.study, &draws.worlds, drawn, backend, watch)?;
+                self.measure_in(&draws.study, &draws.worlds, drawn, backend, progress)?;
             }
         }
         Ok(())
@@ -84,7 +83,7 @@ impl WhatIf<'_> {
         worlds: &[World],
         mut cases: Vec<(Vec<[usize; 3]>, &mut Case)>,
         backend: &mut dyn Backend,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<()> {
         let (mut combinations, mut choices) = (Vec::new(), Vec::new());
         for (members, case) in &mut cases {
@@ -103,13 +102,11 @@ impl WhatIf<'_> {
                 // Moments are listed repeat by repeat.
                 let moments = case.measured.iter_mut().skip(number).step_by(worlds.len());
                 for (repeat, separation) in moments.enumerate() {
-                    if let Some(why) = watch.stop() {
-                        return Err(Error::Stopped(Issue::says(why)));
-                    }
+                    progress.check_stop()?;
                     let view =
                         choice.map(|choice| viewer.view(world, Choice { repeat, ..choice })).transpose()?;
                     *separation = surroundings.separation(view.as_ref().map(|view| &view.labels));
-                    watch.finished(1);
+                    progress.advance(1);
                 }
             }
         }

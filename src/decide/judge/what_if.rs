@@ -14,11 +14,12 @@ use perirobot_march::backend::Fusion;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::metrics::Confusion;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Combination, Condition, Member, MountingError, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
-use perirobot_sweep::sweep::{Watch, run_on};
+use perirobot_sweep::sweep::run_on;
 
 /// A choice of sensors that is to be counted in other cases than the plan.
 pub struct WhatIf<'a> {
@@ -93,9 +94,9 @@ impl<'a> WhatIf<'a> {
         &self,
         subject: &Subject,
         backends: &mut dyn BackendFactory,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Conditions> {
-        let counted = self.counted(self.study, self.worlds, self.left_out(&[]), backends, watch)?;
+        let counted = self.counted(self.study, self.worlds, self.left_out(&[]), backends, progress)?;
         let counts = counted.into_iter().map(|(_, counts)| counts).next().unwrap_or_default();
         Ok(Conditions::of_plan(self.study, subject, counts))
     }
@@ -111,10 +112,10 @@ impl<'a> WhatIf<'a> {
         asked: &[Condition],
         planned: &mut Conditions,
         backends: &mut dyn BackendFactory,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Option<Draws>> {
         let variants = self.left_out(asked);
-        planned.take(self.counted(self.study, self.worlds, variants, backends, watch)?)?;
+        planned.take(self.counted(self.study, self.worlds, variants, backends, progress)?)?;
         let mut drawn = None;
         if let Some(error) = self.error(asked) {
             let draws = self.draws(error)?;
@@ -126,7 +127,7 @@ impl<'a> WhatIf<'a> {
                 warnings: Vec::new(),
             };
             let variants = (0..error.draws).map(of_draw).collect();
-            planned.take(self.counted(&draws.study, &draws.worlds, variants, backends, watch)?)?;
+            planned.take(self.counted(&draws.study, &draws.worlds, variants, backends, progress)?)?;
             drawn = Some(draws);
         }
         if asked.contains(&Condition::Postures) {
@@ -140,7 +141,7 @@ impl<'a> WhatIf<'a> {
                     kept: Vec::new(),
                     warnings,
                 };
-                planned.take(self.counted(&study, &worlds, vec![variant], backends, watch)?)?;
+                planned.take(self.counted(&study, &worlds, vec![variant], backends, progress)?)?;
             }
         }
         Ok(drawn)
@@ -252,7 +253,7 @@ impl<'a> WhatIf<'a> {
         worlds: &[World],
         variants: Vec<Variant>,
         backends: &mut dyn BackendFactory,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Vec<(Variant, CountsOf)>> {
         // Nobody speaks in a set without sensors.
         let nothing = |region: usize| -> Vec<Confusion> {
@@ -280,7 +281,7 @@ impl<'a> WhatIf<'a> {
         let study = one_way(study, &speaking, combinations);
         let ways: Vec<Vec<Vec<usize>>> =
             study.combinations.iter().map(|one| one.representations(&study.sensors)).collect();
-        let mut rows = run_on(&study, worlds, backends, watch)?;
+        let mut rows = run_on(&study, worlds, backends, progress)?;
         rows.sort_by_key(|row| row.repeat);
         for row in rows {
             let (number, variant) = speaking[row.combination];

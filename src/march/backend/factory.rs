@@ -139,6 +139,20 @@ pub trait BackendFactory {
     }
 }
 
+impl<B: BackendFactory + ?Sized> BackendFactory for &mut B {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        (**self).open(fallback)
+    }
+
+    fn needs_check(&self) -> bool {
+        (**self).needs_check()
+    }
+
+    fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
+        (**self).take_back(backend);
+    }
+}
+
 /// The backend of a user's choice and its fallbacks.
 pub struct ChosenBackends {
     choice: BackendChoice,

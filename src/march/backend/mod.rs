@@ -368,6 +368,12 @@ fn nothing_in(slot: Slot) -> crate::Error {
     crate::Error::device(format!("slot {slot} holds no evidence of this scene"))
 }
 
+/// The evidence in some of the slots that are held.
+fn planes_in(held: &[Option<Planes>], slots: &[Slot]) -> Result<Vec<Planes>> {
+    let planes = |&slot: &Slot| held.get(slot as usize).and_then(Option::clone);
+    slots.iter().map(|slot| planes(slot).ok_or_else(|| nothing_in(*slot))).collect()
+}
+
 /// The error for an answer without a request.
 fn nothing_submitted() -> crate::Error {
     crate::Error::device("no question is open")

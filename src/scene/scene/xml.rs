@@ -5,12 +5,17 @@
 //! No name has a namespace behind the scan: a prefix is a part of the name (`gz.policies`), but for the prefix of the root,
 //! which is dropped. So namespaces cost nothing, however many a file declares.
 
-use roxmltree::{Document, Error};
+use roxmltree::{Document, Error, Node};
 
 use perirobot_march::error::Issue;
 
 /// Most attributes of an element. Formats that are read here have ten; the parser compares each with each.
 const MOST_ATTRIBUTES: usize = 256;
+
+/// The children of a node that have this name.
+pub(super) fn children<'a, 'i>(node: Node<'a, 'i>, name: &str) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child| child.has_tag_name(name))
+}
 
 /// A text that was scanned. Its lines are those of the file.
 pub(super) struct Xml(String);

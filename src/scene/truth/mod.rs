@@ -9,4 +9,4 @@ pub mod voxelize;
 pub use objects::{ObjectVoxels, RobotReach, Truth};
 pub use people::people;
 pub use region::{Region, RegionShape};
-pub use snapshots::{GoOn, Snapshots, voxelize_all};
+pub use snapshots::{Snapshots, voxelize_all};

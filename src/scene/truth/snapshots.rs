@@ -12,10 +12,8 @@ use super::voxelize::{VoxelizedObject, body, bounds_m, distinct_objects};
 use crate::scene::{Object, Role, Scene};
 use perirobot_march::Result;
 use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Grid};
-
-/// Called between two pieces of work; an error ends the work.
-pub type GoOn<'a> = &'a (dyn Fn() -> Result<()> + Sync);
 
 /// Most memory that the voxels of a scene take. A short scene file can ask for any amount, and a system that
 /// runs out of memory kills the program without a message.
@@ -40,13 +38,14 @@ impl Snapshots {
     /// truths that are asked for, as many are kept as fit so many bytes, and at least one.
     ///
     /// # Errors
-    /// What `go_on` says before an object; a scene whose voxels would take more than 64 GiB, or than there
+    /// `Error::Stopped` before an object; a scene whose voxels would take more than 64 GiB, or than there
     /// is; a surface too far away to count.
-    pub fn new(scenes: &[Scene], grid: Grid, kept_bytes: u64, go_on: GoOn) -> Result<Snapshots> {
+    pub fn new(scenes: &[Scene], grid: Grid, kept_bytes: u64, progress: &dyn Progress) -> Result<Snapshots> {
         let objects = distinct_objects(scenes);
         let most_kept = (kept_bytes / bytes_of_truth(&grid)).clamp(1, scenes.len().max(1) as u64) as usize;
         refuse_excess(&objects, most_kept, &grid, free_bytes())?;
-        let bodies = objects.par_iter().map(|object| go_on().and_then(|()| body(object, &grid)));
+        let bodies =
+            objects.par_iter().map(|object| progress.check_stop().and_then(|()| body(object, &grid)));
         let bodies: Vec<VoxelizedObject> = bodies.collect::<Result<_>>()?;
         let numbers: HashMap<_, _> = objects.into_iter().map(Arc::as_ptr).zip(0..).collect();
         let placed =
@@ -103,7 +102,7 @@ impl Snapshots {
 /// # Errors
 /// As those.
 pub fn voxelize_all(snapshots: &[Scene], grid: Grid) -> Result<Vec<Truth>> {
-    let all = Snapshots::new(snapshots, grid, 0, &|| Ok(()))?;
+    let all = Snapshots::new(snapshots, grid, 0, &|| None)?;
     Ok((0..all.count()).map(|snapshot| Truth::clone(&all.truth(snapshot))).collect())
 }
 
@@ -224,7 +223,7 @@ mod tests {
     #[test]
     fn a_truth_that_was_dropped_is_put_together_again_the_same() {
         let (scenes, grid) = walk(5);
-        let of = |bytes| Snapshots::new(&scenes, grid, bytes, &|| Ok(())).unwrap();
+        let of = |bytes| Snapshots::new(&scenes, grid, bytes, &|| None).unwrap();
         let (few, all) = (of(2 * bytes_of_truth(&grid)), of(u64::MAX));
         assert_eq!((few.most_kept, all.most_kept, few.count()), (2, 5, 5));
         let first = few.truth(0);
@@ -258,7 +257,7 @@ mod tests {
         assert!(what.contains("of 513 objects"), "{what}");
         // However many snapshots there are, few truths are kept.
         let (scenes, grid) = walk(2000);
-        let few = Snapshots::new(&scenes, grid, 3 * bytes_of_truth(&grid), &|| Ok(())).unwrap();
+        let few = Snapshots::new(&scenes, grid, 3 * bytes_of_truth(&grid), &|| None).unwrap();
         (0..2000).for_each(|snapshot| drop(few.truth(snapshot)));
         assert_eq!(few.kept.lock().unwrap().len(), 3);
     }
@@ -270,11 +269,8 @@ mod tests {
         let (scenes, grid) = walk(5);
         let until = |last: usize| {
             let asked = AtomicUsize::new(0);
-            let go_on = || match asked.fetch_add(1, Ordering::Relaxed) {
-                number if number < last => Ok(()),
-                _ => Err(Error::Stopped(Issue::says("enough"))),
-            };
-            Snapshots::new(&scenes, grid, 0, &go_on).map(|all| all.count())
+            let stop = || (asked.fetch_add(1, Ordering::Relaxed) >= last).then(|| "enough".into());
+            Snapshots::new(&scenes, grid, 0, &stop).map(|all| all.count())
         };
         for last in 0..6 {
             assert!(
@@ -285,7 +281,7 @@ mod tests {
         assert!(matches!(until(6), Ok(5)));
         let (scenes, _) = walk(300);
         let large = Grid { size: [1024; 3], ..grid };
-        let begun = Snapshots::new(&scenes, large, u64::MAX, &|| Err(Error::Stopped(Issue::says("begun"))));
+        let begun = Snapshots::new(&scenes, large, u64::MAX, &|| Some("begun".into()));
         assert!(
             matches!(&begun, Err(Error::Input(what)) if what.to_string().contains("GiB, more than")),
             "{begun:?}"

@@ -342,6 +342,15 @@ pub struct Station<'a> {
 }
 
 impl Station<'_> {
+    /// Fails where no voxel of the scene is the robot's.
+    pub(crate) fn check_robot(&self) -> Result<(), Issue> {
+        match self.truth.robot.is_empty() {
+            true => Err(Issue::says("needs a robot: no voxel of the scene is the robot's")
+                .wanted("give its object role = \"robot\"")),
+            false => Ok(()),
+        }
+    }
+
     /// Where the sensor is; the world's origin if it has no pose.
     pub(crate) fn pose(&self) -> Pose {
         self.setting.pose()

@@ -32,12 +32,13 @@ use extent::grid;
 pub use floor::{Floor, FloorSource};
 use perirobot_march::backend::{GridPose, OverTime, VoxelScene};
 use perirobot_march::error::{Issue, Site};
+use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Grid, People, Window};
 use perirobot_march::{Error, Result};
 use perirobot_scene::pose::Pose;
 use perirobot_scene::scene::{Role, Scene, build::build_or_all};
 use perirobot_scene::truth::region::SweptBy;
-use perirobot_scene::truth::{GoOn, Region, RegionShape, Snapshots, Truth, people, region, voxelize};
+use perirobot_scene::truth::{Region, RegionShape, Snapshots, Truth, people, region, voxelize};
 pub use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
 
@@ -86,16 +87,12 @@ impl World {
         World::prepare_all_unless(study, &|| None)
     }
 
-    /// The same; `stop` is asked before each object and each snapshot, and may give a reason to stop.
+    /// The same, which may be stopped before each object and each snapshot.
     ///
     /// # Errors
-    /// `Error::Stopped` with that reason.
-    pub fn prepare_all_unless(
-        study: &Study,
-        stop: &(dyn Fn() -> Option<String> + Sync),
-    ) -> Result<Vec<World>> {
-        let go_on = || stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
-        let make = |scene| World::make(study, scene, &go_on).map_err(Error::first);
+    /// `Error::Stopped`.
+    pub fn prepare_all_unless(study: &Study, progress: &dyn Progress) -> Result<Vec<World>> {
+        let make = |scene| World::make(study, scene, progress).map_err(Error::first);
         let scenes: Vec<_> = (0..study.scenes.len()).map(make).collect::<Result<_>>()?;
         Ok(scenes.into_iter().flatten().collect())
     }
@@ -116,11 +113,11 @@ impl World {
     /// The same, but tells all that is wrong with whatever can be judged independently: objects, carriers of
     /// sensors, regions.
     pub fn examine(study: &Study, scene: usize) -> Result<Vec<World>, Vec<Error>> {
-        World::make(study, scene, &|| Ok(()))
+        World::make(study, scene, &|| None)
     }
 
-    fn make(study: &Study, scene: usize, go_on: GoOn) -> Result<Vec<World>, Vec<Error>> {
-        go_on().map_err(|e| vec![e])?;
+    fn make(study: &Study, scene: usize, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
+        progress.check_stop().map_err(|e| vec![e])?;
         let spec = &study.scenes[scene];
         let in_scene = |e: Error| vec![e.at(&spec.path)];
         let in_study = |e: Error| vec![e.at(&study.path)];
@@ -154,13 +151,13 @@ impl World {
         let grid = grid(study, &snapshots, &settings, &extent)
             .map_err(|e| in_study(slips().into_iter().fold(e, Error::cure)))?;
         let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
-        let in_voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, go_on).map_err(in_scene)?);
+        let in_voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, progress).map_err(in_scene)?);
         let floor = Floor::new(study, &snapshots[0]);
         let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
         let mut worlds: Vec<World> = Vec::new();
         let mut over_time: Option<OverTime> = None;
         for (snapshot, mounted) in settings.into_iter().zip(carriers).enumerate() {
-            go_on().map_err(|e| vec![e])?;
+            progress.check_stop().map_err(|e| vec![e])?;
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
             let place = format!("scene {:?}{moment}", spec.name);
             let world = World::of_snapshot(study, [scene, snapshot], (&in_voxels, floor), mounted, &shapes);

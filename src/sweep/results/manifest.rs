@@ -16,7 +16,7 @@ use crate::results::files::{MANIFEST, json_issue, read_regular, shards_below};
 use crate::results::journal::Shard;
 pub use changes::changes;
 pub use identity::{Identity, SceneFileIdentity, SensorIdentity, Sensors};
-use perirobot_march::error::Issue;
+use perirobot_march::progress::Fault;
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::hex;
 use perirobot_study::study::Study;
@@ -99,30 +99,6 @@ pub struct Run {
     pub faults: Option<Vec<Fault>>,
     /// `finished`, or why it was not; [`KILLED`] from its beginning until it ends.
     pub ended: String,
-}
-
-/// Something that failed, and what was done about it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Fault {
-    /// What the backend said.
-    pub what: String,
-    /// The scene that it worked on.
-    pub scene: String,
-    /// Which backend did the work instead.
-    pub instead: String,
-}
-
-impl Fault {
-    /// The failure of a device. What the user could do about it is left out, since another backend continues; a panic
-    /// of its code should be reported.
-    pub fn new(error: &Error, scene: impl Into<String>, instead: impl Into<String>) -> Fault {
-        let issue = Issue { cures: Vec::new(), ..error.issue().clone() };
-        let what = match error {
-            Error::Bug(_) => format!("{issue}; please report this with the command"),
-            _ => issue.to_string(),
-        };
-        Fault { what, scene: scene.into(), instead: instead.into() }
-    }
 }
 
 impl Manifest {

@@ -2,6 +2,7 @@
 //! shards put together, and all of it read back, with scores over scenes, snapshots and repeats and the
 //! tables for pandas.
 
+pub mod checksum;
 pub mod columns;
 #[cfg(any(test, feature = "example"))]
 pub mod example;

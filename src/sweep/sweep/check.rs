@@ -16,6 +16,9 @@ use perirobot_study::world::World;
 /// How many choices are checked at the very beginning, and at least, where there are so many.
 pub const AT_LEAST: u64 = 3;
 
+/// One choice in so many is checked after that, unless the user says otherwise.
+pub const ONE_IN: u64 = 500;
+
 /// How many picked choices may wait, so that a scene is made ready once for several.
 const MOST_WAITING: usize = 16;
 

@@ -2,11 +2,10 @@
 
 use super::{Ledger, Row};
 use crate::results::journal::Journal;
-use crate::results::manifest::Fault;
 use crate::results::{Layout, PoseChoice, RowKey};
 use perirobot_march::Result;
-use perirobot_march::backend::Backend;
 use perirobot_march::metrics::Confusion;
+use perirobot_march::progress::Progress;
 use perirobot_study::world::World;
 
 /// Which choices of a shard are finished in which blocks.
@@ -76,21 +75,6 @@ impl Done {
     }
 }
 
-/// Follows the progress of a sweep, and may stop it.
-pub trait Watch {
-    /// The backend of the user's choice begins, at first or once more after a failure.
-    fn runs_on(&mut self, backend: &dyn Backend);
-
-    /// How many choices were finished since the last call.
-    fn finished(&mut self, choices: u64);
-
-    /// What failed, and which backend took over.
-    fn failed(&mut self, fault: &Fault);
-
-    /// A reason to begin no more work, if there is one.
-    fn stop(&mut self) -> Option<String>;
-}
-
 /// Writes finished rows into the journal, and knows which are left.
 pub(super) struct Checkpoint<'a> {
     pub(super) layout: &'a Layout,
@@ -98,13 +82,13 @@ pub(super) struct Checkpoint<'a> {
     pub(super) moments: Vec<usize>,
     pub(super) journal: &'a mut Journal,
     pub(super) done: &'a mut Done,
-    pub(super) watch: &'a mut dyn Watch,
+    pub(super) progress: &'a dyn Progress,
     /// Why it was stopped.
     pub(super) stopped: Option<String>,
-    /// The world that is worked on: its scene and snapshot.
-    pub(super) entered: Option<[usize; 2]>,
     /// Rows of a device that the CPU has yet to check.
     pub(super) unchecked: Option<super::check::Picked>,
+    /// Whether the rows that come now need no check.
+    pub(super) is_trusted: bool,
     /// How many choices were finished by this run.
     pub(super) finished: u64,
 }
@@ -123,10 +107,6 @@ impl Checkpoint<'_> {
 }
 
 impl Ledger for Checkpoint<'_> {
-    fn begins(&mut self, world: &World) {
-        self.entered = Some([world.scene, world.snapshot]);
-    }
-
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         let moment = self.moment(world.scene, world.snapshot);
         !self.done.has(self.layout.block(moment, repeat), self.layout.place(pose_choice))
@@ -143,17 +123,18 @@ impl Ledger for Checkpoint<'_> {
             let Row { scene, snapshot, repeat, combination, choice, .. } = rows[0];
             let block = self.layout.block(self.moment(scene, snapshot), repeat);
             self.done.set(block, self.layout.place(&PoseChoice { combination, choice }));
-            if let Some(unchecked) = &mut self.unchecked {
+            if let Some(unchecked) = self.unchecked.as_mut().filter(|_| !self.is_trusted) {
                 unchecked.pick(rows);
             }
             self.finished += 1;
-            self.watch.finished(1);
+            self.progress.advance(1);
         }
         Ok(())
     }
 
     fn enough(&mut self) -> bool {
-        self.stopped = self.stopped.take().or_else(|| self.watch.stop());
-        self.stopped.is_some() || self.unchecked.as_ref().is_some_and(|unchecked| unchecked.are_due())
+        self.stopped = self.stopped.take().or_else(|| self.progress.stop_reason());
+        let is_due = !self.is_trusted && self.unchecked.as_ref().is_some_and(|unchecked| unchecked.are_due());
+        self.stopped.is_some() || is_due
     }
 }

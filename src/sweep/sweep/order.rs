@@ -19,6 +19,7 @@ use super::evidence::{BatchSize, FirstHitSlots, Store};
 use crate::results::{PoseChoice, layout_of};
 use perirobot_march::backend::{Backend, Rays, VoxelScene};
 use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_scene::truth::region::window_of;
 use perirobot_study::study::Study;
@@ -26,9 +27,6 @@ use perirobot_study::world::{World, ray_tables_of};
 
 /// Says which rows are wanted, and takes them as they come.
 pub trait Ledger {
-    /// Work on a world begins.
-    fn begins(&mut self, _: &World) {}
-
     /// Whether the rows of a choice are wanted, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
@@ -61,18 +59,18 @@ pub fn run(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result
     run_some(study, worlds, &pose_choices, backend)
 }
 
-/// [`run`], until there is a reason to stop.
+/// [`run`], which may be stopped; nothing else is reported.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped` with that reason.
+/// When the backend fails; `Error::Stopped`.
 pub fn run_unless(
     study: &Study,
     worlds: &[World],
     backend: &mut dyn Backend,
-    stop: &dyn Fn() -> Option<String>,
+    progress: &dyn Progress,
 ) -> Result<Vec<Row>> {
     let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
-    let mut taken = UntilStopped { rows: Vec::new(), stop, why: None };
+    let mut taken = UntilStopped { rows: Vec::new(), progress, why: None };
     run_choices(study, worlds, &pose_choices, BatchSize::FULL, backend, &mut taken)?;
     if let Some(why) = taken.why {
         return Err(Error::Stopped(Issue::says(why)));
@@ -84,7 +82,7 @@ pub fn run_unless(
 /// A ledger that wants everything, until there is a reason to stop.
 struct UntilStopped<'a> {
     rows: Vec<Row>,
-    stop: &'a dyn Fn() -> Option<String>,
+    progress: &'a dyn Progress,
     why: Option<String>,
 }
 
@@ -99,7 +97,7 @@ impl Ledger for UntilStopped<'_> {
     }
 
     fn enough(&mut self) -> bool {
-        self.why = self.why.take().or_else(|| (self.stop)());
+        self.why = self.why.take().or_else(|| self.progress.stop_reason());
         self.why.is_some()
     }
 }
@@ -133,10 +131,6 @@ pub fn run_choices(
 struct Scoring<'a>(&'a mut dyn Ledger);
 
 impl Task for Scoring<'_> {
-    fn begins(&mut self, world: &World) {
-        self.0.begins(world);
-    }
-
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         self.0.wants(world, repeat, pose_choice)
     }
@@ -260,7 +254,7 @@ struct CountRequest {
 
 /// Scores what is wanted of some choices in one world, in every repeat, as many at a time as their evidence
 /// fits the backend.
-fn score(
+pub(super) fn score(
     mut store: Store,
     pose_choices: &[PoseChoice],
     backend: &mut dyn Backend,

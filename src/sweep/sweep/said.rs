@@ -2,12 +2,10 @@
 //! sweep casts them, without counting.
 
 use super::evidence::{BatchSize, Store};
-use super::fallback::{Resumable, work_on};
+use super::failover::{Choices, Failover, Resumable};
 use super::order::{Task, each_world};
 use crate::results::PoseChoice;
-use crate::results::manifest::Fault;
 use perirobot_march::Result;
-use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::backend::{self, Backend, Planes, Slot};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -36,12 +34,6 @@ pub trait EvidenceReader {
 
     /// Whether nothing more is to be begun.
     fn enough(&mut self) -> bool;
-
-    /// This backend begins.
-    fn runs_on(&mut self, _: &dyn Backend) {}
-
-    /// Something failed; what was not taken yet is wanted from somebody else.
-    fn failed(&mut self, _: &Fault) {}
 }
 
 /// What is read, and in which representation of each sensor.
@@ -58,45 +50,20 @@ pub struct ReadPlan<'a> {
 }
 
 impl ReadPlan<'_> {
-    /// Reads it with the backend of a user's choice. Of a device that fails what is left is read in small batches,
-    /// and if it fails at those too, from the CPU. A reader must not want again what it took.
-    pub fn read_on(&self, backends: &mut dyn BackendFactory, reader: &mut dyn EvidenceReader) -> Result<()> {
-        work_on(backends, &mut Reading { plan: self, reader })
+    /// Reads it with the backend of a user's choice; others step in where a device fails. A reader must not want again
+    /// what it took.
+    pub fn read_on(&self, failover: &mut Failover, reader: &mut dyn EvidenceReader) -> Result<()> {
+        let ReadPlan { study, worlds, pose_choices, representations } = *self;
+        let choices = Choices { study, worlds, pose_choices };
+        let backend = failover.open()?;
+        failover.work(choices, backend, &mut ReadTask { representations, reader, taken: 0 }).map(drop)
     }
 
     /// Reads it with one backend.
     pub fn read(&self, backend: &mut dyn Backend, reader: &mut dyn EvidenceReader) -> Result<()> {
-        self.read_batches(BatchSize::FULL, backend, reader)
-    }
-
-    fn read_batches(
-        &self,
-        batch: BatchSize,
-        backend: &mut dyn Backend,
-        reader: &mut dyn EvidenceReader,
-    ) -> Result<()> {
         let ReadPlan { study, worlds, pose_choices, representations } = *self;
-        each_world(study, worlds, pose_choices, batch, backend, &mut ReadTask { representations, reader })
-    }
-}
-
-/// A plan and who takes what is read.
-struct Reading<'a> {
-    plan: &'a ReadPlan<'a>,
-    reader: &'a mut dyn EvidenceReader,
-}
-
-impl Resumable for Reading<'_> {
-    fn work(&mut self, batch: BatchSize, backend: &mut dyn Backend) -> Result<()> {
-        self.plan.read_batches(batch, backend, self.reader)
-    }
-
-    fn runs_on(&mut self, backend: &dyn Backend) {
-        self.reader.runs_on(backend);
-    }
-
-    fn failed(&mut self, fault: &Fault) {
-        self.reader.failed(fault);
+        let mut task = ReadTask { representations, reader, taken: 0 };
+        each_world(study, worlds, pose_choices, BatchSize::FULL, backend, &mut task)
     }
 }
 
@@ -105,6 +72,8 @@ struct ReadTask<'a> {
     /// Of each sensor of the study.
     representations: &'a [usize],
     reader: &'a mut dyn EvidenceReader,
+    /// How many choices were taken.
+    taken: u64,
 }
 
 impl Task for ReadTask<'_> {
@@ -129,6 +98,7 @@ impl Task for ReadTask<'_> {
                 for some in made.chunks(AT_ONCE) {
                     let said = self.said(&store, some, repeat, backend)?;
                     self.reader.take(store.world, repeat, said)?;
+                    self.taken += some.len() as u64;
                 }
             }
         }
@@ -137,6 +107,12 @@ impl Task for ReadTask<'_> {
 
     fn enough(&mut self) -> bool {
         self.reader.enough()
+    }
+}
+
+impl Resumable for ReadTask<'_> {
+    fn finished(&self) -> u64 {
+        self.taken
     }
 }
 

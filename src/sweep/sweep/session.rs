@@ -10,14 +10,16 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::Row;
 use super::check::{AT_LEAST, Picked};
-use super::checkpoint::{Checkpoint, Done, Watch};
-use super::worker::{Timings, Worker};
+use super::checkpoint::{Checkpoint, Done};
+use super::failover::{Choices, Failover, Timings};
+use super::sweeping::Sweeping;
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
 use crate::results::manifest::{KILLED, Manifest, Run};
 use crate::results::{Layout, PoseChoice, columns, layout_of, places_of};
-use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::{Argument, Issue, Site, Words, catch_panic};
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -157,14 +159,14 @@ impl<'a> Session<'a> {
         backends: &mut dyn BackendFactory,
         verify: u64,
         prepare_s: f64,
-        watch: &mut dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<RunReport> {
         let begin = Instant::now();
         let began_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        let backend = backends.open(Fallback::None)?;
-        watch.runs_on(backend.as_ref());
+        let mut failover = Failover::new(backends, progress);
+        let backend = failover.open()?;
         let (name, device) = (backend.name(), backend.device());
-        let doubts = backends.needs_check();
+        let doubts = failover.needs_check();
         let unchecked = self.unchecked(verify)?;
         let unchecked = match (doubts && verify > 0, unchecked.is_empty()) {
             (true, _) => Some(Picked::one_in(verify).and(unchecked)),
@@ -186,34 +188,27 @@ impl<'a> Session<'a> {
         };
         self.manifest.provenance.runs.push(run.clone());
         self.folder.write(MANIFEST, &self.manifest.bytes())?;
-        let mut checkpoint = Checkpoint {
+        let choices = Choices { study: self.study, worlds: self.worlds, pose_choices: &self.pose_choices };
+        let checkpoint = Checkpoint {
             layout: &self.layout,
             moments: moments(self.study),
             journal: &mut self.journal,
             done: &mut self.done,
-            watch,
+            progress,
             stopped: None,
-            entered: None,
             unchecked,
+            is_trusted: false,
             finished: 0,
         };
-        let mut worker = Worker {
-            study: self.study,
-            worlds: self.worlds,
-            pose_choices: &self.pose_choices,
-            folder: self.folder.path(),
-            backends,
-            faults: Vec::new(),
-            verified: 0,
-            checker: None,
-        };
-        let ended = catch_panic(|| worker.work(backend, &mut checkpoint));
-        let (stopped, finished) = (checkpoint.stopped.take(), checkpoint.finished);
+        let mut sweeping =
+            Sweeping { choices, folder: self.folder.path(), checkpoint, verified: 0, checker: None };
+        let ended = catch_panic(|| failover.work(choices, backend, &mut sweeping));
+        let Sweeping { checkpoint: Checkpoint { stopped, finished, .. }, verified, .. } = sweeping;
         let synced = self.journal.sync();
         let sweep_s = begin.elapsed().as_secs_f64();
         (run.sweep_s, run.poses) = (Some(sweep_s), Some(finished));
         run.poses_per_s = Some(finished as f64 / sweep_s.max(1e-9));
-        (run.verified, run.faults) = (Some(worker.verified), Some(worker.faults));
+        (run.verified, run.faults) = (Some(verified), Some(failover.faults));
         run.ended = match (&ended, &stopped) {
             (Err(e), _) => e.to_string(),
             (Ok(_), Some(why)) => why.clone(),

@@ -2,15 +2,15 @@
 
 use std::collections::HashSet;
 
-use super::checkpoint::Watch;
-use super::evidence::BatchSize;
-use super::fallback::{Resumable, work_on};
-use super::{Ledger, Row, run_choices};
-use crate::results::manifest::Fault;
+use super::evidence::Store;
+use super::failover::{Choices, Failover, Resumable};
+use super::order::{Task, score};
+use super::{Ledger, Row};
 use crate::results::{PoseChoice, layout_of};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -19,18 +19,20 @@ use perirobot_study::world::World;
 /// backends step in where a device fails.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped` with the watch's reason.
+/// When the backend fails; `Error::Stopped`.
 pub fn run_on(
     study: &Study,
     worlds: &[World],
     backends: &mut dyn BackendFactory,
-    watch: &mut dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Vec<Row>> {
     let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
-    let taken = Taken { rows: Vec::new(), done: HashSet::new(), stopped: None, watch };
-    let mut task = Counting { study, worlds, pose_choices, taken };
-    work_on(backends, &mut task)?;
-    let Taken { mut rows, stopped, .. } = task.taken;
+    let choices = Choices { study, worlds, pose_choices: &pose_choices };
+    let mut counting = Counting(Taken { rows: Vec::new(), done: HashSet::new(), stopped: None, progress });
+    let mut failover = Failover::new(backends, progress);
+    let backend = failover.open()?;
+    failover.work(choices, backend, &mut counting)?;
+    let Taken { mut rows, stopped, .. } = counting.0;
     if let Some(why) = stopped {
         return Err(Error::Stopped(Issue::says(why)));
     }
@@ -38,24 +40,26 @@ pub fn run_on(
     Ok(rows)
 }
 
-struct Counting<'a> {
-    study: &'a Study,
-    worlds: &'a [World],
-    pose_choices: Vec<PoseChoice>,
-    taken: Taken<'a>,
+/// The task of counting everything.
+struct Counting<'a>(Taken<'a>);
+
+impl Task for Counting<'_> {
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        self.0.wants(world, repeat, pose_choice)
+    }
+
+    fn work(&mut self, store: Store, pose_choices: &[PoseChoice], backend: &mut dyn Backend) -> Result<()> {
+        score(store, pose_choices, backend, &mut self.0)
+    }
+
+    fn enough(&mut self) -> bool {
+        self.0.enough()
+    }
 }
 
 impl Resumable for Counting<'_> {
-    fn work(&mut self, batch: BatchSize, backend: &mut dyn Backend) -> Result<()> {
-        run_choices(self.study, self.worlds, &self.pose_choices, batch, backend, &mut self.taken)
-    }
-
-    fn runs_on(&mut self, backend: &dyn Backend) {
-        self.taken.watch.runs_on(backend);
-    }
-
-    fn failed(&mut self, fault: &Fault) {
-        self.taken.watch.failed(fault);
+    fn finished(&self) -> u64 {
+        self.0.done.len() as u64
     }
 }
 
@@ -65,7 +69,7 @@ struct Taken<'a> {
     /// Scene, snapshot, repeat, combination and choice of what is there.
     done: HashSet<[usize; 5]>,
     stopped: Option<String>,
-    watch: &'a mut dyn Watch,
+    progress: &'a dyn Progress,
 }
 
 impl Ledger for Taken<'_> {
@@ -80,12 +84,12 @@ impl Ledger for Taken<'_> {
             self.done.insert([row.scene, row.snapshot, row.repeat, row.combination, row.choice]);
         }
         self.rows.extend(rows);
-        self.watch.finished((self.done.len() - before) as u64);
+        self.progress.advance((self.done.len() - before) as u64);
         Ok(())
     }
 
     fn enough(&mut self) -> bool {
-        self.stopped = self.stopped.take().or_else(|| self.watch.stop());
+        self.stopped = self.stopped.take().or_else(|| self.progress.stop_reason());
         self.stopped.is_some()
     }
 }

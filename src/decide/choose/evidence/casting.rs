@@ -14,29 +14,14 @@ use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::{Argument, Issue, Words, catch_panic};
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Sensor;
 use perirobot_study::study::{Choose, Combination, Member, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::PoseChoice;
 use perirobot_sweep::results::files::write_whole;
-use perirobot_sweep::results::manifest::Fault;
-use perirobot_sweep::sweep::{EvidenceReader, ReadPlan, SensorSays};
-
-/// Is told how the casting proceeds, and may stop it.
-pub trait CastingWatch {
-    /// So many more candidates were cast in some scene, snapshot and repeat.
-    fn cast(&mut self, more: u64);
-
-    /// Why nothing more is to be begun, if that is so.
-    fn stop(&mut self) -> Option<String>;
-
-    /// This backend begins.
-    fn runs_on(&mut self, _: &dyn Backend) {}
-
-    /// A device failed; another backend goes on.
-    fn failed(&mut self, _: &Fault) {}
-}
+use perirobot_sweep::sweep::{EvidenceReader, Failover, ReadPlan, SensorSays};
 
 /// Evidence that is there in part.
 pub struct Casting<'a> {
@@ -197,8 +182,8 @@ impl<'a> Casting<'a> {
     ///
     /// # Errors
     /// When the backend fails; when the disk does; `Error::Stopped`. What was cast before is kept.
-    pub fn run(&mut self, backend: &mut dyn Backend, watch: &mut dyn CastingWatch) -> Result<()> {
-        self.run_by(watch, |plan, taking| plan.read(backend, taking))
+    pub fn run(&mut self, backend: &mut dyn Backend, progress: &dyn Progress) -> Result<()> {
+        self.run_by(progress, |plan, taking| plan.read(backend, taking))
     }
 
     /// The same on the backend of a user's choice; others step in where a device fails. What is kept of a device is in doubt
@@ -206,16 +191,16 @@ impl<'a> Casting<'a> {
     ///
     /// # Errors
     /// Those of [`Casting::run`].
-    pub fn run_on(&mut self, backends: &mut dyn BackendFactory, watch: &mut dyn CastingWatch) -> Result<()> {
-        if let Some(doubt) = self.doubt().filter(|_| self.left() > 0 && backends.needs_check()) {
+    pub fn run_on(&mut self, failover: &mut Failover) -> Result<()> {
+        if let Some(doubt) = self.doubt().filter(|_| self.left() > 0 && failover.needs_check()) {
             write_whole(&doubt, b"a device cast poses that were not counted again yet\n")?;
         }
-        self.run_by(watch, |plan, taking| plan.read_on(backends, taking))
+        self.run_by(failover.progress(), |plan, taking| plan.read_on(failover, taking))
     }
 
     fn run_by(
         &mut self,
-        watch: &mut dyn CastingWatch,
+        progress: &dyn Progress,
         read: impl FnOnce(ReadPlan, &mut dyn EvidenceReader) -> Result<()>,
     ) -> Result<()> {
         let alone = |(sensor, spec): (usize, &Sensor)| Combination {
@@ -230,7 +215,7 @@ impl<'a> Casting<'a> {
         let choices: Vec<PoseChoice> = choices.collect();
         let first = |sensor| self.items.partition_point(|item| item[0] < sensor);
         let first = (0..study.sensors.len()).map(first).collect();
-        let mut taking = Taking { casting: self, first, watch, stopped: None };
+        let mut taking = Taking { casting: self, first, progress, stopped: None };
         let plan = ReadPlan { study: &study, worlds, pose_choices: &choices, representations };
         // Poses that were cast before a panic are kept as well.
         let cast = catch_panic(|| read(plan, &mut taking));
@@ -386,7 +371,7 @@ struct Taking<'c, 'a> {
     casting: &'c mut Casting<'a>,
     /// The row of each sensor's first candidate.
     first: Vec<usize>,
-    watch: &'c mut dyn CastingWatch,
+    progress: &'c dyn Progress,
     stopped: Option<String>,
 }
 
@@ -420,20 +405,12 @@ impl EvidenceReader for Taking<'_, '_> {
         if self.casting.bytes > self.casting.memory_bytes {
             self.casting.fits()?;
         }
-        self.watch.cast(said.len() as u64);
+        self.progress.advance(said.len() as u64);
         Ok(())
     }
 
-    fn runs_on(&mut self, backend: &dyn Backend) {
-        self.watch.runs_on(backend);
-    }
-
-    fn failed(&mut self, fault: &Fault) {
-        self.watch.failed(fault);
-    }
-
     fn enough(&mut self) -> bool {
-        self.stopped = self.stopped.take().or_else(|| self.watch.stop());
+        self.stopped = self.stopped.take().or_else(|| self.progress.stop_reason());
         self.stopped.is_some()
     }
 }

@@ -27,6 +27,7 @@ use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
+use perirobot_sweep::results::checksum::{CHECK_BYTES, checksum};
 use perirobot_sweep::results::files::sync_folder_of;
 use perirobot_sweep::results::journal::{Shard, open_alone};
 use perirobot_sweep::results::manifest::{Manifest, changes};
@@ -38,9 +39,6 @@ const MAGIC: [u8; 8] = *b"PeRSevid";
 
 /// Version of this format.
 const VERSION: u32 = 1;
-
-/// Bytes of a checksum.
-const CHECK_BYTES: usize = 8;
 
 /// Bytes before what decides the evidence.
 const HEADER_BYTES: usize = 8 + 4 + 8 + 32 + CHECK_BYTES;
@@ -172,7 +170,7 @@ impl EvidenceFile {
         let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
         let damaged =
             || unfit("has a damaged beginning".into(), Words::from(Argument("restart")) + " begins anew");
-        if check([body, &[]]) != sum || length > MOST_SAID {
+        if checksum([body, &[]]) != sum || length > MOST_SAID {
             return Err(damaged());
         }
         let mut says = Vec::new();
@@ -220,7 +218,7 @@ impl EvidenceFile {
             let each: Option<Vec<usize>> = (0..PLANES)
                 .map(|plane| words(key, plane).map(|words| if has(plane) { words } else { 0 }))
                 .collect();
-            let (Some(each), true) = (each, check([&self.fingerprint, body]) == sum) else {
+            let (Some(each), true) = (each, checksum([&self.fingerprint, body]) == sum) else {
                 found.is_cut = true;
                 break;
             };
@@ -231,7 +229,7 @@ impl EvidenceFile {
             }
             payload.resize(bytes, 0);
             reader.read_exact(&mut payload).map_err(unreadable)?;
-            if check([&self.fingerprint, &payload]) == body[16..] {
+            if checksum([&self.fingerprint, &payload]) == body[16..] {
                 let mut all =
                     payload.chunks_exact(8).map(|word| u64::from_le_bytes(std::array::from_fn(|i| word[i])));
                 let said = std::array::from_fn(|plane| all.by_ref().take(each[plane]).collect());
@@ -252,7 +250,7 @@ impl EvidenceFile {
             bytes.extend(VERSION.to_le_bytes());
             bytes.extend((self.says.len() as u64).to_le_bytes());
             bytes.extend(self.fingerprint);
-            bytes.extend(check([&bytes, &[]]));
+            bytes.extend(checksum([&bytes, &[]]));
             bytes.extend(&self.says);
         }
         let mut places = Vec::new();
@@ -291,8 +289,8 @@ impl EvidenceFile {
         let number = |number| u32::try_from(number).expect("no study has as many poses").to_le_bytes();
         let payload: Vec<u8> = said.iter().flatten().flat_map(|word| word.to_le_bytes()).collect();
         let mut record: Vec<u8> = numbers.into_iter().flat_map(number).collect();
-        record.extend(check([&self.fingerprint, &payload]));
-        record.extend(check([&self.fingerprint, &record]));
+        record.extend(checksum([&self.fingerprint, &payload]));
+        record.extend(checksum([&self.fingerprint, &record]));
         record.extend(payload);
         record
     }
@@ -303,12 +301,4 @@ impl EvidenceFile {
         let synced = self.file.as_ref().map_or(Ok(()), File::sync_data);
         synced.map_err(|e| Error::storage(&self.path, e))
     }
-}
-
-/// The first bytes of a SHA-256: chance passes one in 2⁶⁴.
-fn check(parts: [&[u8]; 2]) -> [u8; CHECK_BYTES] {
-    let mut hash = Sha256::new();
-    parts.iter().for_each(|part| hash.update(part));
-    let hash = hash.finalize();
-    std::array::from_fn(|i| hash[i])
 }

@@ -16,27 +16,21 @@ mod counted;
 use std::collections::BTreeMap;
 
 use self::around::{Around, LEVELS, Spot};
-use super::evidence::{Casting, CastingWatch};
+use super::evidence::Casting;
 use super::report::{FrontReport, RefinedReport};
 use crate::choose::problem_of;
-use perirobot_cover::{Answer, Problem, SearchWatch, SetLimits, Worth, best_within, overlaps, polished};
-use perirobot_march::backend::Backend;
-use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_cover::{Answer, Problem, SetLimits, Worth, best_within, overlaps, polished};
+use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
+use perirobot_march::progress::{Fault, Progress};
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::results::manifest::Fault;
+use perirobot_sweep::sweep::Failover;
 
 /// Of sets of so many sensors the best of all around is searched; of larger ones what changes of one or two lead to.
 const SEARCHED: usize = 4;
 /// Most rounds around one set: noise is drawn anew in each, so that something might be gained again and again.
 const MOST_ROUNDS: usize = 200;
-
-/// Is told how refining proceeds, and may stop it.
-pub trait RefineWatch: SearchWatch {
-    /// A device failed; another backend goes on.
-    fn failed(&self, _: &Fault) {}
-}
 
 /// What refining found.
 pub struct Refinement {
@@ -71,40 +65,39 @@ pub fn refine(
     (problem, answer, told): (&Problem, &Answer, &FrontReport),
     memory_bytes: u64,
     backends: &mut dyn BackendFactory,
-    watch: &dyn RefineWatch,
+    progress: &dyn Progress,
 ) -> Result<Refinement> {
-    let backend = backends.open(Fallback::None)?;
-    let around = Around::new(study, worlds);
-    let mut refining = Refining { choose, around, memory_bytes, backend, backends, watch };
+    let (mut kept, quiet) = (KeptBackends::new(&mut *backends), Quiet(progress));
+    let (failover, around) = (Failover::new(&mut kept, &quiet), Around::new(study, worlds));
+    let mut refining = Refining { choose, around, memory_bytes, failover, progress };
     let mut all: Vec<Refined> = Vec::new();
     // Of the steps of a size the first has the whole budget.
     for steps in answer.steps.chunk_by(|a, b| a.limits.at_most == b.limits.at_most) {
         let Some(best) = &steps[0].best else { continue };
         let listed: Vec<Spot> = best.set.iter().map(|&item| Spot::at(problem.evidence.items[item])).collect();
-        if all.iter().all(|earlier| earlier.listed != listed) && !watch.stops() {
+        if all.iter().all(|earlier| earlier.listed != listed) && !progress.stops() {
             all.push(refining.refined(steps[0].limits, listed)?);
         }
     }
     let mut cpu = backends.open(Fallback::Cpu)?;
     let counted = counted::counted((study, choose, worlds), told, &all, cpu.as_mut())?;
-    Ok(Refinement { complete: !watch.stops(), ..counted })
+    Ok(Refinement { complete: !progress.stops(), ..counted })
 }
 
-struct Refining<'a, 'b> {
+struct Refining<'a> {
     choose: &'a Choose,
     around: Around<'a>,
     memory_bytes: u64,
-    backend: Box<dyn Backend + Send>,
-    backends: &'b mut dyn BackendFactory,
-    watch: &'a dyn RefineWatch,
+    failover: Failover<'a>,
+    progress: &'a dyn Progress,
 }
 
-impl Refining<'_, '_> {
+impl Refining<'_> {
     /// The best that was found around a set.
     fn refined(&mut self, limits: SetLimits, listed: Vec<Spot>) -> Result<Refined> {
         let mut refined = Refined { limits, spots: listed.clone(), listed, worth: None, rounds: 0, cast: 0 };
         let mut level = 1;
-        while level <= LEVELS && refined.rounds < MOST_ROUNDS && !self.watch.stops() {
+        while level <= LEVELS && refined.rounds < MOST_ROUNDS && !self.progress.stops() {
             if !self.gains(&mut refined, level)? {
                 level += 1;
             }
@@ -132,7 +125,7 @@ impl Refining<'_, '_> {
             Choose { always: always.collect(), at_most: refined.limits.at_most, ..self.choose.clone() };
         let mut casting = Casting::begin(&study, &choose, &worlds, self.memory_bytes, None)
             .map_err(|error| error.at("choose.refine"))?;
-        match cast(&mut casting, &mut self.backend, self.backends, self.watch) {
+        match casting.run_on(&mut self.failover) {
             Err(Error::Stopped(_)) => return Ok(false),
             other => other?,
         }
@@ -142,50 +135,32 @@ impl Refining<'_, '_> {
         let centre: Vec<usize> = refined.spots.iter().map(|&spot| item(spot)).collect();
         // With noise of another draw it may fail what is required.
         let Some(centre) = problem.found(&centre) else { return Ok(false) };
-        let stop = || self.watch.stops();
+        let (stop, stops) = (|| self.progress.stop_reason(), || self.progress.stops());
         let better = match refined.limits.at_most <= SEARCHED || !problem.is_searchable() {
             true => {
                 let mut known = BTreeMap::from([(centre.set.clone(), centre.worth)]);
                 let kept = overlaps(&problem);
                 best_within(&problem, refined.limits, kept.as_ref(), &mut known, &stop).best
             }
-            false => Some(polished(&problem, refined.limits, None, centre.clone(), &stop)),
+            false => Some(polished(&problem, refined.limits, None, centre.clone(), &stops)),
         };
         let Some(better) = better.filter(|better| better.worth > centre.worth) else { return Ok(false) };
-        self.watch.finds(&refined.limits, Some(better.worth.value()));
+        self.progress.show_search(&refined.limits.state(Some(better.worth.value())));
         refined.spots = better.set.iter().map(|&item| spots[item]).collect();
         refined.worth = Some(better.worth);
         Ok(true)
     }
 }
 
-/// Casts what is not there yet; where a device fails, on the CPU.
-fn cast(
-    casting: &mut Casting,
-    backend: &mut Box<dyn Backend + Send>,
-    backends: &mut dyn BackendFactory,
-    watch: &dyn RefineWatch,
-) -> Result<()> {
-    let mut stopping = Stopping(watch);
-    match casting.run(backend.as_mut(), &mut stopping) {
-        Err(error @ (Error::Device(_) | Error::Bug(_)))
-            if backends.needs_check() && backend.name() == "gpu" =>
-        {
-            watch.failed(&Fault::new(&error, "", "the CPU"));
-            *backend = backends.open(Fallback::Cpu)?;
-            casting.run(backend.as_mut(), &mut stopping)
-        }
-        other => other,
+/// Shows nothing but failures of devices, since how many poses are cast around a set is unknown.
+struct Quiet<'a>(&'a dyn Progress);
+
+impl Progress for Quiet<'_> {
+    fn stop_reason(&self) -> Option<String> {
+        self.0.stop_reason()
     }
-}
 
-/// Stops a casting when refining is to end.
-struct Stopping<'a>(&'a dyn RefineWatch);
-
-impl CastingWatch for Stopping<'_> {
-    fn cast(&mut self, _: u64) {}
-
-    fn stop(&mut self) -> Option<String> {
-        self.0.stops().then(|| "stopped".into())
+    fn show_fault(&self, fault: &Fault) {
+        self.0.show_fault(fault);
     }
 }

@@ -97,7 +97,7 @@ fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
 
 /// What is said of each sensor of each set: the scores without them are counted again.
 fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result<()> {
-    let Given { study, choose, worlds, watch, .. } = given;
+    let Given { study, choose, worlds, progress, .. } = given;
     let Claims { folder, chosen: Chosen { report, .. }, sets } = claims;
     let all: Vec<&SetReport> = report.steps.iter().map(|step| &step.best).chain(&report.ties).collect();
     let without = |set: &Vec<[usize; 2]>| {
@@ -105,7 +105,7 @@ fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result
         (0..set.len()).map(rest).collect::<Vec<_>>()
     };
     let rests: Vec<Vec<[usize; 2]>> = sets.iter().flat_map(without).filter(|rest| !rest.is_empty()).collect();
-    let mut counts = recounted(study, choose, worlds, &rests, recounter, &|| watch.stop())?.into_iter();
+    let mut counts = recounted(study, choose, worlds, &rests, recounter, progress)?.into_iter();
     let nothing_seen = |world: &World| world.baselines[choose.region].nothing_seen;
     let nothing: Vec<Confusion> = (0..study.repeats).flat_map(|_| worlds.iter().map(nothing_seen)).collect();
     let places = Places::new(study, &worlds[0]);

@@ -3,6 +3,7 @@
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::metrics::{Across, Confusion, Score};
+use perirobot_march::progress::Progress;
 use perirobot_study::study::{Choose, Combination, Member, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::run_unless;
@@ -17,7 +18,7 @@ pub(crate) fn recounted(
     worlds: &[World],
     sets: &[Vec<[usize; 2]>],
     backend: &mut dyn Backend,
-    stop: &dyn Fn() -> Option<String>,
+    progress: &dyn Progress,
 ) -> Result<Vec<Vec<Confusion>>> {
     let combination = |(number, set): (usize, &Vec<[usize; 2]>)| Combination {
         name: number.to_string(),
@@ -26,7 +27,7 @@ pub(crate) fn recounted(
     };
     let combinations = sets.iter().enumerate().map(combination).collect();
     let study = Study { combinations, ..study.clone() };
-    let mut rows = run_unless(&study, worlds, backend, stop)?;
+    let mut rows = run_unless(&study, worlds, backend, progress)?;
     rows.sort_by_key(|row| row.repeat);
     let mut counts = vec![Vec::new(); sets.len()];
     let representations: Vec<_> =

@@ -24,7 +24,6 @@ use self::plain::{Bar, Plain};
 use self::refined::{refine_again, verify_refined};
 use self::tables::verify_tables;
 use super::files::{Asked, Chosen, PROOF, fingerprint};
-use super::refine::RefineWatch;
 use super::report::{SetReport, StepReport};
 use perirobot_cover::layout::{FALSE, MISSED};
 use perirobot_cover::{CandidateEvidence, CutLimits, check_cuts};
@@ -33,6 +32,7 @@ use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, Fusion};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::{Across, Confusion, Score};
+use perirobot_march::progress::Progress;
 use perirobot_march::voxel::Ones;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Cost;
@@ -56,18 +56,6 @@ pub struct Verified {
     pub refining_stopped: bool,
 }
 
-/// Is told how a check proceeds, and may stop it.
-pub trait VerifyWatch: Sync {
-    /// A reason to stop, if there is one.
-    fn stop(&self) -> Option<String>;
-
-    /// So many steps of the front will be checked.
-    fn begins(&self, _: usize) {}
-
-    /// One of them was checked.
-    fn checked(&self) {}
-}
-
 /// What a proof is about.
 #[derive(Clone, Copy)]
 struct Given<'a> {
@@ -77,7 +65,7 @@ struct Given<'a> {
     evidence: &'a CandidateEvidence,
     /// Counts bits without the vector instructions of the search.
     ones: Ones,
-    watch: &'a dyn VerifyWatch,
+    progress: &'a dyn Progress,
 }
 
 /// A proof that was read, of the sets that a study asks for.
@@ -124,6 +112,11 @@ impl Claims {
         let sets = steps.chain(ties).map(read).collect::<Result<_>>()?;
         Ok(Claims { folder: folder.into(), chosen, sets })
     }
+
+    /// How many steps are claimed; [`verify`] reports each that it has checked.
+    pub fn steps(&self) -> usize {
+        self.chosen.report.steps.len()
+    }
 }
 
 /// Checks all that is in a folder of chosen sets: the proof, refined poses, which are searched again with evidence of at most
@@ -131,20 +124,20 @@ impl Claims {
 ///
 /// # Errors
 /// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
-pub fn verify(
+pub(super) fn verify(
     claims: &Claims,
     asked: (&Study, &Choose, &[World]),
     evidence: &CandidateEvidence,
     (backends, memory_bytes): (&mut dyn BackendFactory, u64),
-    (watch, refining): (&dyn VerifyWatch, &dyn RefineWatch),
+    progress: &dyn Progress,
 ) -> Result<Verified> {
     let mut oracle = Oracle::default();
-    let mut verified = verify_steps(claims, asked, evidence, &mut oracle, watch)?;
-    verified.sets += verify_refined(&claims.folder, asked, &mut oracle, watch)?;
+    let mut verified = verify_steps(claims, asked, evidence, &mut oracle, progress)?;
+    verified.sets += verify_refined(&claims.folder, asked, &mut oracle, progress)?;
     if asked.1.refine && !verified.stopped && !verified.refining_stopped {
-        refine_again(claims, asked, evidence, (backends, memory_bytes), (watch, refining))?;
+        refine_again(claims, asked, evidence, (backends, memory_bytes), progress)?;
     }
-    verify_tables(&claims.folder, asked, &mut oracle, watch)?;
+    verify_tables(&claims.folder, asked, &mut oracle, progress)?;
     Ok(verified)
 }
 
@@ -154,14 +147,13 @@ fn verify_steps(
     (study, choose, worlds): (&Study, &Choose, &[World]),
     evidence: &CandidateEvidence,
     recounter: &mut dyn Backend,
-    watch: &dyn VerifyWatch,
+    progress: &dyn Progress,
 ) -> Result<Verified> {
     let Claims { folder, chosen, sets } = claims;
     let (path, steps) = (folder.join(PROOF), &chosen.report.steps);
-    let given = Given { study, choose, worlds, evidence, ones: Ones::plain(), watch };
+    let given = Given { study, choose, worlds, evidence, ones: Ones::plain(), progress };
     let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
-    let counts = recounted(study, choose, worlds, sets, recounter, &|| watch.stop())?;
-    let stopped = || watch.stop().map_or(Ok(()), |why| Err(Error::Stopped(Issue::says(why))));
+    let counts = recounted(study, choose, worlds, sets, recounter, progress)?;
     let mut verified = Verified {
         sets: sets.len(),
         proven: 0,
@@ -171,7 +163,6 @@ fn verify_steps(
         refining_stopped: choose.refine && chosen.report.refining_stopped,
     };
     let is_provable = given.is_provable();
-    watch.begins(steps.len());
     let mut fractions = Vec::new();
     for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
         let place = format!("steps[{number}]");
@@ -197,8 +188,8 @@ fn verify_steps(
                 },
                 _ => return wrong(format!("{place}.no_set_is_above"), "is not shown by cuts"),
             }
-            stopped()?;
-            watch.checked();
+            progress.check_stop()?;
+            progress.advance(1);
             continue;
         }
         if step.no_set_is_above != Some(step.best.score) {
@@ -210,7 +201,7 @@ fn verify_steps(
         // No score is above one.
         if exact.map_or(step.best.score >= 1.0, |(n, d)| n >= d) {
             verified.proven += 1;
-            watch.checked();
+            progress.advance(1);
             continue;
         }
         if !is_provable {
@@ -226,15 +217,15 @@ fn verify_steps(
             let names: Vec<String> = better.iter().map(|&item| name(study, evidence.items[item])).collect();
             return wrong(format!("{place}.best"), &format!("this set is better: {}", names.join(";")));
         }
-        stopped()?;
+        progress.check_stop()?;
         verified.proven += 1;
-        watch.checked();
+        progress.advance(1);
     }
     if !chosen.report.stopped {
         whole::Whole { told: &chosen.report, fractions: &fractions, given, is_provable }
             .check()
             .map_err(|why| why.at(&path))?;
-        stopped()?;
+        progress.check_stop()?;
     }
     beside::check(claims, given, &counts, recounter)?;
     Ok(verified)

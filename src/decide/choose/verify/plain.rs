@@ -80,7 +80,7 @@ impl Plain<'_> {
         if self.is_better(&set) {
             return Some(set);
         }
-        if left == 1 || self.given.watch.stop().is_some() {
+        if left == 1 || self.given.progress.stops() {
             return None;
         }
         let order = self.open(&set, &order[i + 1..], left - 1);

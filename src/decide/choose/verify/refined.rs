@@ -8,15 +8,16 @@ use serde_json::Value;
 use super::allowed::{named, not_allowed};
 use super::counted::recounted;
 use super::tables::is_written;
-use super::{Claims, VerifyWatch, holds};
+use super::{Claims, holds};
 use crate::choose::files::{Chosen, PROOF, REFINED};
 use crate::choose::problem_of;
-use crate::choose::refine::{RefineWatch, Refinement, refine};
+use crate::choose::refine::{Refinement, refine};
 use crate::choose::report::RefinedReport;
 use perirobot_cover::{Answer, Bound, CandidateEvidence, FrontStep, Problem, SetLimits};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Cost;
 use perirobot_study::study::{Choose, Study};
@@ -30,7 +31,7 @@ pub(super) fn verify_refined(
     folder: &Path,
     (study, choose, _): (&Study, &Choose, &[World]),
     recounter: &mut dyn Backend,
-    watch: &dyn VerifyWatch,
+    progress: &dyn Progress,
 ) -> Result<usize> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
     let told = &chosen.report;
@@ -60,7 +61,7 @@ pub(super) fn verify_refined(
         if let Some(why) = not_allowed(&study, choose, &worlds, (*at_most, *budget, best), &set) {
             return wrong("best", &why);
         }
-        let counts = recounted(&study, choose, &worlds, &[set], recounter, &|| watch.stop())?;
+        let counts = recounted(&study, choose, &worlds, &[set], recounter, progress)?;
         holds(choose, best, &counts[0], &place("best")).map_err(|issue| issue.at(&path))?;
         counted += 1;
     }
@@ -77,16 +78,16 @@ pub(super) fn refine_again(
     asked: (&Study, &Choose, &[World]),
     evidence: &CandidateEvidence,
     (backends, memory_bytes): (&mut dyn BackendFactory, u64),
-    (watch, refining): (&dyn VerifyWatch, &dyn RefineWatch),
+    progress: &dyn Progress,
 ) -> Result<()> {
     let (study, choose, worlds) = asked;
     let problem = problem_of(study, choose, worlds, evidence);
     let found = (&problem, &claims.answer(&problem)?, &claims.chosen.report);
-    let again = refine(asked, found, memory_bytes, backends, refining)?;
-    match watch.stop().filter(|_| !again.complete) {
-        Some(why) => Err(Error::Stopped(Issue::says(why))),
-        None => claims.is_found_again(&again),
+    let again = refine(asked, found, memory_bytes, backends, progress)?;
+    if !again.complete {
+        progress.check_stop()?;
     }
+    claims.is_found_again(&again)
 }
 
 impl Claims {

@@ -4,11 +4,11 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::VerifyWatch;
 use crate::choose::files::{Chosen, PROOF};
 use perirobot_march::backend::Backend;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
@@ -30,7 +30,7 @@ pub(super) fn verify_tables(
     folder: &Path,
     (study, choose, worlds): (&Study, &Choose, &[World]),
     recounter: &mut dyn Backend,
-    watch: &dyn VerifyWatch,
+    progress: &dyn Progress,
 ) -> Result<()> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(()) };
     let refined = chosen.report.with_poses(study).map_err(|e| e.at(folder))?;
@@ -53,7 +53,7 @@ pub(super) fn verify_tables(
         }
     }
     let (results, _) = Results::read(folder)?;
-    for row in run_unless(&sets, worlds, recounter, &|| watch.stop())? {
+    for row in run_unless(&sets, worlds, recounter, progress)? {
         counts_again(folder, &results, &row)?;
     }
     is_written(&folder.join("results.csv"), Some(&rows::csv(&results)?))?;

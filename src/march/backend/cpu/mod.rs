@@ -287,8 +287,7 @@ impl Backend for Cpu {
     }
 
     fn planes(&mut self, slots: &[Slot]) -> Result<Vec<Planes>> {
-        let held = |&slot: &Slot| self.slots.get(slot as usize).and_then(Option::clone);
-        slots.iter().map(|slot| held(slot).ok_or_else(|| super::nothing_in(*slot))).collect()
+        super::planes_in(&self.slots, slots)
     }
 
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {

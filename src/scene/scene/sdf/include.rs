@@ -7,11 +7,11 @@ use std::rc::Rc;
 use roxmltree::Node;
 
 use super::geometry::{Body, shape};
-use super::model::{Link, Model, OWN, child, children, text};
+use super::model::{Link, Model, OWN, child, text};
 use super::pose::Pose;
 use super::{File, SdfFile, state};
 use crate::scene::urdf::Geometry;
-use crate::scene::xml::Xml;
+use crate::scene::xml::{Xml, children};
 use crate::source::{Sources, resolve_backslashes};
 use crate::spelling::plural;
 use perirobot_march::error::{Issue, Site};

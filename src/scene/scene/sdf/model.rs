@@ -9,6 +9,7 @@ use roxmltree::Node;
 use super::File;
 use super::geometry::Body;
 use super::pose::Pose;
+use crate::scene::xml::children;
 use perirobot_march::error::Issue;
 
 /// The name of a model's own frame.
@@ -169,11 +170,6 @@ impl Model {
 /// The first child of that name.
 pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Option<Node<'a, 'i>> {
     children(node, name).next()
-}
-
-/// The children of that name.
-pub(super) fn children<'a, 'i>(node: Node<'a, 'i>, name: &str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.has_tag_name(name))
 }
 
 /// The text of the first child of that name.

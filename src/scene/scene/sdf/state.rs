@@ -6,8 +6,9 @@ use std::collections::HashMap;
 use glam::DAffine3;
 use roxmltree::Node;
 
-use super::model::{Model, child, children, text};
+use super::model::{Model, child, text};
 use super::pose::Pose;
+use crate::scene::xml::children;
 use perirobot_march::error::Issue;
 
 /// How far a model is moved at least, in metres and in parts of a turn's matrix, to be told as moved.

@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat};
 use roxmltree::Node;
 
 use crate::pose::{from_rpy, unit_quaternion};
-use crate::scene::xml::Xml;
+use crate::scene::xml::{Xml, children};
 use perirobot_march::error::{Argument, Issue, Words};
 
 /// Deepest nesting of elements: a URDF needs 5.
@@ -332,8 +332,4 @@ fn refuse_depth(root: Node) -> Result<(), Issue> {
         open.extend(node.children().filter(Node::is_element).map(|child| (child, depth + 1)));
     }
     Ok(())
-}
-
-fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.has_tag_name(name))
 }

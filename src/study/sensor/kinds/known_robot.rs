@@ -83,11 +83,7 @@ impl Kind for KnownRobot {
     }
 
     fn check(&self, at: &Station) -> Result<(), Issue> {
-        match at.truth.robot.is_empty() {
-            true => Err(Issue::says("needs a robot: no voxel of the scene is the robot's")
-                .wanted("give its object role = \"robot\"")),
-            false => Ok(()),
-        }
+        at.check_robot()
     }
 
     fn feels(&self, _: &Station) -> Extent {

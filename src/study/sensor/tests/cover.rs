@@ -72,13 +72,6 @@ fn the_inside_of_the_robot_is_not_around_it() {
     assert!(!free.get([8, 8, 8]));
 }
 
-/// The hash as the paper prints it, in 64 bits.
-fn pcg(word: u64) -> u64 {
-    let state = (word * 747_796_405 + 2_891_336_453) % (1 << 32);
-    let mixed = ((state >> ((state >> 28) + 4)) ^ state) * 277_803_737 % (1 << 32);
-    (mixed >> 22) ^ mixed
-}
-
 #[test]
 fn noise_shifts_each_voxel_by_draws_of_its_own() {
     let things = block([7, 7, 9], [9, 9, 10]);

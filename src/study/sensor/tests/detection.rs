@@ -141,12 +141,6 @@ fn q16(metres: f64) -> i64 {
     (metres / VOXEL_M * 65_536.0).round() as i64
 }
 
-fn pcg(word: u64) -> u64 {
-    let state = (word * 747_796_405 + 2_891_336_453) % (1 << 32);
-    let mixed = ((state >> ((state >> 28) + 4)) ^ state) * 277_803_737 % (1 << 32);
-    (mixed >> 22) ^ mixed
-}
-
 /// The way to a joint in 1/65536 voxels, if it is in front and in the image: by angles, where the camera
 /// projects.
 fn in_image(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option<[i64; 3]> {

@@ -114,3 +114,10 @@ pub(crate) fn says(kind: &dyn Kind, representation: usize, at: &Station) -> Says
         both => panic!("one of two planes is empty, not {both:?}"),
     }
 }
+
+/// The hash as the paper prints it, in 64 bits.
+fn pcg(word: u64) -> u64 {
+    let state = (word * 747_796_405 + 2_891_336_453) % (1 << 32);
+    let mixed = ((state >> ((state >> 28) + 4)) ^ state) * 277_803_737 % (1 << 32);
+    (mixed >> 22) ^ mixed
+}

@@ -7,13 +7,6 @@ use crate::sensor::range::{Along, Range};
 use crate::sensor::{Scale, draws, look, placement};
 use perirobot_march::march;
 
-/// The hash as the paper prints it, in 64 bits.
-fn pcg(word: u64) -> u64 {
-    let state = (word * 747_796_405 + 2_891_336_453) % (1 << 32);
-    let mixed = ((state >> ((state >> 28) + 4)) ^ state) * 277_803_737 % (1 << 32);
-    (mixed >> 22) ^ mixed
-}
-
 #[test]
 fn the_words_are_folded_in_their_order() {
     let seed = 0x0123_4567_89ab_cdef;

@@ -9,8 +9,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use sha2::{Digest, Sha256};
-
+use crate::results::checksum::{CHECK_BYTES, checksum};
 use perirobot_march::metrics::{COUNTERS, Confusion, DETECTION_COUNTERS, Detection};
 
 /// Bytes before the first record.
@@ -24,9 +23,6 @@ const MAGIC: [u8; 8] = *b"PeRSjrnl";
 
 /// Version of this format.
 const VERSION: u32 = 2;
-
-/// Bytes of a checksum.
-const CHECK_BYTES: usize = 8;
 
 /// Why a file cannot be resumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,7 +112,7 @@ impl JournalHeader {
         bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
         bytes.extend(self.fingerprint);
         bytes.resize(HEADER_BYTES - CHECK_BYTES, 0);
-        bytes.extend(check([&bytes, &[]]));
+        bytes.extend(checksum([&bytes, &[]]));
         bytes
     }
 
@@ -146,7 +142,7 @@ impl JournalHeader {
         let sound = header.kept.start < header.kept.end
             && header.kept.end <= header.block_rows
             && header.shard.number < header.shard.of;
-        if check([body, &[]]) != sum || !sound || rows.is_none_or(|bytes| bytes > i64::MAX as u64) {
+        if checksum([body, &[]]) != sum || !sound || rows.is_none_or(|bytes| bytes > i64::MAX as u64) {
             return Err(Unfit::Damaged);
         }
         Ok(header)
@@ -163,7 +159,7 @@ impl JournalHeader {
             to.copy_from_slice(&number.to_le_bytes());
         }
         let (body, sum) = record.split_at_mut(RECORD_BYTES - CHECK_BYTES);
-        sum.copy_from_slice(&check([&self.fingerprint, body]));
+        sum.copy_from_slice(&checksum([&self.fingerprint, body]));
         record
     }
 
@@ -173,7 +169,7 @@ impl JournalHeader {
             return State::Missing;
         }
         let (body, sum) = record.split_at(RECORD_BYTES - CHECK_BYTES);
-        if body[..8] != row.to_le_bytes() || check([&self.fingerprint, body]) != sum {
+        if body[..8] != row.to_le_bytes() || checksum([&self.fingerprint, body]) != sum {
             return State::Damaged;
         }
         let number = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[8 + 4 * at + i]));
@@ -182,12 +178,4 @@ impl JournalHeader {
         let detection = Detection::from_counts(found, number(COUNTERS + DETECTION_COUNTERS));
         State::Finished(Confusion::from_counts(counts).with(detection))
     }
-}
-
-/// The first bytes of a SHA-256: chance passes one in 2⁶⁴.
-fn check(parts: [&[u8]; 2]) -> [u8; CHECK_BYTES] {
-    let mut hash = Sha256::new();
-    parts.iter().for_each(|part| hash.update(part));
-    let hash = hash.finalize();
-    std::array::from_fn(|i| hash[i])
 }

@@ -8,9 +8,9 @@ use crate::report::page::{ReportedSweep, now};
 use crate::report::table::{NONE, Table};
 use perirobot_march::SEMANTICS_VERSION;
 use perirobot_march::backend::Fusion;
+use perirobot_march::progress::Fault;
 use perirobot_scene::shell;
 use perirobot_study::sensor::SaidOfNoise;
-use perirobot_sweep::results::manifest::Fault;
 
 /// What was run, and what was assumed.
 pub(super) struct Run {

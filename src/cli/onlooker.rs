@@ -1,0 +1,82 @@
+//! Follows a job for the command line: shows it on standard error, and stops it on a signal or at `--max-time`.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use perirobot_march::backend::Backend;
+use perirobot_march::progress::{Fault, Progress, SearchState};
+
+use super::progress::{JobProgress, SearchProgress, above_bar};
+use super::stop::StopAt;
+
+/// What is shown of a job.
+pub(super) enum Shown {
+    /// How much of it is done.
+    Job(JobProgress),
+    /// What a search has found.
+    Search(SearchProgress),
+    /// Nothing.
+    Nothing,
+}
+
+/// Shows a job, and stops it if it may be stopped.
+pub(super) struct Onlooker<'a> {
+    shown: Mutex<Shown>,
+    stop: Option<&'a StopAt>,
+    /// Whether the next backend that begins is named: the first one, and one that is tried again.
+    names_backend: AtomicBool,
+}
+
+impl<'a> Onlooker<'a> {
+    /// Nothing is done yet.
+    pub(super) fn new(shown: Shown, stop: Option<&'a StopAt>, names_backend: bool) -> Onlooker<'a> {
+        Onlooker { shown: Mutex::new(shown), stop, names_backend: AtomicBool::new(names_backend) }
+    }
+
+    /// The job has ended, whether all is done or not.
+    pub(super) fn finish(self) {
+        drop(self);
+    }
+
+    fn with_shown<T>(&self, act: impl FnOnce(&mut Shown) -> T) -> T {
+        act(&mut self.shown.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Progress for Onlooker<'_> {
+    fn stop_reason(&self) -> Option<String> {
+        self.stop?.reason()
+    }
+
+    fn advance(&self, more: u64) {
+        self.with_shown(|shown| {
+            if let Shown::Job(job) = shown {
+                job.inc(more);
+            }
+        });
+    }
+
+    fn show_backend(&self, backend: &dyn Backend) {
+        if self.names_backend.swap(false, Ordering::Relaxed) {
+            above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
+        }
+    }
+
+    fn show_fault(&self, Fault { what, scene, instead }: &Fault) {
+        self.names_backend.store(true, Ordering::Relaxed);
+        let scene = if scene.is_empty() { String::new() } else { format!("scene {scene}: ") };
+        let things = self.with_shown(|shown| match shown {
+            Shown::Job(job) => job.what,
+            _ => "poses",
+        });
+        above_bar(|| say!("warning: {scene}{what}; the next {things} were done by {instead}"));
+    }
+
+    fn show_search(&self, state: &SearchState) {
+        self.with_shown(|shown| {
+            if let Shown::Search(search) = shown {
+                search.show(state);
+            }
+        });
+    }
+}

@@ -1,0 +1,173 @@
+//! The stages of a search: evidence is cast, sets are searched and refined, and what was found is written or verified.
+//! A caller shows what a stage returns before the next one begins.
+
+use std::path::{Path, PathBuf};
+
+use super::evidence::Casting;
+use super::files::Chosen;
+use super::outcome::Outcome;
+use super::problem::{answer, examine, problem_of};
+use super::refine::refine;
+use super::report::FrontReport;
+use super::verify::{Claims, Verified, verify};
+use perirobot_cover::CandidateEvidence;
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::progress::Progress;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Choose, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::files::OutputFolder;
+use perirobot_sweep::sweep::Failover;
+
+/// A question that has an answer.
+pub struct Choosing<'a> {
+    study: &'a Study,
+    choose: &'a Choose,
+    worlds: &'a [World],
+    /// How many bytes of evidence may be held.
+    memory_bytes: u64,
+}
+
+/// What every candidate says.
+pub struct CastEvidence {
+    /// The evidence.
+    pub evidence: CandidateEvidence,
+    /// The file that it is read from, if it takes more memory than it may.
+    pub file: Option<PathBuf>,
+    /// How many poses of a device the CPU counted again.
+    pub checked: Option<u64>,
+}
+
+/// The best sets that were found.
+pub struct Found<'a> {
+    /// What is to be written.
+    pub outcome: Outcome<'a>,
+    /// How the search ended.
+    pub ending: Ending,
+}
+
+/// How a search ended.
+pub enum Ending {
+    /// By itself.
+    Finished,
+    /// It was stopped, for this reason, before all sets were searched.
+    NotSearched(String),
+    /// It was stopped, for this reason, before all sets were refined.
+    NotRefined(String),
+    /// Refining failed.
+    Failed(Error),
+}
+
+impl<'a> Choosing<'a> {
+    /// What a study asks for.
+    ///
+    /// # Errors
+    /// When a score can have no value, or no exact one.
+    pub fn new(
+        study: &'a Study,
+        choose: &'a Choose,
+        worlds: &'a [World],
+        memory_bytes: u64,
+    ) -> Result<Choosing<'a>> {
+        examine(study, choose, worlds)?;
+        Ok(Choosing { study, choose, worlds, memory_bytes })
+    }
+
+    /// Opens a folder for the answer.
+    ///
+    /// # Errors
+    /// Those of [`Chosen::folder`].
+    pub fn open(&self, out: &Path) -> Result<OutputFolder> {
+        Chosen::folder(out, self.study)
+    }
+
+    /// Reads the proof in a folder.
+    ///
+    /// # Errors
+    /// Those of [`Claims::read`].
+    pub fn read_claims(&self, folder: &Path) -> Result<Claims> {
+        Claims::read(folder, self.study, self.choose, self.worlds)
+    }
+
+    /// Reads the evidence in a folder, and keeps there what will be cast; with `restart` it is lost. Without a folder
+    /// there is none yet, and none is kept.
+    ///
+    /// # Errors
+    /// Those of [`Casting::begin`].
+    pub fn begin_casting(&self, folder: Option<&Path>, restart: bool) -> Result<Casting<'a>> {
+        let kept = folder.map(|folder| (folder, restart));
+        Casting::begin(self.study, self.choose, self.worlds, self.memory_bytes, kept)
+    }
+
+    /// Casts what is left. Where a device casts, one pose in `verify` is checked on the CPU.
+    ///
+    /// # Errors
+    /// Those of [`Casting::run_on`] and [`Casting::checked`].
+    pub fn cast(
+        &self,
+        mut casting: Casting,
+        backends: &mut dyn BackendFactory,
+        verify: u64,
+        progress: &dyn Progress,
+    ) -> Result<CastEvidence> {
+        if casting.left() > 0 {
+            casting.run_on(&mut Failover::new(backends, progress))?;
+        }
+        let file = casting.path().filter(|_| casting.is_filed()).map(Path::to_path_buf);
+        let (evidence, checked) = casting.checked(self.choose, backends, verify)?;
+        Ok(CastEvidence { evidence, file, checked })
+    }
+
+    /// Finds the best sets, and refines them if that is asked for. None if it was stopped before any set was found.
+    ///
+    /// # Errors
+    /// When no set meets the requirements; when evidence in a file cannot be read.
+    pub fn search(
+        &self,
+        evidence: &CandidateEvidence,
+        backends: &mut dyn BackendFactory,
+        progress: &dyn Progress,
+    ) -> Result<Option<Found<'a>>> {
+        let asked = (self.study, self.choose, self.worlds);
+        let problem = problem_of(self.study, self.choose, self.worlds, evidence);
+        let answer = answer(&problem, progress)?;
+        let mut report = FrontReport::new(self.study, self.worlds, &problem, &answer);
+        let (mut ending, mut with_poses) = (Ending::Finished, None);
+        if let Some(why) = progress.stop_reason().filter(|_| !answer.complete) {
+            if report.steps.is_empty() {
+                return Ok(None);
+            }
+            ending = Ending::NotSearched(why);
+        }
+        evidence.was_read()?;
+        if self.choose.refine && answer.complete {
+            match refine(asked, (&problem, &answer, &report), self.memory_bytes, backends, progress) {
+                Ok(refinement) => {
+                    if let Some(why) = progress.stop_reason().filter(|_| !refinement.complete) {
+                        ending = Ending::NotRefined(why);
+                    }
+                    with_poses = refinement.with_poses;
+                    report.refined = Some(refinement.told);
+                    report.refining_stopped = !refinement.complete;
+                }
+                Err(error) => ending = Ending::Failed(error),
+            }
+        }
+        Ok(Some(Found { outcome: Outcome::new(asked, report, with_poses), ending }))
+    }
+
+    /// Checks all that is in the folder of a proof.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what does not hold; `Error::Stopped`.
+    pub fn verify(
+        &self,
+        claims: &Claims,
+        evidence: &CandidateEvidence,
+        backends: &mut dyn BackendFactory,
+        progress: &dyn Progress,
+    ) -> Result<Verified> {
+        let asked = (self.study, self.choose, self.worlds);
+        verify(claims, asked, evidence, (backends, self.memory_bytes), progress)
+    }
+}

@@ -1,0 +1,91 @@
+//! The task of a sweep: scores what the journal lacks, and has the CPU check what a device counted.
+
+use std::path::Path;
+
+use super::checkpoint::Checkpoint;
+use super::evidence::Store;
+use super::failover::{Choices, Resumable};
+use super::order::{Ledger, Task, score};
+use crate::results::PoseChoice;
+use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::{Error, Result};
+use perirobot_study::world::World;
+
+/// The work of one run.
+pub(super) struct Sweeping<'a> {
+    pub(super) choices: Choices<'a>,
+    pub(super) folder: &'a Path,
+    pub(super) checkpoint: Checkpoint<'a>,
+    /// How many choices were checked.
+    pub(super) verified: u64,
+    /// The backend that checks: the CPU.
+    pub(super) checker: Option<Box<dyn Backend + Send>>,
+}
+
+impl Task for Sweeping<'_> {
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        self.checkpoint.wants(world, repeat, pose_choice)
+    }
+
+    fn work(&mut self, store: Store, pose_choices: &[PoseChoice], backend: &mut dyn Backend) -> Result<()> {
+        score(store, pose_choices, backend, &mut self.checkpoint)
+    }
+
+    fn enough(&mut self) -> bool {
+        self.checkpoint.enough()
+    }
+}
+
+impl Resumable for Sweeping<'_> {
+    fn finished(&self) -> u64 {
+        self.checkpoint.finished
+    }
+
+    fn begin(&mut self, fallback: Fallback) {
+        // The CPU need not be checked by the CPU.
+        self.checkpoint.is_trusted = fallback == Fallback::Cpu;
+    }
+
+    /// Checks what was picked. A difference ends the run, with the evidence in a file.
+    fn check(&mut self, backends: &mut dyn BackendFactory) -> Result<()> {
+        let Some(picked) = &mut self.checkpoint.unchecked else { return Ok(()) };
+        if self.checker.is_none() {
+            self.checker = Some(backends.open(Fallback::Cpu)?);
+        }
+        let Some(checker) = &mut self.checker else { return Ok(()) };
+        match picked.check(self.choices.study, self.choices.worlds, checker.as_mut())? {
+            Ok(number) => {
+                self.verified += number;
+                Ok(())
+            }
+            Err(difference) => {
+                // A later run or a merge would take rows of a device that counts wrongly for finished ones.
+                let cleared = match self.checkpoint.journal.set_aside(DISAGREED) {
+                    Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),
+                    Err(e) => format!("Its rows could not be set aside ({e}): remove the folder"),
+                };
+                let path = self.folder.join(DISAGREEMENT);
+                let bytes = format!("{:#}\n", difference.evidence).into_bytes();
+                let kept = match write_whole(&path, &bytes) {
+                    Ok(()) => format!("Both counts are in {}", path.display()),
+                    Err(e) => format!("Both counts: {} ({e})", difference.evidence),
+                };
+                let what =
+                    format!("the device and the CPU disagree: {}. {kept}. {cleared}", difference.place);
+                let cure = Words::from("run again with ")
+                    + Argument("backend").to("cpu")
+                    + ", and `perirobot verify-backends` to see more";
+                Err(Error::Disagreement(Issue::says(what).cure(cure)))
+            }
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        let Checkpoint { stopped, done, layout, .. } = &self.checkpoint;
+        let all = (layout.blocks() * self.choices.pose_choices.len()) as u64;
+        stopped.is_some() || done.count() >= all
+    }
+}
