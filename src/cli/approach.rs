@@ -8,7 +8,7 @@ use perirobot_decide::approach::{
     APPROACH, Asked, Ground, PATHS, answers, csv, describe, floor_plan, fusion_warning, is_named_as_plan,
     moments_of, paths_ply, plan_names,
 };
-use perirobot_decide::judge::altered;
+use perirobot_decide::judge::alter;
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, Names, find, with_set};
 use perirobot_march::Result;
@@ -92,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let choice = args.find(&study, &worlds)?;
     fusion_warning(&study, &choice).iter().for_each(|warning| say!("warning: {warning}"));
     let alteration = args.alteration.alteration();
-    let (own_study, own_worlds, own) = altered(&study, &worlds, &choice, &alteration)?;
+    let (own_study, own_worlds, own) = alter(&study, &worlds, &choice, &alteration)?;
     let watchers = Watchers::new(&own_study, own);
     let (planned, altered) = ((&study, &worlds, choice), (&own_study, &own_worlds, own));
     let (at_study, at_worlds, at_choice) = alteration.where_bodies_come_in(planned, altered);

@@ -1,6 +1,6 @@
 //! The cases of a condition: what a choice of sensors counts in each, and how near bodies come.
 
-use super::altered::Alteration;
+use super::alteration::Alteration;
 use super::separation::Separation;
 use crate::approach::{Company, Nearest};
 use crate::view::Choice;

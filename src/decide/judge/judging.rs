@@ -8,6 +8,7 @@ use super::cases::Conditions;
 use super::draws::Draws;
 use super::judged::JudgedSet;
 use super::postures::check_postures;
+use super::scope::counted_conditions;
 use super::separations::separation_csv;
 use super::speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 use super::table::{conditions_csv, requirements_csv};
@@ -96,7 +97,7 @@ impl<'a> Judging<'a> {
 
     /// How many cases there are to count, each in each snapshot and repeat.
     pub fn total(&self) -> u64 {
-        let asked = WhatIf::asked(self.study);
+        let asked = counted_conditions(self.study);
         let each = self.what_ifs.iter().zip(&self.grounds);
         let of_one = |(what_if, grounds): (&WhatIf, &Vec<Ground<'a>>)| {
             what_if.total(&asked) + what_if.total_near(grounds) + what_if.total_measured()
@@ -114,7 +115,7 @@ impl<'a> Judging<'a> {
         open: &dyn Fn() -> Result<ChosenBackends>,
         watch: &mut dyn Watch,
     ) -> Result<Judged<'_>> {
-        let asked = WhatIf::asked(self.study);
+        let asked = counted_conditions(self.study);
         let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
         let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
         let mut backends = counts.then(open).transpose()?;

@@ -8,15 +8,16 @@
 //! limit exactly.
 //!
 //! # Practice
-//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out, by `draws` of mounts and by
+//! `scope` has the conditions that a study asks for; `cases` has the counts of each case, `what_if` makes them by leaving sensors out, by `draws` of mounts and by
 //! `postures` of people, `near` adds how near bodies come in each, `value` and `excess` compare scores, `verdict`
 //! decides, `spread` sums up how good scores are under a condition, `leaders` finds the choices that meet most
 //! requirements; `judging` does all of it for the choices of a sweep. `table` and `junit` write the files, `tables` says by which tables of the study a verdict was decided.
 //! Where the study says how far people must be, `speed` tells how fast the robot may run, and `separation` what a
-//! controller would measure; `separations` makes that of each moment and case, and its table. `altered` gives a case as
+//! controller would measure; `separations` makes that of each moment and case, and its table. `alter` makes a case
 //! a study of its own.
 
-mod altered;
+mod alter;
+mod alteration;
 mod cases;
 mod cheapest;
 mod draws;
@@ -27,6 +28,7 @@ mod junit;
 mod leaders;
 mod near;
 mod postures;
+mod scope;
 mod separation;
 mod separations;
 mod speed;
@@ -37,7 +39,8 @@ mod value;
 mod verdict;
 mod what_if;
 
-pub use altered::{Alteration, altered};
+pub use alter::alter;
+pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
 pub use cheapest::cheapest;
 pub use draws::Draws;

@@ -3,18 +3,19 @@
 
 use std::path::Path;
 
-use super::altered::Alteration;
+use super::alteration::Alteration;
 use super::cases::{Case, Conditions};
 use super::draws::Draws;
 use super::judged::JudgedSet;
 use super::postures::{Stood, named};
+use super::scope::controller_conditions;
 use super::separation::{Decision, Separation, Surroundings};
 use super::what_if::WhatIf;
 use crate::view::{Choice, Viewer};
 use perirobot_march::backend::Backend;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Condition, Stopping, Study};
+use perirobot_study::study::{Stopping, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::files::SEPARATION;
@@ -22,20 +23,9 @@ use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, Tabl
 use perirobot_sweep::sweep::Watch;
 
 impl WhatIf<'_> {
-    /// The conditions under which is measured: those of requirements on the controller, and the plan where the study says
-    /// how far people must be.
-    fn asked_of_controller(study: &Study) -> Vec<Condition> {
-        let asks = |condition: &Condition| {
-            let mut own = study.requirements.iter().filter(|requirement| requirement.is_of_controller());
-            own.any(|requirement| requirement.under.contains(condition))
-                || (*condition == Condition::AsPlanned && study.stopping.is_some())
-        };
-        Condition::ALL.into_iter().filter(asks).collect()
-    }
-
     /// How many cases [`WhatIf::measure`] looks at, at each moment for itself.
     pub fn total_measured(&self) -> u64 {
-        let asked = WhatIf::asked_of_controller(self.study);
+        let asked = controller_conditions(self.study);
         self.cases_under(&asked) * self.worlds.len() as u64 * u64::from(self.study.repeats)
     }
 
@@ -50,7 +40,7 @@ impl WhatIf<'_> {
         backend: &mut dyn Backend,
         watch: &mut dyn Watch,
     ) -> Result<()> {
-        let asked = WhatIf::asked_of_controller(self.study);
+        let asked = controller_conditions(self.study);
         let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
         for (_, cases) in of_asked {
             let (mut planned, mut drawn) = (Vec::new(), Vec::new());
