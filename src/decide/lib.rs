@@ -4,5 +4,6 @@
 
 pub mod approach;
 pub mod choose;
+pub mod controller;
 pub mod judge;
 pub mod view;

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::common;
-use perirobot_decide::judge::{Alteration, Case, Conditions, Draws, Surroundings, WhatIf, alter};
+use perirobot_decide::controller::Surroundings;
+use perirobot_decide::judge::{Alteration, Case, Conditions, Draws, WhatIf, alter};
 use perirobot_decide::view::{Choice, Names, View, find};
 use perirobot_march::Error;
 use perirobot_march::backend::factory::{

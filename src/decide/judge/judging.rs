@@ -1,5 +1,5 @@
 //! A whole judgement of choices of a sweep. All that is asked is checked before anything is counted or removed; then
-//! everything is counted; then the tables are written.
+//! everything is counted; then the files are written.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use super::draws::Draws;
 use super::judged::JudgedSet;
 use super::postures::check_postures;
 use super::scope::counted_conditions;
-use super::separations::separation_csv;
 use super::speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 use super::table::{conditions_csv, requirements_csv};
 use super::what_if::WhatIf;
 use crate::approach::{Ground, fusion_warning};
+use crate::controller::{MeasuredMoment, separation_csv};
 use crate::view::Choice;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends, Fallback};
 use perirobot_march::error::Issue;
@@ -62,12 +62,13 @@ pub fn requires_something(study: &Study) -> Result<()> {
         .wanted(format!("say what sensors must reach, as in {example}")))
 }
 
-/// Removes the tables of an earlier judgement from a folder, and one more file, so that none of them is taken for those
+/// Removes the files of an earlier judgement from a folder, and one more file, so that none of them is taken for those
 /// of the next one, whatever ends it.
 pub fn forget(folder: &Path, more: Option<&Path>) -> Result<()> {
-    let tables = [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS].map(|name| folder.join(name));
+    let files = [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS];
+    let files = files.map(|name| folder.join(name));
     let is_file = |path: &PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
-    for path in tables.into_iter().chain(more.map(PathBuf::from)).filter(is_file) {
+    for path in files.into_iter().chain(more.map(PathBuf::from)).filter(is_file) {
         std::fs::remove_file(&path).map_err(|e| Error::io(&path, "cannot be removed", e))?;
     }
     Ok(())
@@ -157,7 +158,7 @@ impl<'a> Judging<'a> {
         sets.iter().filter_map(|set| Some((set, Speeds::new(&self.at_speeds, self.results, set)?))).collect()
     }
 
-    /// Writes the tables into the folder of the sweep.
+    /// Writes the files into the folder of the sweep.
     ///
     /// # Errors
     /// When one cannot be written.
@@ -174,7 +175,18 @@ impl<'a> Judging<'a> {
         if !speeds.is_empty() {
             speeds_csv(folder, self.results, &speeds, stopping)?;
         }
-        separation_csv(folder, self.results, sets, stopping, self.study.voxel_size_m)
+        let moments = sets.iter().flat_map(|set| self.measured_moments(set));
+        separation_csv(folder, moments, stopping, self.study.voxel_size_m)
+    }
+
+    /// What is measured of the plan of a set.
+    fn measured_moments<'s>(&'s self, set: &'s JudgedSet) -> impl Iterator<Item = MeasuredMoment<'s>> {
+        set.conditions.measured().map(|(moment, separation)| MeasuredMoment {
+            set: [&set.combination, &set.poses, &set.representation].map(String::as_str),
+            scene: &self.results.scenes[moment.scene].name,
+            snapshot_and_repeat: [moment.snapshot, moment.repeat],
+            separation: *separation,
+        })
     }
 }
 

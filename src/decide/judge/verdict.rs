@@ -1,10 +1,9 @@
 //! Whether a requirement is met under a condition, and where it is nearest to being missed.
 
 use super::cases::{Case, Conditions};
-use super::excess::Excess;
-use super::separation::{Decision, Separation};
 use super::value::Value;
 use crate::approach::Nearest;
+use crate::controller::{Decision, Excess, Separation};
 use perirobot_march::metrics::{Confusion, Ratio};
 use perirobot_study::study::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Requirement,
