@@ -8,9 +8,8 @@
 //! exactly.
 //!
 //! # Practice
-//! `measure` looks at sets of sensors at every moment of a study, `separation_csv` writes what was
-//! measured. `judge` uses this module: it chooses the sets, as planned or altered, and compares with
-//! limits.
+//! `measure` looks at sets of sensors at every moment of a study, `separation_csv` writes what was measured. `judge` uses
+//! this module: it chooses the sets, as planned or altered, and compares with limits.
 
 mod excess;
 mod measure;

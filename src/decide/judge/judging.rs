@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::cases::Conditions;
 use super::draws::Draws;
+use super::judge_json::Verdicts;
 use super::judged::JudgedSet;
 use super::postures::check_postures;
 use super::scope::counted_conditions;
@@ -21,7 +22,7 @@ use perirobot_march::{Error, Result};
 use perirobot_study::study::{Condition, Requirement, Study};
 use perirobot_study::world::{World, cut_warnings};
 use perirobot_sweep::results::Results;
-use perirobot_sweep::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS};
+use perirobot_sweep::results::files::{CONDITIONS, DRAWS, JUDGE_JSON, REQUIREMENTS, SEPARATION, SPEEDS};
 use perirobot_sweep::sweep::Watch;
 
 /// Choices of a sweep that can be judged.
@@ -65,7 +66,7 @@ pub fn requires_something(study: &Study) -> Result<()> {
 /// Removes the files of an earlier judgement from a folder, and one more file, so that none of them is taken for those
 /// of the next one, whatever ends it.
 pub fn forget(folder: &Path, more: Option<&Path>) -> Result<()> {
-    let files = [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS];
+    let files = [JUDGE_JSON, REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS];
     let files = files.map(|name| folder.join(name));
     let is_file = |path: &PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
     for path in files.into_iter().chain(more.map(PathBuf::from)).filter(is_file) {
@@ -168,8 +169,10 @@ impl<'a> Judging<'a> {
         if let ([draws], [_]) = (draws.as_slice(), self.choices) {
             draws.write(folder)?;
         }
-        requirements_csv(folder, self.study, self.results, sets)?;
-        conditions_csv(folder, self.study, self.results, sets)?;
+        let verdicts = Verdicts::new(self.study, self.results, sets);
+        verdicts.write(folder)?;
+        requirements_csv(folder, &verdicts.sets)?;
+        conditions_csv(folder, &verdicts.sets)?;
         let Some(stopping) = &self.study.stopping else { return Ok(()) };
         let speeds = self.speeds(sets);
         if !speeds.is_empty() {

@@ -16,13 +16,15 @@
 //! - Verdicts: `value` compares scores, `verdict` decides, `speed` decides at each speed of the robot, `spread` sums up
 //!   how good scores are under a condition, `leaders` finds the choices that meet most requirements, `cheapest` the
 //!   cheapest. `judging` does all of it for the choices of a sweep.
-//! - Files: `table` and `junit` write them. `tables` has the tables of the study by which a verdict was decided.
+//! - Files: `judge_json` has verdicts and scores with their types, which the report reads; `table` and `junit` write them
+//!   for others. `tables` has the tables of the study by which a verdict was decided.
 
 mod alter;
 mod alteration;
 mod cases;
 mod cheapest;
 mod draws;
+mod judge_json;
 mod judged;
 mod judging;
 mod junit;
@@ -44,6 +46,7 @@ pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
 pub use cheapest::cheapest;
 pub use draws::Draws;
+pub use judge_json::{ConditionScore, Number, RequirementVerdict, SetVerdicts, Verdicts, WorstPlace};
 pub use judged::JudgedSet;
 pub use judging::{Judged, Judging, forget, requires_something};
 pub use junit::junit_xml;

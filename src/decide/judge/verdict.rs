@@ -59,8 +59,13 @@ pub enum Part {
 impl Judgement<'_> {
     /// The verdict in a word.
     pub fn word(&self) -> &'static str {
-        if self.is_met { "PASS" } else { "FAIL" }
+        word(self.is_met)
     }
+}
+
+/// A verdict in a word.
+pub(super) fn word(is_met: bool) -> &'static str {
+    if is_met { "PASS" } else { "FAIL" }
 }
 
 /// Decides each requirement under each of its conditions that is known. `baselines` are those of each snapshot and

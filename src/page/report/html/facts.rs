@@ -5,7 +5,6 @@ pub(super) mod answer;
 pub(super) mod best;
 pub(super) mod front;
 pub(super) mod good;
-pub(super) mod kept;
 pub(super) mod mount;
 mod near;
 mod run;
