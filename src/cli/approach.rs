@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use perirobot_decide::approach::{
-    APPROACH, Asked, Ground, PATHS, answers, csv, describe, floor_plan, fusion_warning, is_named_as_plan,
+    APPROACH, Approaches, Ground, PATHS, answers, describe, floor_plan, fusion_warning, is_named_as_plan,
     moments_of, paths_ply, plan_names,
 };
-use perirobot_decide::judge::altered;
+use perirobot_decide::judge::alter;
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, Names, find, with_set};
 use perirobot_march::Result;
@@ -29,7 +29,7 @@ use super::swept::StudyPlace;
 /// Floods, from the entries of the study's table [approach], all that a body can reach unnoticed by the sensors
 /// of one choice of poses, and says how near that is to the robot (or to a region) and by which way: with
 /// nobody else in the scene and with its people as cover, in each snapshot and in all of them at once. Writes
-/// approach.csv, the ways as paths.ply, and floor plans. A folder of results in the place of the study asks
+/// approach.csv, approach.json with the same values, the ways as paths.ply, and floor plans. A folder of results in the place of the study asks
 /// of what was swept or chosen there. A planning aid: it knows what is in the study, and nothing else.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -92,13 +92,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let choice = args.find(&study, &worlds)?;
     fusion_warning(&study, &choice).iter().for_each(|warning| say!("warning: {warning}"));
     let alteration = args.alteration.alteration();
-    let (own_study, own_worlds, own) = altered(&study, &worlds, &choice, &alteration)?;
+    let (own_study, own_worlds, own) = alter(&study, &worlds, &choice, &alteration)?;
     let watchers = Watchers::new(&own_study, own);
     let (planned, altered) = ((&study, &worlds, choice), (&own_study, &own_worlds, own));
     let (at_study, at_worlds, at_choice) = alteration.where_bodies_come_in(planned, altered);
     // All scenes are checked before anything is cast.
     let grounds = Ground::of_scenes(at_study, at_worlds, Watchers::new(at_study, at_choice).each())?;
-    let of = Asked::new(&study, &choice, alteration.words());
     // A folder that was made here is removed again if nothing can be written.
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
     let folder = OutputFolder::open(&out)?;
@@ -115,7 +114,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let Some(stopping) = &study.stopping {
         super::print(&format!("{}\n", stopping.assumptions().join("\n")))?;
     }
-    folder.write(APPROACH, &csv(&of, &asked))?;
+    let approaches = Approaches::new(&study, &choice, alteration.words(), &asked);
+    approaches.write(folder.path())?;
+    folder.write(APPROACH, &approaches.csv())?;
     folder.write(PATHS, &paths_ply(&asked))?;
     let of_scenes = asked.iter().zip(&plans);
     let plans: Vec<_> =
@@ -127,7 +128,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for name in names_in(folder.path()).filter(|name| is_named_as_plan(name) && !names.contains(name)) {
         say!("warning: {}: is no floor plan of this run", folder.path().join(name).display());
     }
-    let rows: usize = asked.iter().map(|(_, answers)| answers.len()).sum();
+    let rows = approaches.rows.len();
     super::print(&format!("{rows} rows in {}\n", folder.path().join(APPROACH).display()))?;
     Ok(ExitCode::SUCCESS)
 }

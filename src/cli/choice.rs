@@ -1,7 +1,7 @@
 //! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
 
 use perirobot_decide::approach::{Ground, Way, nearest_ways};
-use perirobot_decide::judge::{Alteration, Among, altered};
+use perirobot_decide::judge::{Alteration, Among, alter};
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, Names, find, find_scene, with_set};
 use perirobot_march::Result;
@@ -174,7 +174,7 @@ impl RestArgs {
         let (world, choice) = find(study, worlds, &self.wanted(poses))?;
         let world = worlds.iter().position(|one| std::ptr::eq(one, world)).unwrap_or_default();
         let (planned, alteration) = ((study, worlds, choice), self.alteration.alteration());
-        let (study, worlds, choice) = altered(study, worlds, &choice, &alteration)?;
+        let (study, worlds, choice) = alter(study, worlds, &choice, &alteration)?;
         Ok(Looked { planned, alteration, study, worlds, world, choice })
     }
 

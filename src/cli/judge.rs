@@ -29,7 +29,8 @@ const MISSED: u8 = 4;
 ///
 /// A study with [[require]] says which scores sensors must reach in which region, as planned or also when
 /// something is not. Prints for each requirement and condition whether it is met (PASS or FAIL), the value, where and
-/// when it is the worst, and the command that draws it; writes requirements.csv and conditions.csv into the folder.
+/// when it is the worst, and the command that draws it; writes requirements.csv, conditions.csv and judge.json, which has
+/// the values of both, into the folder.
 /// A study with [stopping] is also told how fast the robot may run, and what a controller would measure (speeds.csv, separation.csv).
 /// Without --pose it judges the choice of poses that meets most requirements as planned, and of a folder of
 /// `perirobot choose` all sets (--set for one). Requirements may be changed or added after the sweep: they change no

@@ -4,5 +4,7 @@
 
 pub mod approach;
 pub mod choose;
+pub mod controller;
+mod json_file;
 pub mod judge;
 pub mod view;

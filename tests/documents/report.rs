@@ -286,6 +286,25 @@ fn after(folder: &Folder, command: &[&str]) -> String {
     fs::read_to_string(out.join("report.html")).unwrap()
 }
 
+/// Changes something in a file of JSON.
+#[track_caller]
+fn edit_json(path: &Path, edit: impl Fn(&mut Value)) {
+    let before: Value = serde_json::from_slice(&fs::read(path).unwrap()).unwrap();
+    let mut after = before.clone();
+    edit(&mut after);
+    assert_ne!(before, after);
+    fs::write(path, serde_json::to_vec(&after).unwrap()).unwrap();
+}
+
+/// The report of a folder must be refused, in words that hold all of `expected`.
+#[track_caller]
+fn refused(out: &Path, expected: &[&str]) {
+    let outcome = perirobot(&["report", text(out), "--best", "1", "--backend", "cpu"]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    let words = expected.iter().all(|part| outcome.stderr.contains(part));
+    assert!(words, "not all of {expected:?} in {}", outcome.stderr);
+}
+
 const NEAR: &str = "How near somebody comes unnoticed, as perirobot approach has found";
 const WHAT_IF: &str = "What if: how near somebody comes unnoticed";
 const PLAN: &str = "<img src=\"data:image/svg+xml;base64,";
@@ -310,10 +329,11 @@ fn ways_in_are_those_of_the_shown_choice_as_planned() {
     assert!(page.contains("is of another choice, which is not shown here: camera:wall/front"), "it is told");
     assert_eq!(page.matches(PLAN).count(), 0);
     // The same poses and another representation.
-    let csv = fs::read_to_string(out.join("approach.csv")).unwrap();
-    let other = csv.replace("camera,camera:wall/front,points,", &format!("both,{BOTH},others,"));
-    assert_ne!(csv, other);
-    fs::write(out.join("approach.csv"), other).unwrap();
+    edit_json(&out.join("approach.json"), |found| {
+        for (key, other) in [("combination", "both"), ("poses", BOTH), ("representation", "others")] {
+            found[key] = other.into();
+        }
+    });
     let page = after(&folder, &[]);
     assert!(!page.contains(NEAR) && page.contains("is of another choice"), "another representation");
 }
@@ -352,23 +372,24 @@ fn verdicts_are_of_what_the_study_requires_now() {
     assert_eq!(verdicts(&page), [0, 0, 1]);
     assert!(page.contains(&format!("was judged {others}, or with other tables")));
     folder.edit("study.toml", "at_most = 0.99", "at_most = 0.58");
-    // Another requirement may recommend another choice, so that the table is changed in place of the study.
-    let table = folder.path("out/requirements.csv");
-    let judged = fs::read_to_string(&table).unwrap();
+    // Another requirement may recommend another choice, so that the verdict is changed in place of the study.
+    let file = folder.path("out/judge.json");
+    let judged = fs::read(&file).unwrap();
     for other in [
-        "f1,near@1,worst,,0.58",
-        "unknown,robot,worst,,0.58",
-        "unknown,near@1,mean,,0.58",
-        "unknown,near@1,worst,0.58,",
+        &[("score", "f1".into())][..],
+        &[("region", "robot".into())],
+        &[("over", "mean".into())],
+        &[("at_least", 0.58.into()), ("at_most", Value::Null)],
     ] {
-        let changed = judged.replace("unknown,near@1,worst,,0.58", other);
-        assert_ne!(changed, judged);
-        fs::write(&table, changed).unwrap();
+        edit_json(&file, |judged| {
+            let verdict = &mut judged["sets"][0]["requirements"][0];
+            other.iter().for_each(|(key, value): &(&str, Value)| verdict[*key] = value.clone());
+        });
         let page = after(&folder, &[]);
-        assert_eq!(verdicts(&page), [0, 0, 1], "{other}");
-        assert!(page.contains(others), "{other}");
+        assert_eq!(verdicts(&page), [0, 0, 1], "{other:?}");
+        assert!(page.contains(others), "{other:?}");
+        fs::write(&file, &judged).unwrap();
     }
-    fs::write(&table, judged).unwrap();
     // A verdict belongs to the tables that it rests on, and to no others.
     let plan = "at_most = 0.58\nunder = [\"as_planned\", \"mounting_error\", \"postures\"]";
     folder.edit("study.toml", "at_most = 0.58", plan);
@@ -407,9 +428,37 @@ fn verdicts_are_of_what_the_study_requires_now() {
     let page = after(&folder, &[]);
     assert_eq!(verdicts(&page), [0, 0, 1], "as planned is not required");
     assert!(page.contains(others), "the folder's verdict is of something else");
-    fs::remove_file(folder.path("out/requirements.csv")).unwrap();
+    ["judge.json", "requirements.csv"].map(|name| fs::remove_file(folder.path("out").join(name)).unwrap());
     assert_eq!(verdicts(&after(&folder, &[])), [0, 0, 1], "what the sweep knows is not required");
     let page = after(&folder, &["judge", "--pose", BOTH]);
     let [pass, fail, open] = verdicts(&page);
     assert_eq!([pass + fail, open], [1, 0], "one sensor dead is decided");
+}
+
+/// What `judge` and `approach` wrote is read whole or not at all: nothing of it is left out without a word.
+#[test]
+fn what_an_older_program_or_an_accident_has_left_is_told() {
+    let folder = shelf();
+    let out = folder.path("out");
+    after(&folder, &["judge", "--pose", BOTH]);
+    after(&folder, &["approach", "--pose", BOTH, "--out", text(&out)]);
+    for (name, table, again) in [
+        ("judge.json", "requirements.csv", "run `perirobot judge` again"),
+        ("approach.json", "approach.csv", "run `perirobot approach` again"),
+    ] {
+        let path = out.join(name);
+        let written = fs::read(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        let older = format!("was written by an older perirobot, which wrote no {name}");
+        refused(&out, &[table, &older, again]);
+        fs::write(&path, &written[..written.len() / 2]).unwrap();
+        refused(&out, &[&format!("{name}: is cut off"), again]);
+        let text = String::from_utf8(written.clone()).unwrap();
+        fs::write(&path, text.replacen("\"poses\"", "\"place\"", 1)).unwrap();
+        refused(&out, &[&format!("{name}: is not as it was written: missing field `poses`"), again]);
+        fs::write(&path, text.replacen("\"format\": 1", "\"format\": 2", 1)).unwrap();
+        refused(&out, &[&format!("{name}: has format 2, and this perirobot reads format 1"), again]);
+        fs::write(&path, &written).unwrap();
+        after(&folder, &[]);
+    }
 }

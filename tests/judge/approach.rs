@@ -5,7 +5,7 @@ use std::fs;
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, names, perirobot, shelf, text};
-use perirobot_decide::approach::{APPROACH, Ground, PATHS, Way, nearest_ways};
+use perirobot_decide::approach::{APPROACH, APPROACH_JSON, Ground, PATHS, Way, nearest_ways};
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Names, find};
 use perirobot_study::study::{Overrides, Study};
@@ -66,7 +66,8 @@ fn a_shelf_60_cm_wide_lets_a_person_in_unless_a_second_camera_looks_behind_it() 
     let plans = ["standing", "crawling", "trolley"].map(|body| format!("floor-cell-{body}"));
     let plans =
         plans.iter().flat_map(|plan| ["", "-people-as-cover"].map(|with| format!("{plan}{with}.svg")));
-    let mut expected: Vec<String> = [APPROACH, PATHS].map(String::from).into_iter().chain(plans).collect();
+    let files = [APPROACH, APPROACH_JSON, PATHS].map(String::from);
+    let mut expected: Vec<String> = files.into_iter().chain(plans).collect();
     expected.sort();
     assert_eq!(names(&folder.path("out")), expected);
     // The path of the first row: from 1.6 to 0.45 m in 23 steps of 5 cm.

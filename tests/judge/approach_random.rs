@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::common::program::{shelf, text};
 use crate::common::{Random, python};
-use perirobot_decide::approach::{APPROACH, Answer, Asked, Ground, answers, csv};
+use perirobot_decide::approach::{APPROACH, Answer, Approaches, Ground, answers};
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, View};
 use perirobot_march::backend::cpu::Cpu;
@@ -204,7 +204,8 @@ fn numpy_and_scipy_find_the_same_in_random_cells() {
             refused += 1;
             continue;
         };
-        fs::write(here.join(APPROACH), csv(&Asked::default(), &[(ground, answers)])).unwrap();
+        let approaches = Approaches::new(&study, &RAYS, String::new(), &[(ground, answers)]);
+        fs::write(here.join(APPROACH), approaches.csv()).unwrap();
         fs::write(here.join("case.json"), case).unwrap();
         if companies.contains(&"cover") {
             export(&here, "cover", &study, worlds.as_ref().unwrap());
@@ -232,7 +233,8 @@ fn bytes_do_not_depend_on_threads() {
     let worlds = World::prepare_all(&study).unwrap();
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| csv(&Asked::default(), &[asked(&study, &worlds).unwrap()]))
+        let answers = pool.install(|| asked(&study, &worlds).unwrap());
+        Approaches::new(&study, &FIRST, String::new(), &[answers]).csv()
     };
     let one = on(1);
     assert!(one.len() > 500);

@@ -6,6 +6,7 @@ mod common;
 mod approach;
 mod approach_random;
 mod hall;
+mod json;
 mod near;
 mod postures;
 mod speed;

@@ -2,7 +2,7 @@
 //! cannot be asked.
 
 use crate::common::program::{Folder, Outcome, perirobot, refused, rows, shelf, text};
-use perirobot_decide::judge::{Alteration, altered};
+use perirobot_decide::judge::{Alteration, alter};
 use perirobot_decide::view::{Names, find};
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
@@ -211,7 +211,7 @@ fn a_posture_is_judged_on_the_grid_as_planned() {
     let planned = World::prepare_all(&study).unwrap();
     let names = Names { poses: "wall/1/1".into(), ..Names::default() };
     let (_, choice) = find(&study, &planned, &names).unwrap();
-    let (own, worlds, _) = altered(&study, &planned, &choice, &Alteration::Posture("tall/0".into())).unwrap();
+    let (own, worlds, _) = alter(&study, &planned, &choice, &Alteration::Posture("tall/0".into())).unwrap();
     assert_eq!((own.bounds_m, worlds.len()), (None, 1));
     assert_eq!(worlds[0].grid, planned[0].grid);
     // All but the one around the person, which is elsewhere.

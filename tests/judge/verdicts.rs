@@ -237,10 +237,10 @@ fn conditions_are_told_drawn_and_written_for_build_servers() {
         assert!(best >= mean && mean >= worst, "{row:?}");
     }
     // The same from the plain reference, but for the words of the run.
-    let before = ["requirements.csv", "conditions.csv", "draws.csv"]
+    let before = ["requirements.csv", "conditions.csv", "draws.csv", "judge.json"]
         .map(|name| fs::read(folder.path("out").join(name)).unwrap());
     assert_eq!(judge(&folder, &["--backend", "oracle"]).code, Some(4));
-    let after = ["requirements.csv", "conditions.csv", "draws.csv"]
+    let after = ["requirements.csv", "conditions.csv", "draws.csv", "judge.json"]
         .map(|name| fs::read(folder.path("out").join(name)).unwrap());
     assert!(before == after);
     // Draws are of one choice.
@@ -349,8 +349,8 @@ fn draws_that_are_not_possible_are_told_and_nothing_is_left_of_a_judgement_that_
     let junit = folder.path("verdicts.xml");
     let both = || judge(&folder, &["--combination", "both", "--backend", "cpu", "--junit", text(&junit)]);
     let files = || {
-        let tables = ["requirements.csv", "conditions.csv", "draws.csv"];
-        tables
+        let written = ["requirements.csv", "conditions.csv", "draws.csv", "judge.json"];
+        written
             .map(|name| folder.path("out").join(name))
             .iter()
             .chain([&junit])
@@ -363,11 +363,11 @@ fn draws_that_are_not_possible_are_told_and_nothing_is_left_of_a_judgement_that_
     assert!(outcome.stdout.contains(told), "{}", outcome.stdout);
     assert!(fs::read_to_string(&junit).unwrap().contains(told));
     assert_eq!(table(&folder, "requirements.csv")[0]["draws_as_planned"], "4");
-    assert_eq!(files(), 4);
+    assert_eq!(files(), 5);
 
     // A name that is wrong is found before anything is removed.
     assert_eq!(judge(&folder, &["--pose", "nowhere", "--junit", text(&junit)]).code, Some(2));
-    assert_eq!(files(), 4);
+    assert_eq!(files(), 5);
     let alone = judge(&folder, &["--combination", "alone", "--backend", "cpu", "--junit", text(&junit)]);
     let expected = "study.toml: mounting_error: no draw of pad:floor/0/0 is possible";
     assert!(alone.code == Some(2) && alone.stderr.contains(expected), "{}", alone.stderr);

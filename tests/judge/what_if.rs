@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::common;
-use perirobot_decide::judge::{Alteration, Case, Conditions, Draws, Surroundings, WhatIf, altered};
+use perirobot_decide::controller::Surroundings;
+use perirobot_decide::judge::{Alteration, Case, Conditions, Draws, WhatIf, alter};
 use perirobot_decide::view::{Choice, Names, View, find};
 use perirobot_march::Error;
 use perirobot_march::backend::factory::{
@@ -138,7 +139,7 @@ fn alone((study, worlds): &(Study, Vec<World>), poses: &str, ways: &str, found: 
         if nothing_left {
             continue;
         }
-        let (study, worlds, choice) = altered(study, worlds, &choice, &case.alteration).unwrap();
+        let (study, worlds, choice) = alter(study, worlds, &choice, &case.alteration).unwrap();
         let counts =
             swept(&study, &worlds, &choice, &mut perirobot_march::backend::cpu::Cpu::new(Some(2)).unwrap());
         assert_eq!(case.counts, counts, "{:?} of {poses}", case.alteration);
@@ -377,7 +378,7 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
                     );
                     continue;
                 }
-                let (own, worlds, choice) = altered(&study.0, &study.1, &choice, &case.alteration).unwrap();
+                let (own, worlds, choice) = alter(&study.0, &study.1, &choice, &case.alteration).unwrap();
                 // Repeat by repeat, and in each snapshot by snapshot.
                 for (number, measured) in measured.iter().enumerate() {
                     let (world, repeat) = (&worlds[number % worlds.len()], number / worlds.len());

@@ -58,7 +58,8 @@ class Choose(unittest.TestCase):
         for study in [pr.Study.load(file), in_memory]:
             with tempfile.TemporaryDirectory() as out:
                 best = study.choose(out, backend="cpu", **keys)
-                tables = [pathlib.Path(out) / name for name in ["requirements.csv", "conditions.csv"]]
+                names = ["requirements.csv", "conditions.csv", "judge.json"]
+                tables = [pathlib.Path(out) / name for name in names]
                 verdicts = study.judge(best, backend="cpu")
                 told.append([table.read_text() for table in tables])
                 self.assertEqual(len(verdicts), told[-1][0].count("\n") - 1)

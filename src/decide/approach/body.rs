@@ -119,6 +119,12 @@ impl Body {
     pub(super) fn middle(&self, place: [i32; 3]) -> [i32; 3] {
         std::array::from_fn(|r| place[r] + self.size[r] as i32 / 2)
     }
+
+    /// Its middle at a place, in world metres.
+    pub(super) fn middle_m(&self, place: [i32; 3], grid: &Grid) -> DVec3 {
+        let half = DVec3::from_array(self.size.map(|n| f64::from(n) / 2.0 * grid.voxel_size_m));
+        grid.corner_m(place) + half
+    }
 }
 
 /// The layers that a body on the floor may fill: from the one above the floor's own, as pads have it, as far as they

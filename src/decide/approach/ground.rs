@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::body::{self, Body, Sums};
 use super::entries;
 use crate::view::watched::Watcher;
@@ -21,7 +23,8 @@ use perirobot_study::world::World;
 const MOST_VOXELS: u64 = 1 << 28;
 
 /// Who else is there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Company {
     /// Nobody.
     Absent,

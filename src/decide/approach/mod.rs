@@ -24,9 +24,10 @@
 //! Watched voxels are counted in a body by running sums, paths by whole numbers, distances by squares, all on
 //! the host: no device has a part in it, so all give the same answer.
 
-mod answer;
+mod approach_json;
 mod body;
 mod check;
+mod deepest;
 mod entries;
 mod flood;
 mod ground;
@@ -36,12 +37,13 @@ mod picture;
 mod table;
 mod ways;
 
-pub use answer::{Deepest, Found, Narrowest, Room, deepest};
+pub use approach_json::{APPROACH, APPROACH_JSON, ApproachRow, Approaches};
 pub use body::Body;
 pub use check::check_approach;
+pub use deepest::{Deepest, Found, Narrowest, Room, deepest};
 pub use flood::{Flood, LONGEST_STEP};
 pub use ground::{Company, Ground};
 pub use moments::{Answer, AtEntry, Moment, Nearest, Plan, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
-pub use table::{APPROACH, Asked, csv, describe, fusion_warning};
+pub use table::{describe, fusion_warning};
 pub use ways::{Way, nearest_ways};

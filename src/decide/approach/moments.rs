@@ -5,9 +5,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::answer::{Found, Room, deepest, nearest_at_entry, nearest_of_all};
 use super::body::{Body, Sums};
+use super::deepest::{Found, Room, deepest, nearest_at_entry, nearest_of_all};
 use super::ground::{Company, Ground};
 use crate::view::watched::{Watch, Watchers};
 use perirobot_march::Result;
@@ -16,7 +17,8 @@ use perirobot_scene::truth::Truth;
 use perirobot_study::world::World;
 
 /// What becomes of a body at its entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum AtEntry {
     /// It comes in unnoticed.
     Open,

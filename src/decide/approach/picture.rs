@@ -5,7 +5,6 @@ use std::fmt::Write;
 
 use super::ground::{Company, Ground};
 use super::moments::{Answer, Plan};
-use super::table::middle_m;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_study::study::slug;
 
@@ -51,7 +50,7 @@ pub fn paths_ply(asked: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
     for (row, (ground, answer)) in rows.enumerate() {
         let Some(deepest) = &answer.found.deepest else { continue };
         for (number, &place) in deepest.path.iter().enumerate() {
-            let at = middle_m(&ground.bodies[answer.body], place, &ground.worlds[0].grid);
+            let at = ground.bodies[answer.body].middle_m(place, &ground.worlds[0].grid);
             let _ = writeln!(vertices, "{:.5} {:.5} {:.5} {row}", at.x, at.y, at.z);
             if number > 0 {
                 let _ = writeln!(edges, "{} {vertex}", vertex - 1);

@@ -18,20 +18,15 @@
 //! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty where none does |
 //! | `unnoticed_m2`, `joined_m2` | of a body on the floor, the area of the positions of its middle at which it stands unnoticed, and of those it comes to from the entry |
 
-use glam::DVec3;
-
-use super::body::Body;
+use super::approach_json::{ApproachRow, Approaches, DIGITS};
 use super::ground::{Company, Ground};
 use super::moments::Answer;
 use super::needed::{self, root_m};
 use crate::view::Choice;
 use perirobot_march::backend::Fusion;
-use perirobot_march::voxel::{Grid, rounded_down, rounded_up};
+use perirobot_march::voxel::rounded_down;
 use perirobot_study::study::Study;
-use perirobot_sweep::results::columns::{Csv, pose_names, representation_names};
-
-/// The name of the file.
-pub const APPROACH: &str = "approach.csv";
+use perirobot_sweep::results::columns::Csv;
 
 const COLUMNS: [&str; 27] = [
     "combination",
@@ -63,51 +58,6 @@ const COLUMNS: [&str; 27] = [
     "joined_m2",
 ];
 
-/// The middle of a body at a place, in world metres.
-pub(super) fn middle_m(body: &Body, place: [i32; 3], grid: &Grid) -> DVec3 {
-    let half = DVec3::from_array(body.size.map(|n| f64::from(n) / 2.0 * grid.voxel_size_m));
-    grid.corner_m(place) + half
-}
-
-/// Digits of metres in the table: hundredths of a millimetre.
-const DIGITS: u32 = 5;
-
-/// A coordinate or a length of a way in metres.
-fn metres(metres: f64) -> String {
-    format!("{metres:.5}")
-}
-
-/// A length from thousandths of a voxel.
-fn length_m(thousandths: u64, grid: &Grid) -> f64 {
-    thousandths as f64 / 1000.0 * grid.voxel_size_m
-}
-
-/// Which sensors were asked about, in words.
-#[derive(Clone, Debug, Default)]
-pub struct Asked {
-    /// Their combination.
-    pub combination: String,
-    /// Their poses, as in results.csv.
-    pub poses: String,
-    /// Their representation.
-    pub representation: String,
-    /// What is not as planned; empty where nothing is.
-    pub case: String,
-}
-
-impl Asked {
-    /// A choice of a study, and what of it is not as planned.
-    pub fn new(study: &Study, choice: &Choice, case: String) -> Asked {
-        let combination = &study.combinations[choice.combination];
-        Asked {
-            combination: combination.name.clone(),
-            poses: pose_names(study, combination, choice.choice),
-            representation: representation_names(study, combination).swap_remove(choice.representation),
-            case,
-        }
-    }
-}
-
 /// What is to be known of an answer where log-odds are summed.
 pub fn fusion_warning(study: &Study, choice: &Choice) -> Option<String> {
     let combination = &study.combinations[choice.combination];
@@ -120,55 +70,34 @@ pub fn fusion_warning(study: &Study, choice: &Choice) -> Option<String> {
     })
 }
 
-/// The table of all scenes that were asked.
-pub fn csv(of: &Asked, scenes: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
-    let mut csv = Csv::new(&COLUMNS);
-    let sensors = [&of.combination, &of.poses, &of.representation, &of.case];
-    for (ground, answers) in scenes {
-        for answer in answers {
-            let mut row: Vec<String> = sensors.into_iter().cloned().collect();
-            row.extend(fields(ground, answer));
-            csv.row(&row);
+impl Approaches {
+    /// The table.
+    pub fn csv(&self) -> Vec<u8> {
+        let mut csv = Csv::new(&COLUMNS);
+        let sensors = [&self.combination, &self.poses, &self.representation, &self.case];
+        for row in &self.rows {
+            csv.row(&sensors.into_iter().cloned().chain(fields(row)).collect::<Vec<String>>());
         }
+        csv.bytes()
     }
-    csv.bytes()
 }
 
-fn fields(ground: &Ground, answer: &Answer) -> Vec<String> {
-    let (grid, body) = (&ground.worlds[0].grid, &ground.bodies[answer.body]);
-    let deepest = answer.found.deepest.as_ref();
-    let empty = String::new;
-    let point = |place: Option<[i32; 3]>| match place {
-        Some(place) => middle_m(body, place, grid).to_array().map(metres),
-        None => [empty(), empty(), empty()],
-    };
-    let area = |places: u64| match body.on_floor {
-        true => metres(places as f64 * grid.voxel_size_m * grid.voxel_size_m),
-        false => empty(),
-    };
-    let narrowest = deepest.and_then(|deepest| deepest.narrowest);
-    let text = |value: Option<String>| value.unwrap_or_default();
-    let mut fields = vec![
-        ground.worlds[0].name.clone(),
-        answer.snapshot.map_or("*".into(), |snapshot| snapshot.to_string()),
-        answer.company.name().into(),
-        body.name.clone(),
-        ground.study.approach.entries[answer.entry].name.clone(),
-        answer.at_entry.name().into(),
-    ];
-    for squared in [deepest.map(|deepest| deepest.squared), answer.found.noticed] {
-        fields.push(text(squared.map(|squared| rounded_down(root_m(squared, grid), DIGITS))));
-        fields.push(text(squared.map(|squared| squared.to_string())));
-    }
-    fields.push(text(deepest.map(|deepest| metres(length_m(deepest.length, grid)))));
-    let needed = ground.study.stopping.as_ref().map(|stopping| stopping.fastest().needed_m);
-    let margin = answer.found.nearest().zip(needed).map(|(nearest, needed)| root_m(nearest, grid) - needed);
-    fields.extend([needed.map(|m| rounded_up(m, DIGITS)), margin.map(|m| rounded_down(m, DIGITS))].map(text));
-    fields.extend(point(deepest.and_then(|deepest| deepest.path.last().copied())));
-    fields.extend(point(narrowest.map(|narrowest| narrowest.place)));
-    fields.push(text(narrowest.map(|narrowest| narrowest.front.to_string())));
-    fields.push(answer.shadow.clone().unwrap_or_default());
-    fields.extend([area(answer.unnoticed), area(answer.found.reached.count())]);
+fn fields(row: &ApproachRow) -> Vec<String> {
+    let ApproachRow { scene, snapshot, people, body, entry, at_entry, .. } = row;
+    let snapshot = snapshot.map_or("*".into(), |snapshot| snapshot.to_string());
+    let [people, at_entry] = [people.name(), at_entry.name()].map(String::from);
+    let metres = |number: Option<f64>| number.map_or(String::new(), |number| format!("{number:.DIGITS$}"));
+    let count = |count: Option<u64>| count.map_or(String::new(), |count| count.to_string());
+    let point = |point: Option<[f64; 3]>| point.map_or([None; 3], |point| point.map(Some)).map(metres);
+    let mut fields = vec![scene.clone(), snapshot, people, body.clone(), entry.clone(), at_entry];
+    fields.extend([metres(row.deepest_m), count(row.deepest_squared.map(u64::from))]);
+    fields.extend([metres(row.noticed_m), count(row.noticed_squared.map(u64::from))]);
+    fields.extend([row.path_m, row.needed_m, row.margin_m].map(metres));
+    fields.extend(point(row.middle_m));
+    fields.extend(point(row.narrowest_m));
+    fields.push(count(row.narrowest_places));
+    fields.push(row.shadowed_by.clone().unwrap_or_default());
+    fields.extend([row.unnoticed_m2, row.joined_m2].map(metres));
     fields
 }
 
@@ -198,7 +127,7 @@ pub fn describe(ground: &Ground, answers: &[Answer]) -> String {
                 text += &format!(
                     "comes to {} m unnoticed, by a way of {:.2} m\n",
                     away(deepest.squared),
-                    length_m(deepest.length, grid)
+                    deepest.length_m(grid)
                 );
                 if nearest < deepest.squared {
                     text += &format!(
@@ -216,7 +145,7 @@ pub fn describe(ground: &Ground, answers: &[Answer]) -> String {
         }
         let Some(deepest) = &answer.found.deepest else { continue };
         if let Some(narrowest) = deepest.narrowest {
-            let at = middle_m(body, narrowest.place, grid);
+            let at = body.middle_m(narrowest.place, grid);
             let shadow = match &answer.shadow {
                 Some(object) => format!("behind {object:?}"),
                 None => format!("where fewer than {} of its voxels are watched", body.min_voxels),

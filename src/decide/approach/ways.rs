@@ -6,7 +6,6 @@ use super::body::Body;
 use super::ground::{Company, Ground};
 use super::moments::{Answer, at_once};
 use super::needed::root_m;
-use super::table::middle_m;
 use crate::view::watched::Watchers;
 use perirobot_march::Result;
 use perirobot_march::voxel::{Grid, rounded_down};
@@ -67,7 +66,7 @@ fn way(ground: &Ground, answer: &Answer) -> Option<Way> {
     let (grid, body) = (&ground.worlds[0].grid, &ground.bodies[answer.body]);
     let approach = &ground.study.approach;
     let deepest = answer.found.deepest.as_ref()?;
-    let points_m: Vec<DVec3> = deepest.path.iter().map(|&place| middle_m(body, place, grid)).collect();
+    let points_m: Vec<DVec3> = deepest.path.iter().map(|&place| body.middle_m(place, grid)).collect();
     Some(Way {
         body: body.name.clone(),
         entry: approach.entries[answer.entry].name.clone(),

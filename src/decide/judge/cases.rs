@@ -1,8 +1,8 @@
 //! The cases of a condition: what a choice of sensors counts in each, and how near bodies come.
 
-use super::altered::Alteration;
-use super::separation::Separation;
+use super::alteration::Alteration;
 use crate::approach::{Company, Nearest};
+use crate::controller::Separation;
 use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Confusion;

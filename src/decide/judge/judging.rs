@@ -1,18 +1,20 @@
 //! A whole judgement of choices of a sweep. All that is asked is checked before anything is counted or removed; then
-//! everything is counted; then the tables are written.
+//! everything is counted; then the files are written.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::cases::Conditions;
 use super::draws::Draws;
+use super::judge_json::Verdicts;
 use super::judged::JudgedSet;
 use super::postures::check_postures;
-use super::separations::separation_csv;
+use super::scope::counted_conditions;
 use super::speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 use super::table::{conditions_csv, requirements_csv};
 use super::what_if::WhatIf;
 use crate::approach::{Ground, fusion_warning};
+use crate::controller::{MeasuredMoment, separation_csv};
 use crate::view::Choice;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends, Fallback};
 use perirobot_march::error::Issue;
@@ -21,7 +23,7 @@ use perirobot_march::{Error, Result};
 use perirobot_study::study::{Condition, Requirement, Study};
 use perirobot_study::world::{World, cut_warnings};
 use perirobot_sweep::results::Results;
-use perirobot_sweep::results::files::{CONDITIONS, DRAWS, REQUIREMENTS, SEPARATION, SPEEDS};
+use perirobot_sweep::results::files::{CONDITIONS, DRAWS, JUDGE_JSON, REQUIREMENTS, SEPARATION, SPEEDS};
 
 /// Choices of a sweep that can be judged.
 pub struct Judging<'a> {
@@ -61,12 +63,13 @@ pub fn requires_something(study: &Study) -> Result<()> {
         .wanted(format!("say what sensors must reach, as in {example}")))
 }
 
-/// Removes the tables of an earlier judgement from a folder, and one more file, so that none of them is taken for those
+/// Removes the files of an earlier judgement from a folder, and one more file, so that none of them is taken for those
 /// of the next one, whatever ends it.
 pub fn forget(folder: &Path, more: Option<&Path>) -> Result<()> {
-    let tables = [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS].map(|name| folder.join(name));
+    let files = [JUDGE_JSON, REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS];
+    let files = files.map(|name| folder.join(name));
     let is_file = |path: &PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
-    for path in tables.into_iter().chain(more.map(PathBuf::from)).filter(is_file) {
+    for path in files.into_iter().chain(more.map(PathBuf::from)).filter(is_file) {
         std::fs::remove_file(&path).map_err(|e| Error::io(&path, "cannot be removed", e))?;
     }
     Ok(())
@@ -96,7 +99,7 @@ impl<'a> Judging<'a> {
 
     /// How many cases there are to count, each in each snapshot and repeat.
     pub fn total(&self) -> u64 {
-        let asked = WhatIf::asked(self.study);
+        let asked = counted_conditions(self.study);
         let each = self.what_ifs.iter().zip(&self.grounds);
         let of_one = |(what_if, grounds): (&WhatIf, &Vec<Ground<'a>>)| {
             what_if.total(&asked) + what_if.total_near(grounds) + what_if.total_measured()
@@ -114,7 +117,7 @@ impl<'a> Judging<'a> {
         open: &dyn Fn() -> Result<ChosenBackends>,
         progress: &dyn Progress,
     ) -> Result<Judged<'_>> {
-        let asked = WhatIf::asked(self.study);
+        let asked = counted_conditions(self.study);
         let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
         let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
         let mut backends = counts.then(open).transpose()?;
@@ -158,7 +161,7 @@ impl<'a> Judging<'a> {
         sets.iter().filter_map(|set| Some((set, Speeds::new(&self.at_speeds, self.results, set)?))).collect()
     }
 
-    /// Writes the tables into the folder of the sweep.
+    /// Writes the files into the folder of the sweep.
     ///
     /// # Errors
     /// When one cannot be written.
@@ -168,14 +171,27 @@ impl<'a> Judging<'a> {
         if let ([draws], [_]) = (draws.as_slice(), self.choices) {
             draws.write(folder)?;
         }
-        requirements_csv(folder, self.study, self.results, sets)?;
-        conditions_csv(folder, self.study, self.results, sets)?;
+        let verdicts = Verdicts::new(self.study, self.results, sets);
+        verdicts.write(folder)?;
+        requirements_csv(folder, &verdicts.sets)?;
+        conditions_csv(folder, &verdicts.sets)?;
         let Some(stopping) = &self.study.stopping else { return Ok(()) };
         let speeds = self.speeds(sets);
         if !speeds.is_empty() {
             speeds_csv(folder, self.results, &speeds, stopping)?;
         }
-        separation_csv(folder, self.results, sets, stopping, self.study.voxel_size_m)
+        let moments = sets.iter().flat_map(|set| self.measured_moments(set));
+        separation_csv(folder, moments, stopping, self.study.voxel_size_m)
+    }
+
+    /// What is measured of the plan of a set.
+    fn measured_moments<'s>(&'s self, set: &'s JudgedSet) -> impl Iterator<Item = MeasuredMoment<'s>> {
+        set.conditions.measured().map(|(moment, separation)| MeasuredMoment {
+            set: [&set.combination, &set.poses, &set.representation].map(String::as_str),
+            scene: &self.results.scenes[moment.scene].name,
+            snapshot_and_repeat: [moment.snapshot, moment.repeat],
+            separation: *separation,
+        })
     }
 }
 

@@ -8,27 +8,31 @@
 //! limit exactly.
 //!
 //! # Practice
-//! `cases` has the counts of each case, `what_if` makes them by leaving sensors out, by `draws` of mounts and by
-//! `postures` of people, `near` adds how near bodies come in each, `value` and `excess` compare scores, `verdict`
-//! decides, `spread` sums up how good scores are under a condition, `leaders` finds the choices that meet most
-//! requirements; `judging` does all of it for the choices of a sweep. `table` and `junit` write the files, `tables` says by which tables of the study a verdict was decided.
-//! Where the study says how far people must be, `speed` tells how fast the robot may run, and `separation` what a
-//! controller would measure; `separations` makes that of each moment and case, and its table. `altered` gives a case as
-//! a study of its own.
+//! - Cases: `scope` has the conditions that a study asks for, `cases` the counts of each case, `alteration` what is
+//!   different in it. `what_if` makes them by leaving sensors out, by `draws` of mounts and by `postures` of people;
+//!   `alter` makes one a study of its own.
+//! - What is added to each case: `near` adds how near bodies come, `measuring` what a [`controller`](crate::controller)
+//!   would measure.
+//! - Verdicts: `value` compares scores, `verdict` decides, `speed` decides at each speed of the robot, `spread` sums up
+//!   how good scores are under a condition, `leaders` finds the choices that meet most requirements, `cheapest` the
+//!   cheapest. `judging` does all of it for the choices of a sweep.
+//! - Files: `judge_json` has verdicts and scores with their types, which the report reads; `table` and `junit` write them
+//!   for others. `tables` has the tables of the study by which a verdict was decided.
 
-mod altered;
+mod alter;
+mod alteration;
 mod cases;
 mod cheapest;
 mod draws;
-mod excess;
+mod judge_json;
 mod judged;
 mod judging;
 mod junit;
 mod leaders;
+mod measuring;
 mod near;
 mod postures;
-mod separation;
-mod separations;
+mod scope;
 mod speed;
 mod spread;
 mod table;
@@ -37,21 +41,19 @@ mod value;
 mod verdict;
 mod what_if;
 
-pub use altered::{Alteration, altered};
+pub use alter::alter;
+pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
 pub use cheapest::cheapest;
 pub use draws::Draws;
-pub use excess::Excess;
+pub use judge_json::{ConditionScore, Number, RequirementVerdict, SetVerdicts, Verdicts, WorstPlace};
 pub use judged::JudgedSet;
 pub use judging::{Judged, Judging, forget, requires_something};
 pub use junit::junit_xml;
 pub use leaders::{Among, chosen_sets, leaders};
 pub use postures::check_postures;
-pub use separation::{Decision, Separation, Surroundings};
-
 pub use speed::Speeds;
 pub use spread::{Spread, Summed, spreads};
-
 pub use tables::tables_sha256;
 pub use value::Value;
 pub use verdict::{Judgement, Part, Where, judgements};

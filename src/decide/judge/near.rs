@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::altered::Alteration;
+use super::alteration::Alteration;
 use super::cases::{Case, Conditions, Passage};
 use super::draws::Draws;
-use super::speed::asks_how_near;
+use super::scope::approach_conditions;
 use super::what_if::WhatIf;
 use crate::approach::{Body, Company, Ground, Moment, Nearest};
 use crate::view::watched::{Watcher, Watchers};
@@ -17,30 +17,19 @@ use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
-use perirobot_study::study::{Condition, EntrySpec, Study};
+use perirobot_study::study::EntrySpec;
 use perirobot_study::world::World;
 
 /// Most cases that are put together at once.
 const MOST_AT_ONCE: usize = 256;
 
 impl<'a> WhatIf<'a> {
-    /// The conditions under which a study asks how near bodies come: those of its requirements, and the plan where it
-    /// says how far people must be.
-    pub(super) fn asked_near(study: &Study) -> Vec<Condition> {
-        let asks = |condition: &Condition| {
-            let mut near = study.requirements.iter().filter(|requirement| requirement.is_of_nearness());
-            near.any(|requirement| requirement.under.contains(condition))
-                || (*condition == Condition::AsPlanned && asks_how_near(study))
-        };
-        Condition::ALL.into_iter().filter(asks).collect()
-    }
-
     /// What bodies come near to and by which ways, in each scene; none where the study does not ask how near.
     ///
     /// # Errors
     /// When that cannot be asked of a scene.
     pub fn grounds(&self) -> Result<Vec<Ground<'a>>> {
-        match WhatIf::asked_near(self.study).is_empty() {
+        match approach_conditions(self.study).is_empty() {
             true => Ok(Vec::new()),
             false => Ground::of_scenes(self.study, self.worlds, &self.watchers()),
         }
@@ -49,7 +38,7 @@ impl<'a> WhatIf<'a> {
     /// How many cases [`WhatIf::come_near`] looks at, in each scene and repeat for itself.
     pub fn total_near(&self, grounds: &[Ground]) -> u64 {
         let companies: usize = grounds.iter().map(|ground| ground.companies().len()).sum();
-        let cases = self.cases_under(&WhatIf::asked_near(self.study));
+        let cases = self.cases_under(&approach_conditions(self.study));
         cases * companies as u64 * u64::from(self.study.repeats)
     }
 
@@ -64,7 +53,7 @@ impl<'a> WhatIf<'a> {
         draws: Option<&Draws>,
         progress: &dyn Progress,
     ) -> Result<()> {
-        let asked = WhatIf::asked_near(self.study);
+        let asked = approach_conditions(self.study);
         let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
         let mut cases: Vec<&mut Case> = of_asked.flat_map(|(_, cases)| cases).collect();
         for ground in grounds {

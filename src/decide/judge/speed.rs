@@ -11,8 +11,8 @@
 use std::path::Path;
 
 use super::judged::JudgedSet;
+use super::scope::{approach_conditions, asks_how_near_at_speeds};
 use super::verdict::{Judgement, judgements};
-use super::what_if::WhatIf;
 use perirobot_march::Result;
 use perirobot_study::study::{
     ApproachScore, AtSpeed, Limit, Measure, Nearness, RegionSpec, Requirement, Stopping, Study,
@@ -33,16 +33,6 @@ pub(super) struct AtEachSpeed {
     pub requirement: Requirement,
 }
 
-/// Whether it is asked at each speed how near bodies come: where the study says which bodies come, or requires
-/// something of how near.
-pub(super) fn asks_how_near(study: &Study) -> bool {
-    let is_near = |one: &Requirement| match &one.measure {
-        Measure::Nearness(nearness) => !nearness.score.is_area(),
-        Measure::Counted(_) | Measure::Controller(_) => false,
-    };
-    study.stopping.is_some() && (study.has_approach || study.requirements.iter().any(is_near))
-}
-
 /// Each requirement whose region belongs to a speed in the regions of all speeds of the same entry, requirement by
 /// requirement, the slowest speed first; then how near bodies come at each speed, where that is asked.
 pub(super) fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
@@ -58,7 +48,7 @@ pub(super) fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
             .collect()
     };
     let shells = study.requirements.iter().flat_map(shells);
-    let stopping = study.stopping.as_ref().filter(|_| asks_how_near(study));
+    let stopping = study.stopping.as_ref().filter(|_| asks_how_near_at_speeds(study));
     let speeds = stopping.iter().flat_map(|stopping| stopping.speeds.iter().enumerate());
     shells.chain(speeds.map(|(speed, at)| far_enough(study, speed, at))).collect()
 }
@@ -73,7 +63,7 @@ fn far_enough(study: &Study, speed: usize, at: &AtSpeed) -> AtEachSpeed {
             entry: None,
         }),
         limit: Limit::AtLeast(at.needed()),
-        under: WhatIf::asked_near(study),
+        under: approach_conditions(study),
     };
     AtEachSpeed { speed, requirement }
 }

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::excess::Excess;
+use crate::controller::Excess;
 use perirobot_march::metrics::{Across, Confusion, Ratio, Score, gcd};
 use perirobot_study::study::Limit;
 

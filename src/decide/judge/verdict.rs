@@ -1,10 +1,9 @@
 //! Whether a requirement is met under a condition, and where it is nearest to being missed.
 
 use super::cases::{Case, Conditions};
-use super::excess::Excess;
-use super::separation::{Decision, Separation};
 use super::value::Value;
 use crate::approach::Nearest;
+use crate::controller::{Decision, Excess, Separation};
 use perirobot_march::metrics::{Confusion, Ratio};
 use perirobot_study::study::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Requirement,
@@ -60,8 +59,13 @@ pub enum Part {
 impl Judgement<'_> {
     /// The verdict in a word.
     pub fn word(&self) -> &'static str {
-        if self.is_met { "PASS" } else { "FAIL" }
+        word(self.is_met)
     }
+}
+
+/// A verdict in a word.
+pub(super) fn word(is_met: bool) -> &'static str {
+    if is_met { "PASS" } else { "FAIL" }
 }
 
 /// Decides each requirement under each of its conditions that is known. `baselines` are those of each snapshot and

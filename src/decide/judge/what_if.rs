@@ -5,7 +5,7 @@
 //! the sensors before and behind a dead one would save fusing, which is not where the time goes: six cameras at six moments
 //! with all their 21 sets without one or two took no longer than the six alone; and log-odds are no unions.
 
-use super::altered::Alteration;
+use super::alteration::Alteration;
 use super::cases::{Case, Conditions};
 use super::draws::Draws;
 use super::postures::Stood;
@@ -59,18 +59,6 @@ impl<'a> WhatIf<'a> {
         let members = combination.members.iter().zip(combination.choice(choice.choice)).zip(ways);
         let members = members.map(|((member, candidate), way)| [member.sensor, candidate, way]);
         WhatIf { study, worlds, fusion: combination.fusion, members: members.collect() }
-    }
-
-    /// The conditions that a study asks for besides the plan: those that its requirements name, mounting error where it
-    /// says how large that is, and postures where it says who stands where.
-    pub fn asked(study: &Study) -> Vec<Condition> {
-        let is_asked = |condition: &Condition| match condition {
-            Condition::AsPlanned => false,
-            Condition::MountingError => study.mounting_error.is_some(),
-            Condition::Postures => !study.postures.is_empty(),
-            _ => study.requirements.iter().any(|requirement| requirement.under.contains(condition)),
-        };
-        Condition::ALL.into_iter().filter(is_asked).collect()
     }
 
     /// How many cases there are to count, with the plan, in each snapshot and repeat for itself; none where nothing is

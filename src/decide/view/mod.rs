@@ -10,7 +10,7 @@
 mod find;
 pub mod names;
 mod outline;
-mod recorded;
+mod recorded_map;
 mod returns;
 mod set;
 mod viewer;
@@ -29,7 +29,7 @@ use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
-pub use recorded::{Overlooked, Oversight, RecordedMap};
+pub use recorded_map::{Overlooked, Oversight, RecordedMap};
 pub use returns::ReturnPoint;
 pub use set::with_set;
 pub use viewer::Viewer;

@@ -136,6 +136,9 @@ pub fn read_regular(path: &Path) -> Result<Vec<u8>> {
 /// Which requirements are met, in the folder of a sweep that was judged.
 pub const REQUIREMENTS: &str = "requirements.csv";
 
+/// The same as typed JSON, with the scores under each condition, in the folder of a sweep that was judged.
+pub const JUDGE_JSON: &str = "judge.json";
+
 /// How good scores are under which conditions, in the folder of a sweep that was judged.
 pub const CONDITIONS: &str = "conditions.csv";
 
@@ -149,7 +152,7 @@ pub const SEPARATION: &str = "separation.csv";
 pub const SPEEDS: &str = "speeds.csv";
 
 /// The tables that are written when a sweep is done, and afterwards.
-pub const TABLES: [&str; 11] = [
+pub const TABLES: [&str; 12] = [
     "results.csv",
     "results.parquet",
     "scores.csv",
@@ -161,6 +164,7 @@ pub const TABLES: [&str; 11] = [
     DRAWS,
     SEPARATION,
     SPEEDS,
+    JUDGE_JSON,
 ];
 
 /// The files that are there from its beginning.

@@ -1,13 +1,12 @@
-//! The choices that `judge` has decided, as its table in the folder says, each with its verdicts.
+//! The choices that `judge` has decided, as judge.json in the folder has them, each with its verdicts.
 
 use super::ReportedSweep;
-use super::kept::Kept;
-use super::verdicts::{ShownRequirement, of_kept};
+use super::verdicts::{ShownRequirement, current_verdicts};
 use crate::report::series::choice_names;
+use perirobot_decide::judge::{ConditionScore, SetVerdicts, Verdicts};
 use perirobot_decide::view::Choice;
 use perirobot_decide::view::names::find_choices;
 use perirobot_march::Result;
-use perirobot_sweep::results::files::REQUIREMENTS;
 
 /// A choice that was judged.
 #[derive(Debug)]
@@ -20,6 +19,8 @@ pub(super) struct Judged {
     pub(super) note: String,
     /// What is required, with its verdicts.
     pub(super) required: Vec<ShownRequirement>,
+    /// What scores are under each condition.
+    pub(super) conditions: Vec<ConditionScore>,
 }
 
 impl Judged {
@@ -29,23 +30,18 @@ impl Judged {
     }
 }
 
-/// All of them, in the order of the table.
+/// All of them, in the order of the file.
 ///
 /// # Errors
-/// When the table cannot be read, or is none.
+/// Those of [`Verdicts::read`].
 pub(super) fn judged(sweep: &ReportedSweep) -> Result<Vec<Judged>> {
-    let table = Kept::read(&sweep.folder.join(REQUIREMENTS))?;
-    let mut all: Vec<Judged> = Vec::new();
-    for row in table.rows() {
-        let names = row.choice();
-        if all.iter().any(|known| known.names == names) {
-            continue;
-        }
-        let [own, _] = table.parted(|row| row.is_of(&names));
-        let (note, required) = of_kept(sweep, &own);
-        all.push(Judged { choice: swept(sweep, &names), names, note, required });
-    }
-    Ok(all)
+    let sets = Verdicts::read(sweep.folder)?.map_or(Vec::new(), |verdicts| verdicts.sets);
+    let of_one = |set: SetVerdicts| {
+        let names = set.names().map(String::from);
+        let (note, required) = current_verdicts(sweep, &set.requirements);
+        Judged { choice: swept(sweep, &names), names, note, required, conditions: set.conditions }
+    };
+    Ok(sets.into_iter().map(of_one).collect())
 }
 
 /// A choice of these names among what was swept.

@@ -12,7 +12,6 @@ mod cells;
 mod data;
 mod document;
 mod judged;
-mod kept;
 mod leaders;
 mod measure;
 mod missed;

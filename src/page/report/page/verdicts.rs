@@ -3,11 +3,13 @@
 
 use std::cmp::Ordering;
 
-use super::kept::{Kept, Row};
 use crate::report::apart::Writing;
 use crate::report::page::{ReportedSweep, measure};
 use crate::report::wording::{of_which, whereabouts, words};
-use perirobot_decide::judge::{Conditions, JudgedSet, Judgement, Summed, Value, tables_sha256};
+use perirobot_decide::judge::{
+    ConditionScore, Conditions, JudgedSet, Judgement, Number, RequirementVerdict, Summed, Value,
+    tables_sha256,
+};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_study::study::{
@@ -69,26 +71,23 @@ pub(super) fn not_judged(sweep: &ReportedSweep, looked: &Choice) -> Result<(Stri
 
 /// What `judge` has decided of a choice, as far as it is what the study requires: where that is from, and the verdicts,
 /// in the order of the study.
-pub(crate) fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownRequirement>) {
+pub(crate) fn current_verdicts(
+    sweep: &ReportedSweep,
+    judged: &[RequirementVerdict],
+) -> (String, Vec<ShownRequirement>) {
     let regions = &sweep.results.regions;
     let mut used = 0;
     let shown = |requirement: &Requirement| {
         let verdict = |&condition: &Condition| {
-            let is_asked = |row: &Row| {
-                row.of("requirement") == requirement.name && row.of("condition") == condition.name()
-            };
-            match kept.rows().find(is_asked) {
-                Some(row)
-                    if is_judged_as(&row, requirement, &sweep.results.regions)
-                        && rests_on_now(
-                            sweep.study,
-                            &row,
-                            Summed::from_measure(&requirement.measure),
-                            condition,
-                        ) =>
+            let is_asked =
+                |one: &&RequirementVerdict| one.requirement == requirement.name && one.condition == condition;
+            match judged.iter().find(is_asked) {
+                Some(one)
+                    if is_judged_as(one, requirement, regions)
+                        && rests_on_now(sweep.study, one, requirement) =>
                 {
                     used += 1;
-                    of_row(requirement, condition, &row, sweep)
+                    judged_verdict(sweep, requirement, one)
                 }
                 Some(_) => open(requirement, condition, OTHERWISE),
                 None => open(requirement, condition, NOT_YET),
@@ -97,7 +96,7 @@ pub(crate) fn of_kept(sweep: &ReportedSweep, kept: &Kept) -> (String, Vec<ShownR
         of_requirement(requirement, regions, requirement.under.iter().map(verdict).collect())
     };
     let shown = sweep.study.requirements.iter().map(shown).collect();
-    let note = match used == kept.rows().count() {
+    let note = match used == judged.len() {
         true => "As perirobot judge has decided, whose tables are in the folder.",
         false => {
             "What perirobot judge has written into the folder was judged against other requirements than the study \
@@ -168,32 +167,32 @@ fn of_judgement(sweep: &ReportedSweep, set: &JudgedSet, judgement: &Judgement) -
     shown(sweep, requirement, condition, (judgement.word(), found), &tail)
 }
 
-/// A row of requirements.csv as a verdict.
-fn of_row(requirement: &Requirement, condition: Condition, row: &Row, sweep: &ReportedSweep) -> ShownVerdict {
-    let verdict = if row.of("verdict") == "PASS" { "PASS" } else { "FAIL" };
+/// A verdict of `judge`.
+fn judged_verdict(sweep: &ReportedSweep, requirement: &Requirement, one: &RequirementVerdict) -> ShownVerdict {
+    let verdict = one.word();
     let limit = requirement.limit.ratio().value();
-    let found = row.of("value").parse::<f64>().ok().map(|value| {
-        // What differs from the limit by less than the digits of the table tell.
-        let order = match (value.total_cmp(&limit), verdict, &requirement.limit) {
-            (Ordering::Equal, "FAIL", Limit::AtLeast(_)) => Ordering::Less,
-            (Ordering::Equal, "FAIL", Limit::AtMost(_)) => Ordering::Greater,
+    let found = one.value.map(|Number(value)| {
+        // What differs from the limit by less than a number can tell.
+        let order = match (value.total_cmp(&limit), one.is_met, &requirement.limit) {
+            (Ordering::Equal, false, Limit::AtLeast(_)) => Ordering::Less,
+            (Ordering::Equal, false, Limit::AtMost(_)) => Ordering::Greater,
             (order, ..) => order,
         };
         (value, order)
     });
     let mut tail = String::new();
-    if !matches!(row.of("cases"), "" | "1") {
-        tail += &format!("; {} of {} cases fail", row.of("failed"), row.of("cases"));
+    if one.cases > 1 {
+        tail += &format!("; {} of {} cases fail", one.failed, one.cases);
     }
-    let worst: Vec<&str> =
-        [row.of("case"), row.of("scene")].into_iter().filter(|part| !part.is_empty()).collect();
+    let worst = [Some(&one.worst.case).filter(|case| !case.is_empty()), one.worst.scene.as_ref()];
+    let worst: Vec<&str> = worst.into_iter().flatten().map(String::as_str).collect();
     if !worst.is_empty() {
         tail += &format!("; worst {}", worst.join(", in scene "));
     }
-    if !row.of("body").is_empty() {
-        tail += &format!(", {} from {}", row.of("body"), row.of("entry"));
+    if let (Some(body), Some(entry)) = (&one.worst.body, &one.worst.entry) {
+        tail += &format!(", {body} from {entry}");
     }
-    shown(sweep, requirement, condition, (verdict, found), &tail)
+    shown(sweep, requirement, one.condition, (verdict, found), &tail)
 }
 
 /// A verdict in words; `found` is the value and how it compares with the limit.
@@ -283,38 +282,40 @@ fn written(requirement: &Requirement) -> (Writing, &'static str) {
     }
 }
 
-/// Whether a row of requirements.csv was judged against a requirement of its name as the study has it now.
-fn is_judged_as(row: &Row, requirement: &Requirement, regions: &[String]) -> bool {
+/// Whether a verdict was judged against a requirement of its name as the study has it now.
+fn is_judged_as(one: &RequirementVerdict, requirement: &Requirement, regions: &[String]) -> bool {
     let limits = match &requirement.limit {
-        Limit::AtLeast(ratio) => [Some(ratio.value()), None],
-        Limit::AtMost(ratio) => [None, Some(ratio.value())],
+        Limit::AtLeast(ratio) => (Some(ratio.value()), None),
+        Limit::AtMost(ratio) => (None, Some(ratio.value())),
     };
-    let region = requirement.region().map_or("", |region| regions[region].as_str());
-    // Of bodies that come near the table names the one that is the worst.
-    let may_be = |wanted: &Option<String>, found: &str| {
-        found.is_empty() || wanted.as_ref().is_none_or(|wanted| wanted == found)
+    // Of bodies that come near the one that is the worst is known.
+    let may_be = |wanted: &Option<String>, found: &Option<String>| {
+        found.is_none() || wanted.is_none() || wanted == found
     };
     let is_of_body = match &requirement.measure {
         Measure::Counted(_) | Measure::Controller(_) => true,
-        Measure::Nearness(near) => may_be(&near.body, row.of("body")) && may_be(&near.entry, row.of("entry")),
+        Measure::Nearness(near) => {
+            may_be(&near.body, &one.worst.body) && may_be(&near.entry, &one.worst.entry)
+        }
     };
-    row.of("score") == requirement.score_name()
-        && row.of("region") == region
-        && row.of("over") == requirement.over().name()
-        && ["at_least", "at_most"].map(|name| row.of(name).parse().ok()) == limits
+    one.score == requirement.score_name()
+        && one.region.as_ref() == requirement.region().map(|region| &regions[region])
+        && one.over == requirement.over()
+        && (one.at_least, one.at_most) == limits
         && is_of_body
 }
 
-/// Whether the tables of the study that a row of `judge` rests on are as they were.
-fn rests_on_now(study: &Study, row: &Row, score: Summed, condition: Condition) -> bool {
-    row.of("tables_sha256") == tables_sha256(study, score, condition)
+/// Whether the tables of the study that a verdict rests on are as they were.
+fn rests_on_now(study: &Study, one: &RequirementVerdict, requirement: &Requirement) -> bool {
+    one.tables_sha256 == tables_sha256(study, Summed::from_measure(&requirement.measure), one.condition)
 }
 
-/// The rows of conditions.csv that rest on tables of the study as they are now, and the others.
-pub(super) fn parted_by_now(study: &Study, conditions: &Kept) -> [Kept; 2] {
-    conditions.parted(|row| {
-        let condition = Condition::ALL.into_iter().find(|known| known.name() == row.of("condition"));
-        let known = Summed::named(row.of("score"), 0).zip(condition);
-        known.is_some_and(|(score, condition)| rests_on_now(study, row, score, condition))
-    })
+/// The scores that rest on tables of the study as they are now, and the others.
+pub(super) fn parted_by_now<'s>(study: &Study, scores: &'s [ConditionScore]) -> [Vec<&'s ConditionScore>; 2] {
+    let is_of_now = |one: &&ConditionScore| {
+        let score = Summed::named(&one.score, 0);
+        score.is_some_and(|score| one.tables_sha256 == tables_sha256(study, score, one.condition))
+    };
+    let (now, old) = scores.iter().partition(is_of_now);
+    [now, old]
 }

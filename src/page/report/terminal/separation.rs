@@ -1,7 +1,8 @@
 //! What a controller would measure of a set of sensors, summed up over all moments, as text.
 
 use crate::report::table::Table;
-use perirobot_decide::judge::{Decision, JudgedSet, Separation};
+use perirobot_decide::controller::{Decision, Separation};
+use perirobot_decide::judge::JudgedSet;
 use perirobot_march::voxel::rounded_up;
 use perirobot_study::study::Stopping;
 use perirobot_sweep::results::Subject;

@@ -7,13 +7,15 @@ mod near;
 use maud::{Markup, html};
 
 use crate::report::page::judged::Judged;
-use crate::report::page::kept::Kept;
 use crate::report::page::plain_table::{Titled, plain};
 use crate::report::page::recommended::Recommended;
 use crate::report::page::verdicts::{ShownRequirement, not_judged, parted_by_now};
 use crate::report::page::{Findings, ReportedSweep};
+use crate::report::table::Table;
 use near::near;
+use perirobot_decide::judge::{ConditionScore, Number};
 use perirobot_march::Result;
+use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_scene::shell;
 use perirobot_sweep::results::files::CONDITIONS;
 
@@ -119,15 +121,15 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     let combination = &results.combinations[series.combination];
     let looked = recommended.looked(rankings);
     let own = recommended.names(results, rankings);
-    let (note, required) = match judged.iter().find(|one| one.names == own) {
+    let of_own = judged.iter().find(|one| one.names == own);
+    let (note, required) = match of_own {
         Some(one) => (one.note.clone(), one.required.clone()),
         None => not_judged(sweep, &looked)?,
     };
     let mut good = Good { notes: vec![note], required, ..Good::default() };
     let others = judged.iter().any(|one| one.names != own);
     good.judged = judged.iter().filter(|_| others).map(of_judged).collect();
-    let [conditions, _] = Kept::read(&folder.join(CONDITIONS))?.parted(|row| row.is_of(&own));
-    let [conditions, old] = parted_by_now(study, &conditions);
+    let [conditions, old] = parted_by_now(study, of_own.map_or(&[], |one| &one.conditions));
     if !old.is_empty() {
         good.notes.push(format!(
             "Rows of {CONDITIONS} rest on tables of the study that have changed since perirobot judge ran, and are not \
@@ -135,9 +137,7 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
         ));
     }
     if !conditions.is_empty() {
-        let wanted =
-            ["condition", "region", "score", "best", "mean", "quantile_05", "worst", "case", "scene"];
-        good.tables.push(("What if: each score under each condition".into(), conditions.table(&wanted)));
+        good.tables.push(("What if: each score under each condition".into(), table(&conditions)));
     }
     let near = near(folder, &own)?;
     good.notes.extend(near.note);
@@ -164,6 +164,33 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     }
     good.commands.push(("ask how near somebody comes unnoticed".into(), words("approach")));
     Ok(good)
+}
+
+/// Scores under each condition.
+fn table(scores: &[&ConditionScore]) -> Table {
+    let columns = ["condition", "region", "score", "best", "mean", "quantile 05", "worst", "case", "scene"];
+    let mut table = Table::new(&columns.map(|name| format!("<{name}")).each_ref().map(String::as_str));
+    for one in scores {
+        let mut row =
+            vec![one.condition.name().into(), one.region.clone().unwrap_or_default(), one.score.clone()];
+        row.extend(
+            [one.best, one.mean, one.quantile_05, one.worst].map(|number| shortened(&one.score, number)),
+        );
+        row.extend([one.worst_at.case.clone(), one.worst_at.scene.clone().unwrap_or_default()]);
+        table.row(row);
+    }
+    table
+}
+
+/// A value with at most four digits after the point; distances are rounded to the safe side.
+fn shortened(score: &str, Number(value): Number) -> String {
+    let text = value.to_string();
+    match score {
+        _ if text.len() <= 6 => text,
+        "nearest_unnoticed_m" | "approach_margin_m" => rounded_down(value, 4),
+        "missed_m" => rounded_up(value, 4),
+        _ => format!("{value:.4}"),
+    }
 }
 
 /// A choice that was judged, by name.

@@ -6,9 +6,10 @@ use std::path::Path;
 
 use base64::{Engine, prelude::BASE64_STANDARD as STANDARD};
 
-use crate::report::page::kept::Kept;
 use crate::report::page::plain_table::Titled;
-use perirobot_decide::approach::{APPROACH, plan_names};
+use crate::report::table::Table;
+use perirobot_decide::approach::{APPROACH, ApproachRow, Approaches, plan_names};
+use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_march::{Error, Result};
 
 /// The largest floor plan that is put into the page.
@@ -21,14 +22,14 @@ const COLUMNS: [&str; 13] = [
     "people",
     "body",
     "entry",
-    "at_entry",
-    "deepest_m",
-    "noticed_m",
-    "needed_m",
-    "margin_m",
-    "path_m",
-    "shadowed_by",
-    "unnoticed_m2",
+    "at entry",
+    "deepest m",
+    "noticed m",
+    "needed m",
+    "margin m",
+    "path m",
+    "shadowed by",
+    "unnoticed m2",
 ];
 
 /// What is known.
@@ -42,44 +43,71 @@ pub(super) struct Near {
     pub(super) plans: Vec<(String, String)>,
 }
 
-/// What the folder's table says of a choice. Only rows with everything as planned stand as the plan's. A floor plan
-/// does not say of which choice it is: it is shown where all of the table is of this one, as planned.
+/// What the folder has of a choice. Only what is found with everything as planned stands as the plan's. A floor plan does
+/// not say of which choice it is: it is shown where the folder has this one, as planned.
 ///
 /// # Errors
-/// When a file cannot be read, or is no table.
+/// When a file cannot be read; those of [`Approaches::read`].
 pub(super) fn near(folder: &Path, own: &[String; 3]) -> Result<Near> {
-    let [of_choice, others] = Kept::read(&folder.join(APPROACH))?.parted(|row| row.is_of(own));
-    let [planned, altered] = of_choice.parted(|row| row.of("case").is_empty());
     let mut near = Near::default();
-    if let Some(row) = others.rows().next().filter(|_| of_choice.is_empty()) {
-        let [poses, combination, representation] =
-            ["poses", "combination", "representation"].map(|name| row.of(name));
+    let Some(approaches) = Approaches::read(folder)?.filter(|found| !found.rows.is_empty()) else {
+        return Ok(near);
+    };
+    let names @ [combination, poses, representation] = approaches.names();
+    if names != *own {
         near.note = Some(format!(
             "The folder's {APPROACH} is of another choice, which is not shown here: {poses} · {combination} · \
              {representation}."
         ));
-    }
-    if !planned.is_empty() {
+    } else if approaches.case.is_empty() {
         let title = "How near somebody comes unnoticed, as perirobot approach has found";
-        near.tables.push((title.into(), planned.table(&COLUMNS)));
-    }
-    if !altered.is_empty() {
+        near.tables.push((title.into(), table(&COLUMNS, &approaches.rows, cells)));
+        near.plans = plans(folder, &approaches.rows)?;
+    } else {
         let title = "What if: how near somebody comes unnoticed where not all is as planned";
         let columns: Vec<&str> = ["case"].into_iter().chain(COLUMNS).collect();
-        near.tables.push((title.into(), altered.table(&columns)));
-    }
-    if altered.is_empty() && others.is_empty() {
-        near.plans = plans(folder, &planned)?;
+        let with_case = |row: &ApproachRow| [vec![approaches.case.clone()], cells(row)].concat();
+        near.tables.push((title.into(), table(&columns, &approaches.rows, with_case)));
     }
     Ok(near)
 }
 
+fn table(columns: &[&str], rows: &[ApproachRow], cells: impl Fn(&ApproachRow) -> Vec<String>) -> Table {
+    let columns: Vec<String> = columns.iter().map(|name| format!("<{name}")).collect();
+    let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
+    rows.iter().for_each(|row| table.row(cells(row)));
+    table
+}
+
+/// What is shown of a row; distances are rounded to the safe side.
+fn cells(row: &ApproachRow) -> Vec<String> {
+    let cell = |number: Option<f64>, shown: &dyn Fn(f64) -> String| number.map_or(String::new(), shown);
+    let down = |number| cell(number, &|metres| rounded_down(metres, 4));
+    let up = |number| cell(number, &|metres| rounded_up(metres, 4));
+    let plain = |number| cell(number, &|number| format!("{number:.4}"));
+    vec![
+        row.scene.clone(),
+        row.snapshot.map_or("*".into(), |snapshot| snapshot.to_string()),
+        row.people.name().into(),
+        row.body.clone(),
+        row.entry.clone(),
+        row.at_entry.name().into(),
+        down(row.deepest_m),
+        down(row.noticed_m),
+        up(row.needed_m),
+        down(row.margin_m),
+        plain(row.path_m),
+        row.shadowed_by.clone().unwrap_or_default(),
+        plain(row.unnoticed_m2),
+    ]
+}
+
 /// The floor plans that `approach` has drawn with a table, as pictures.
-fn plans(folder: &Path, table: &Kept) -> Result<Vec<(String, String)>> {
+fn plans(folder: &Path, rows: &[ApproachRow]) -> Result<Vec<(String, String)>> {
     let mut drawn: Vec<[&str; 3]> = Vec::new();
     // A body that does not stand on the floor has no area there, and no plan.
-    for row in table.rows().filter(|row| !row.of("unnoticed_m2").is_empty()) {
-        let plan = ["scene", "body", "people"].map(|name| row.of(name));
+    for row in rows.iter().filter(|row| row.unnoticed_m2.is_some()) {
+        let plan = [&row.scene, &row.body, row.people.name()];
         if !drawn.contains(&plan) {
             drawn.push(plan);
         }

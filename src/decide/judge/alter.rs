@@ -1,5 +1,6 @@
-//! What is different from what was planned, and the study in which it is, for commands that look at a case closely.
+//! A case as a study of its own, for commands that look at it closely.
 
+use super::alteration::Alteration;
 use super::postures::{Stood, named};
 use super::what_if::WhatIf;
 use crate::view::Choice;
@@ -8,47 +9,12 @@ use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 
-/// What is different from what was planned.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Alteration {
-    /// Nothing.
-    #[default]
-    None,
-    /// Sensors that are dead, as in `camera:wall/1/0`.
-    Dead(Vec<String>),
-    /// Which draw of the mounts, counted from 0.
-    Draw(u32),
-    /// Who of the study's postures stands there instead of the scenes' people, as in `standing/0`.
-    Posture(String),
-}
-
-impl Alteration {
-    /// In words; nothing where nothing is different.
-    pub fn words(&self) -> String {
-        match self {
-            Alteration::None => String::new(),
-            Alteration::Dead(sensors) => format!("without {}", sensors.join(" and ")),
-            Alteration::Draw(draw) => format!("draw {draw}"),
-            Alteration::Posture(name) => format!("posture {name}"),
-        }
-    }
-
-    /// Of what is planned and what is altered, that in which bodies come in. Entries stay where they are planned, also
-    /// where mounts are off or a light curtain is dead; somebody of a posture is cover.
-    pub fn where_bodies_come_in<T>(&self, planned: T, own: T) -> T {
-        match self {
-            Alteration::None | Alteration::Dead(_) | Alteration::Draw(_) => planned,
-            Alteration::Posture(_) => own,
-        }
-    }
-}
-
-/// A study and its worlds in which a choice is altered; the choice there.
+/// Makes the study and its worlds in which a choice is altered, and the choice there.
 ///
 /// # Errors
 /// When no sensor of the choice has a name that is given, or no sensor is left; when the study has no such draw
 /// or posture.
-pub fn altered(
+pub fn alter(
     study: &Study,
     worlds: &[World],
     choice: &Choice,

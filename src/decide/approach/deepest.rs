@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::flood::{Flood, LONGEST_STEP};
-use perirobot_march::voxel::{BitGrid, Distances};
+use perirobot_march::voxel::{BitGrid, Distances, Grid};
 
 /// What a body can do unnoticed from an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,6 +41,13 @@ pub struct Deepest {
     pub path: Vec<[i32; 3]>,
     /// Where the way is the narrowest; `None` where the entry is as deep as it gets.
     pub narrowest: Option<Narrowest>,
+}
+
+impl Deepest {
+    /// The length of the path in metres.
+    pub(super) fn length_m(&self, grid: &Grid) -> f64 {
+        self.length as f64 / 1000.0 * grid.voxel_size_m
+    }
 }
 
 /// Where the way can be closed.

@@ -19,7 +19,7 @@ pub struct Excess {
 
 impl Excess {
     /// As a number, to be shown.
-    pub(super) fn metres(&self) -> f64 {
+    pub(crate) fn metres(&self) -> f64 {
         let metres = |squared| Separation::metres(squared, self.voxel_size_m);
         metres(self.measured) - metres(self.truly)
     }
@@ -29,7 +29,7 @@ impl Excess {
     ///
     /// With edge e and limit l in whole nanometres, e√m - e√t is held against l as e√m against l + e√t: by squares, as
     /// e²m - e²t - l² against 2le√t, and if that is not below 0, by squares again.
-    pub(super) fn cmp_ratio(&self, limit: Ratio) -> Ordering {
+    pub(crate) fn cmp_ratio(&self, limit: Ratio) -> Ordering {
         let edge = Ratio::from_f64(self.voxel_size_m);
         let (e, l) = (edge.numerator * limit.denominator, limit.numerator * edge.denominator);
         let common = gcd(e, l);

@@ -1,0 +1,111 @@
+//! A file of JSON that a command writes beside its tables, and that other commands read instead of them. It begins with
+//! the number of its format.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_sweep::results::files::{json_issue, read_regular, write_whole};
+
+/// A kind of such files.
+pub(crate) struct JsonFile {
+    /// The name in a folder.
+    pub name: &'static str,
+    /// The format that is written and read.
+    pub format: u32,
+    /// The table that is written beside it; an older program wrote the table alone.
+    pub table: &'static str,
+    /// The command that writes both.
+    pub command: &'static str,
+}
+
+/// What is read of a file before all else.
+#[derive(Deserialize)]
+struct Head {
+    format: u32,
+}
+
+impl JsonFile {
+    /// Writes the file whole or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn write(&self, folder: &Path, content: &impl Serialize) -> Result<()> {
+        let mut json = serde_json::to_vec_pretty(content).expect("names and numbers make JSON");
+        json.push(b'\n');
+        write_whole(&folder.join(self.name), &json)
+    }
+
+    /// Reads the file; `None` if the folder has neither it nor its table.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file and the command that writes it again: if the file is damaged or in another
+    /// format, or if the folder has the table of an older program alone.
+    pub(crate) fn read<T: DeserializeOwned>(&self, folder: &Path) -> Result<Option<T>> {
+        let (path, table) = (folder.join(self.name), folder.join(self.table));
+        let again = format!("run `perirobot {}` again", self.command);
+        if !path.exists() {
+            let what = format!("was written by an older perirobot, which wrote no {}", self.name);
+            let old = Issue::unsupported(what).wanted(again).at(&table);
+            return if table.exists() { Err(old.into()) } else { Ok(None) };
+        }
+        let bytes = read_regular(&path)?;
+        let Head { format } = self.parse(&bytes, &path, &again)?;
+        if format != self.format {
+            let what = format!("has format {format}, and this perirobot reads format {}", self.format);
+            return Err(Issue::unsupported(what).wanted(again).at(&path).into());
+        }
+        self.parse(&bytes, &path, &again).map(Some)
+    }
+
+    fn parse<T: DeserializeOwned>(&self, bytes: &[u8], path: &Path, again: &str) -> Result<T> {
+        serde_json::from_slice(bytes).map_err(|e| json_issue(&e).cure(again.to_string()).at(path).into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    const FILE: JsonFile = JsonFile { name: "list.json", format: 3, table: "list.csv", command: "list" };
+
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    struct List {
+        format: u32,
+        numbers: Vec<f64>,
+    }
+
+    #[test]
+    fn files_are_read_whole_or_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, table) = (folder.path().join(FILE.name), folder.path().join(FILE.table));
+        let read = || FILE.read::<List>(folder.path());
+        let refused = |words: &str| {
+            let error = read().unwrap_err().to_string();
+            assert!(error.contains(words) && error.contains("run `perirobot list` again"), "{error}");
+        };
+        assert_eq!(read().unwrap(), None);
+        fs::write(&table, "number\n").unwrap();
+        refused("list.csv: was written by an older perirobot, which wrote no list.json");
+        let list = List { format: 3, numbers: vec![0.1 + 0.2, 1e300, -0.0, 5e-324] };
+        FILE.write(folder.path(), &list).unwrap();
+        assert_eq!(read().unwrap().unwrap(), list);
+        // Those of a newer program may hold what is unknown here.
+        fs::write(&path, "{\"format\": 4, \"lists\": []}").unwrap();
+        refused("list.json: has format 4, and this perirobot reads format 3");
+        for (text, words) in [
+            ("", "list.json: is cut off"),
+            ("{\"format\": 3, \"numbers\": [1", "list.json: is cut off"),
+            ("{\"format\": 3, \"numbers\": [\"1\"]}", "list.json: is not as it was written: invalid type"),
+            ("{\"numbers\": []}", "list.json: is not as it was written: missing field `format`"),
+            ("[3]", "list.json: is not as it was written"),
+        ] {
+            fs::write(&path, text).unwrap();
+            refused(words);
+        }
+    }
+}

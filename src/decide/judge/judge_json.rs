@@ -1,0 +1,361 @@
+//! `judge.json`: verdicts, and scores under each condition, with the values of `requirements.csv` and `conditions.csv`
+//! and with their types. The report reads it.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::cases::{Moment, Passage};
+use super::judged::JudgedSet;
+use super::spread::{Spread, Summed, spreads};
+use super::tables::tables_sha256;
+use super::verdict::{Judgement, Part, Where, word};
+use crate::approach::Company;
+use crate::json_file::JsonFile;
+use perirobot_march::Result;
+use perirobot_march::metrics::Across;
+use perirobot_study::study::{Condition, Limit, Study};
+use perirobot_sweep::results::Subject;
+use perirobot_sweep::results::files::{JUDGE_JSON, REQUIREMENTS};
+
+const FILE: JsonFile = JsonFile { name: JUDGE_JSON, format: 1, table: REQUIREMENTS, command: "judge" };
+
+/// What `judge` found of some sets of sensors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdicts {
+    /// Number of the format: 1.
+    pub format: u32,
+    /// The version of the program.
+    pub perirobot: String,
+    /// The sets, in the order of the tables.
+    pub sets: Vec<SetVerdicts>,
+}
+
+/// What `judge` found of a set of sensors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SetVerdicts {
+    /// Its combination, by its name.
+    pub combination: String,
+    /// Its poses, as in results.csv.
+    pub poses: String,
+    /// Its representation.
+    pub representation: String,
+    /// Each requirement under each of its conditions: the rows of `requirements.csv`.
+    pub requirements: Vec<RequirementVerdict>,
+    /// Each score under each condition: the rows of `conditions.csv`.
+    pub conditions: Vec<ConditionScore>,
+}
+
+/// The verdict on a requirement under a condition. Scores that end in `_m` are in metres, in `_m2` in square metres; all
+/// others are shares or have no unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RequirementVerdict {
+    /// The requirement, by its name.
+    pub requirement: String,
+    /// The condition.
+    pub condition: Condition,
+    /// Whether all cases of the condition keep to the limit.
+    pub is_met: bool,
+    /// The score, by its name.
+    pub score: String,
+    /// The region in which is counted, by its name; `None` of scores that are not counted in one.
+    pub region: Option<String>,
+    /// Of which counts, approaches or moments the score is.
+    pub over: Across,
+    /// The limit, if the score must be this or more.
+    pub at_least: Option<f64>,
+    /// The limit, if the score must be this or less.
+    pub at_most: Option<f64>,
+    /// The value in the worst case; `None` if a case has no value.
+    pub value: Option<Number>,
+    /// How many cases there are.
+    pub cases: usize,
+    /// How many of them miss the limit.
+    pub failed: usize,
+    /// How many moments, or ways in, of all cases have a value.
+    pub values: usize,
+    /// How many moments, or ways in, all cases have.
+    pub of: usize,
+    /// In how many cases a mount that was to be drawn is as planned.
+    pub draws_as_planned: usize,
+    /// The worst case.
+    pub worst: WorstPlace,
+    /// The upper bound of the listed poses, if it misses the limit.
+    pub out_of_reach: Option<Number>,
+    /// The hash of the tables of the study that decided it; empty if none did.
+    pub tables_sha256: String,
+}
+
+/// A score over all cases of a condition, with the units of [`RequirementVerdict`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConditionScore {
+    /// The condition.
+    pub condition: Condition,
+    /// The region in which is counted, by its name; `None` of scores that are not counted in one.
+    pub region: Option<String>,
+    /// The score, by its name.
+    pub score: String,
+    /// The best value.
+    pub best: Number,
+    /// The mean of all values.
+    pub mean: Number,
+    /// The value that one in twenty is no better than.
+    pub quantile_05: Number,
+    /// The worst value by the score's own direction.
+    pub worst: Number,
+    /// Where the worst value is.
+    pub worst_at: WorstPlace,
+    /// How many moments, or ways in, of all cases have a value.
+    pub values: usize,
+    /// How many moments, or ways in, all cases have.
+    pub of: usize,
+    /// The hash of the tables of the study that decided it; empty if none did.
+    pub tables_sha256: String,
+}
+
+/// The case that is the worst, and where in it. All but the case is `None` if the case has no value, or if nobody comes
+/// near in it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WorstPlace {
+    /// What is not as planned, in words; empty if all is.
+    pub case: String,
+    /// The scene, by its name.
+    pub scene: Option<String>,
+    /// The snapshot, counted from 0; `None` of ways in, which are of all snapshots at once.
+    pub snapshot: Option<usize>,
+    /// The repeat, counted from 0.
+    pub repeat: Option<usize>,
+    /// Of a way in, who else is there.
+    pub people: Option<Company>,
+    /// Of a way in, the body, by its name.
+    pub body: Option<String>,
+    /// Of a way in, the entry, by its name.
+    pub entry: Option<String>,
+}
+
+/// A number that may be infinite, which JSON has no number for: the distance of a body that never comes near. It is
+/// written as `"inf"`, as in the tables.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "WrittenNumber", into = "WrittenNumber")]
+pub struct Number(pub f64);
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum WrittenNumber {
+    Finite(f64),
+    Infinite(Infinity),
+}
+
+#[derive(Serialize, Deserialize)]
+enum Infinity {
+    #[serde(rename = "inf")]
+    Inf,
+}
+
+impl From<Number> for WrittenNumber {
+    fn from(Number(number): Number) -> WrittenNumber {
+        match number.is_finite() {
+            true => WrittenNumber::Finite(number),
+            false => WrittenNumber::Infinite(Infinity::Inf),
+        }
+    }
+}
+
+impl From<WrittenNumber> for Number {
+    fn from(written: WrittenNumber) -> Number {
+        Number(match written {
+            WrittenNumber::Finite(number) => number,
+            WrittenNumber::Infinite(Infinity::Inf) => f64::INFINITY,
+        })
+    }
+}
+
+impl Verdicts {
+    /// What was found of sets that were judged; the study is the one that was judged.
+    pub(super) fn new(study: &Study, subject: &Subject, sets: &[JudgedSet]) -> Verdicts {
+        let of_set = |set: &JudgedSet| SetVerdicts {
+            combination: set.combination.clone(),
+            poses: set.poses.clone(),
+            representation: set.representation.clone(),
+            requirements: set.judgements.iter().map(|one| verdict(study, subject, set, one)).collect(),
+            conditions: spreads(&set.conditions)
+                .iter()
+                .map(|spread| condition_score(study, subject, set, spread))
+                .collect(),
+        };
+        Verdicts {
+            format: FILE.format,
+            perirobot: env!("CARGO_PKG_VERSION").into(),
+            sets: sets.iter().map(of_set).collect(),
+        }
+    }
+
+    /// Reads them from a folder; `None` if nothing was judged there.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the file and what to do: if the file is damaged or in another format, or if an older
+    /// program judged without it.
+    pub fn read(folder: &Path) -> Result<Option<Verdicts>> {
+        FILE.read(folder)
+    }
+
+    /// Writes them into a folder.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub(super) fn write(&self, folder: &Path) -> Result<()> {
+        FILE.write(folder, self)
+    }
+}
+
+impl SetVerdicts {
+    /// Combination, poses and representation, as in the columns of tables.
+    pub fn names(&self) -> [&str; 3] {
+        [&self.combination, &self.poses, &self.representation]
+    }
+}
+
+impl RequirementVerdict {
+    /// The verdict in a word, as in the tables.
+    pub fn word(&self) -> &'static str {
+        word(self.is_met)
+    }
+}
+
+fn verdict(study: &Study, subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> RequirementVerdict {
+    let Judgement { requirement, condition, .. } = *judgement;
+    let (at_least, at_most) = match requirement.limit {
+        Limit::AtLeast(ratio) => (Some(ratio.value()), None),
+        Limit::AtMost(ratio) => (None, Some(ratio.value())),
+    };
+    RequirementVerdict {
+        requirement: requirement.name.clone(),
+        condition,
+        is_met: judgement.is_met,
+        score: requirement.score_name().into(),
+        region: requirement.region().map(|region| subject.regions[region].clone()),
+        over: requirement.over(),
+        at_least,
+        at_most,
+        value: judgement.value.as_ref().map(|value| Number(value.number())),
+        cases: judgement.cases,
+        failed: judgement.failed,
+        values: judgement.values,
+        of: judgement.of,
+        draws_as_planned: judgement.kept,
+        worst: worst_place(set, subject, condition, &judgement.worst),
+        out_of_reach: judgement.out_of_reach.as_ref().map(|bound| Number(bound.number())),
+        tables_sha256: tables_sha256(study, Summed::from_measure(&requirement.measure), condition),
+    }
+}
+
+fn condition_score(study: &Study, subject: &Subject, set: &JudgedSet, spread: &Spread) -> ConditionScore {
+    ConditionScore {
+        condition: spread.condition,
+        region: spread.of_what.region().map(|region| subject.regions[region].clone()),
+        score: spread.of_what.name().into(),
+        best: Number(spread.best),
+        mean: Number(spread.mean),
+        quantile_05: Number(spread.twentieth),
+        worst: Number(spread.worst),
+        worst_at: worst_place(set, subject, spread.condition, &spread.at),
+        values: spread.values,
+        of: spread.of,
+        tables_sha256: tables_sha256(study, spread.of_what, spread.condition),
+    }
+}
+
+fn worst_place(set: &JudgedSet, subject: &Subject, condition: Condition, at: &Where) -> WorstPlace {
+    let case = set.conditions.of(condition)[at.case].alteration.words();
+    let scene_name = |scene: usize| Some(subject.scenes[scene].name.clone());
+    match at.part {
+        None => WorstPlace { case, ..WorstPlace::default() },
+        Some(Part::Moment(moment)) => {
+            let Moment { scene, snapshot, repeat } = set.conditions.moments[moment];
+            let (snapshot, repeat) = (Some(snapshot), Some(repeat));
+            WorstPlace { case, scene: scene_name(scene), snapshot, repeat, ..WorstPlace::default() }
+        }
+        Some(Part::Passage(passage)) => {
+            let Passage { scene, company, repeat, body, entry, .. } = &set.conditions.passages[passage];
+            WorstPlace {
+                case,
+                scene: scene_name(*scene),
+                snapshot: None,
+                repeat: Some(*repeat),
+                people: Some(*company),
+                body: Some(body.clone()),
+                entry: Some(entry.clone()),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdicts() -> Verdicts {
+        let at =
+            WorstPlace { case: "draw 3".into(), snapshot: Some(2), repeat: Some(0), ..WorstPlace::default() };
+        let (people, body, entry) = (Some(Company::Cover), Some("standing".into()), Some("door".into()));
+        let way_in = WorstPlace { scene: Some("cell".into()), people, body, entry, ..WorstPlace::default() };
+        let missed = RequirementVerdict {
+            requirement: "far \"enough\"".into(),
+            condition: Condition::MountingError,
+            is_met: false,
+            score: "nearest_unnoticed_m".into(),
+            region: None,
+            over: Across::Worst,
+            at_least: Some(0.1 + 0.2),
+            at_most: None,
+            value: Some(Number(f64::INFINITY)),
+            cases: 20,
+            failed: 1,
+            values: 19,
+            of: 20,
+            draws_as_planned: 4,
+            worst: way_in,
+            out_of_reach: None,
+            tables_sha256: String::new(),
+        };
+        let score = ConditionScore {
+            condition: Condition::AsPlanned,
+            region: Some("robot".into()),
+            score: "f1".into(),
+            best: Number(f64::INFINITY),
+            mean: Number(1.0 / 3.0),
+            quantile_05: Number(f64::MIN_POSITIVE),
+            worst: Number(-2.0),
+            worst_at: at,
+            values: 1,
+            of: usize::MAX,
+            tables_sha256: "0123".into(),
+        };
+        let set = SetVerdicts {
+            combination: "best 2".into(),
+            poses: "camera:wall/0;lidar:post".into(),
+            representation: "points;points".into(),
+            requirements: vec![missed.clone(), RequirementVerdict { value: None, is_met: true, ..missed }],
+            conditions: vec![score],
+        };
+        Verdicts { format: FILE.format, perirobot: "0.1.0".into(), sets: vec![set] }
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(Verdicts::read(folder.path()).unwrap(), None);
+        let written = verdicts();
+        written.write(folder.path()).unwrap();
+        assert_eq!(Verdicts::read(folder.path()).unwrap().unwrap(), written);
+        let text = std::fs::read_to_string(folder.path().join(JUDGE_JSON)).unwrap();
+        for part in [
+            "\"best\": \"inf\"",
+            "\"at_least\": 0.30000000000000004,",
+            "\"people\": \"cover\"",
+            "\"worst\": -2.0",
+        ] {
+            assert!(text.contains(part), "no {part} in {text}");
+        }
+    }
+}
