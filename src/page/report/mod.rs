@@ -1,6 +1,6 @@
 //! Results presented to people: tables for a terminal, the report as a page, and figures for print. What they share is
 //! beside them: which results are meant (`selection`, `series`), what is computed of them (`maximum`, `quartiles`,
-//! `explained`), and how it is written (`table`, `apart`, `chosen_sets`, `wording`).
+//! `explained`), where places come to lie on paper (`unfolded`), and how it is written (`table`, `apart`, `chosen_sets`, `wording`).
 
 mod apart;
 mod chosen_sets;
@@ -16,6 +16,8 @@ mod selection;
 mod series;
 mod table;
 pub mod terminal;
+#[cfg(feature = "report")]
+mod unfolded;
 pub mod wording;
 
 use perirobot_march::metrics::Score;

@@ -4,9 +4,9 @@ use glam::DVec2;
 
 use super::axis::Scale;
 use super::sheet::{SMALL, Sheet, width_of};
-use super::unfolded::{Map, Spot};
 use crate::render::ramp;
 use crate::render::scale::{marks, step};
+use crate::report::unfolded::{Label, Map, Spot};
 
 /// Most that a map is high, and the side of a spot that is in no lattice.
 const HIGHEST: f64 = 330.0;
@@ -69,10 +69,12 @@ pub(super) fn draw_map(
             }
         }
     }
-    if map.parts.iter().any(|part| part.is_plan) {
+    if map.parts.iter().any(|part| part.face.is_plan()) {
         draw_outlines(sheet, outlines, map.flat, area);
     }
-    for (name, at, is_turned) in map.parts.iter().filter_map(|part| part.label.as_ref()) {
+    // The title names the ceiling.
+    let walls = map.parts.iter().filter(|part| !part.face.is_plan());
+    for Label { text: name, at, is_turned } in walls.filter_map(|part| part.label.as_ref()) {
         let [at_x, at_y] = [x(at.x), y(at.y)];
         match is_turned {
             true if at.x < (low.x + high.x) / 2.0 => sheet.turned("mid over", [at_x - 6.0, at_y], name),

@@ -14,7 +14,6 @@ mod pictures;
 mod placements;
 mod readme;
 mod sheet;
-mod unfolded;
 
 use crate::export::file_name;
 pub use part::Wanted;

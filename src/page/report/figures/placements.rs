@@ -8,10 +8,10 @@ use super::axis::{axis_name, columns, extremes, score_name};
 use super::map::{Outline, colour, colour_bar, draw_map};
 use super::part::{Extent, Part};
 use super::sheet::{EDGE, SMALL, Sheet, WIDTH, lines};
-use super::unfolded::{Map, Position, Spot, maps};
 use crate::render::plan::short_name;
 use crate::report::series::Series;
 use crate::report::table::number;
+use crate::report::unfolded::{Map, Position, Spot, maps};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_scene::scene::Role;
@@ -48,7 +48,7 @@ impl Placed {
         let all = combination.members.iter().map(positions).enumerate();
         let mut placed = all.filter(|(_, positions)| !positions.is_empty());
         let (member, positions) = placed.next()?;
-        let maps = maps(&positions, room_m(&world.truth()));
+        let maps = maps(&positions, Some(room_m(&world.truth())));
         let several = maps.iter().flat_map(|map| &map.parts).map(|part| part.spots.len()).sum::<usize>() > 1;
         (several && placed.next().is_none()).then_some(Placed { series, member, maps })
     }

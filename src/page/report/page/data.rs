@@ -5,10 +5,12 @@
 //! not rounded, found by their place (region, score, scene, series). What the page shows as tables is made in
 //! `sections` of the same rows as the tables of `summary`.
 
+mod maps;
 mod sensor;
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::approaches::{WayData, way_data};
@@ -21,6 +23,7 @@ use super::surroundings::WAYS;
 use super::{Findings, ReportedSweep};
 use crate::render::plan::short_name;
 use crate::report::maximum::most_sensors;
+use maps::Furnished;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_scene::scene::Role;
@@ -93,6 +96,17 @@ struct SceneData<'a> {
     things: Vec<ThingData>,
 }
 
+impl SceneData<'_> {
+    /// Its room and its things, to be laid on paper.
+    fn furnished(&self) -> Furnished {
+        let corners = |thing: &ThingData| [thing.low_m, thing.high_m].map(DVec3::from_array);
+        Furnished {
+            room_m: self.room_m.map(DVec3::from_array),
+            things_m: self.things.iter().map(corners).collect(),
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct ThingData {
     name: String,
@@ -153,6 +167,8 @@ impl<'a> Data<'a> {
             let all = 0..results.combinations.len();
             all.map(|combination| maxima_of(results, rankings, combination, part).mean).collect()
         };
+        let scenes: Vec<SceneData> = results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect();
+        let furnished: Vec<Furnished> = scenes.iter().map(SceneData::furnished).collect();
         let of_scores = |region| Score::ALL.into_iter().map(move |score| (region, score));
         Ok(Data {
             render: render(sweep),
@@ -165,10 +181,10 @@ impl<'a> Data<'a> {
             }),
             repeats: results.repeats,
             regions: &results.regions,
-            scenes: results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect(),
+            scenes,
             measures: measures.into(),
             sensors: (0..study.sensors.len())
-                .map(|sensor| sensor_data(study, worlds, surroundings, sensor))
+                .map(|sensor| sensor_data(study, worlds, surroundings, &furnished, sensor))
                 .collect(),
             combinations: combinations(sweep),
             series: series.collect(),

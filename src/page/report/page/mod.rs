@@ -3,9 +3,9 @@
 //! buys, how all places compare, what was run and assumed. It needs no other file and no network.
 //!
 //! # Practice
-//! Text and tables are written by `sections`; plots are drawn by `scripts/*.js` as SVG and with WebGL, from names and
-//! numbers that the page holds compressed. Text from the user's files reaches the page only escaped, by `sections` and
-//! by what draws, or as JSON.
+//! Text and tables are written by `sections`; plots are drawn by `scripts/*.js` as SVG and with WebGL, from names,
+//! numbers and unfolded walls that the page holds compressed. Text from the user's files reaches the page only escaped,
+//! by `sections` and by what draws, or as JSON.
 
 mod approaches;
 mod cells;

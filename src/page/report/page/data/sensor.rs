@@ -4,6 +4,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use serde::Serialize;
 
+use super::maps::{Furnished, MapsData, maps_data};
 use crate::report::page::surroundings::{Around, Surroundings, key};
 use perirobot_scene::pose::Pose;
 use perirobot_study::sensor::prism::Prism;
@@ -27,6 +28,7 @@ pub(super) struct SensorData<'a> {
     /// What carries it, and where that is in the world at each moment.
     on: Option<Carrier<'a>>,
     poses: Vec<PoseData<'a>>,
+    maps: MapsData,
     rays: Option<RaysData>,
 }
 
@@ -75,6 +77,7 @@ pub(super) fn sensor_data<'a>(
     study: &'a Study,
     worlds: &[World],
     surroundings: &Surroundings,
+    scenes: &[Furnished],
     number: usize,
 ) -> SensorData<'a> {
     let sensor = &study.sensors[number];
@@ -113,6 +116,7 @@ pub(super) fn sensor_data<'a>(
         grounds: grounds(sensor),
         on,
         poses: poses.collect(),
+        maps: maps_data(sensor, scenes),
         rays: rays_data(study, sensor),
     }
 }

@@ -108,18 +108,28 @@ function toBeat(measure = chosen.measure, extent = chosen.extent, region = chose
   return all.map(([name, values]) => ({ name, value: values[measure] })).reduce((best, next) => !best || isBetter(next.value, best.value, measure) ? next : best, null);
 }
 
-/** Positions of a member: for each the best choice that has it there. */
-function positions(member = chosen.member) {
-  const of = combination(), sensor = data.sensors[of.members[member].sensor];
-  const all = values(), choices = choicesOf(series().scores.over);
-  const found = new Map();
-  choices.forEach((choice, i) => {
-    for (const pose of candidates(choice)[member].map(candidate => sensor.poses[candidate]).filter(pose => pose.at_m)) {
-      const key = keyOf(pose), known = found.get(key);
-      if (!known) found.set(key, { group: pose.group, at: pose.at_m, pose, choice, value: all[i], key });
-      else if (isBetter(all[i], known.value)) Object.assign(known, { pose, choice, value: all[i] });
+/** Of each candidate of a member that stands somewhere, by its number, the best choice that has it there. */
+function bestOfCandidates(member = chosen.member) {
+  const of = combination(), poses = data.sensors[of.members[member]?.sensor]?.poses ?? [];
+  const all = values(), found = new Map();
+  choicesOf(series().scores.over).forEach((choice, i) => {
+    for (const candidate of candidates(choice)[member] ?? []) {
+      const pose = poses[candidate], known = found.get(candidate);
+      if (!pose.at_m) continue;
+      if (!known) found.set(candidate, { at: pose.at_m, pose, choice, value: all[i], key: keyOf(pose) });
+      else if (isBetter(all[i], known.value)) Object.assign(known, { choice, value: all[i] });
     }
   });
+  return found;
+}
+
+/** Positions of a member: for each the best choice that has it there. */
+function positions(candidates = bestOfCandidates()) {
+  const found = new Map();
+  for (const one of candidates.values()) {
+    const known = found.get(one.key);
+    if (!known || isBetter(one.value, known.value)) found.set(one.key, one);
+  }
   return [...found.values()];
 }
 

@@ -38,13 +38,20 @@ pub(super) struct Map {
 /// Positions that lie in one plane.
 #[derive(Clone, Debug)]
 pub(super) struct MapPart {
-    /// The name of the wall, where it stands, and whether it is turned.
-    pub(super) label: Option<(String, DVec2, bool)>,
-    /// Whether it is seen from straight above, so that objects may be drawn in it.
-    pub(super) is_plan: bool,
+    pub(super) label: Option<Label>,
+    pub(super) face: Face,
     pub(super) spots: Vec<Spot>,
     /// Width and height of a spot, where they form a lattice.
     pub(super) size: Option<DVec2>,
+}
+
+/// The name of a wall or of the ceiling.
+#[derive(Clone, Debug)]
+pub(super) struct Label {
+    pub(super) text: String,
+    /// Where it stands: at the outer edge.
+    pub(super) at: DVec2,
+    pub(super) is_turned: bool,
 }
 
 /// Candidates that fall together on paper.
@@ -54,9 +61,39 @@ pub(super) struct Spot {
     pub(super) candidates: Vec<usize>,
 }
 
+/// What is looked at, and so where a place in the room comes to lie on paper.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Face {
+    /// A side of a room between two corners, which is folded out.
+    Folded(Side, [DVec3; 2]),
+    /// A plane along two axes.
+    Plane([usize; 2]),
+}
+
+impl Face {
+    /// Whether it is seen from straight above.
+    pub(super) fn is_plan(&self) -> bool {
+        matches!(self, Face::Folded(Side(2, _), _) | Face::Plane([0, 1]))
+    }
+
+    /// Where a place comes to lie.
+    fn lay(&self, at: DVec3) -> DVec2 {
+        match *self {
+            Face::Folded(side, room) => side.lay(at, room),
+            Face::Plane([u, v]) => DVec2::new(at[u], at[v]),
+        }
+    }
+
+    /// The corners of what a box covers.
+    pub(super) fn shadow(&self, [low, high]: [DVec3; 2]) -> [DVec2; 2] {
+        let [a, b] = [self.lay(low), self.lay(high)];
+        [a.min(b), a.max(b)]
+    }
+}
+
 /// A side of a room: the axis that it is across, whether it is the upper one along it.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Side(usize, bool);
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Side(usize, bool);
 
 const SIDES: [Side; 5] = [Side(2, true), Side(0, false), Side(0, true), Side(1, false), Side(1, true)];
 
@@ -79,16 +116,19 @@ impl Side {
         }
     }
 
-    /// Where the name of a wall stands, at its outer edge.
-    fn label(self, [low, high]: [DVec3; 2]) -> DVec2 {
-        let mut foot = (low + high) / 2.0;
-        foot.z = low.z;
-        self.lay(foot, [low, high])
+    /// Its name at its outer edge: that of a wall at its foot.
+    fn label(self, text: String, [low, high]: [DVec3; 2]) -> Label {
+        let mut edge = (low + high) / 2.0;
+        match self.0 {
+            2 => edge.y = high.y,
+            _ => edge.z = low.z,
+        }
+        Label { text, at: self.lay(edge, [low, high]), is_turned: self.0 == 0 }
     }
 }
 
-/// The maps of some positions in a room.
-pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
+/// The maps of some positions in a room; without one, as of positions on a link, no wall is unfolded.
+pub(super) fn maps(positions: &[Position], room: Option<[DVec3; 2]>) -> Vec<Map> {
     let mut groups: Vec<(&str, Vec<Position>)> = Vec::new();
     for position in positions {
         match groups.iter_mut().find(|(name, _)| *name == position.group) {
@@ -96,15 +136,15 @@ pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
             None => groups.push((position.group, vec![*position])),
         }
     }
+    let sides = SIDES.into_iter().filter(|_| room.is_some());
     let mut sides: Vec<(Side, Vec<&str>, Vec<Position>)> =
-        SIDES.map(|side| (side, Vec::new(), Vec::new())).into();
+        sides.map(|side| (side, Vec::new(), Vec::new())).collect();
+    let far = |side: &Side, all: &[Position]| room.map_or(f64::INFINITY, |room| side.farthest_m(all, room));
     let mut own: Vec<(String, Vec<Position>)> = Vec::new();
     for (name, all) in groups {
         // A row high on a wall is near the ceiling, too: the nearest side is meant.
-        let nearest = sides
-            .iter_mut()
-            .min_by(|(a, ..), (b, ..)| a.farthest_m(&all, room).total_cmp(&b.farthest_m(&all, room)));
-        match nearest.filter(|(side, ..)| side.farthest_m(&all, room) <= NEAR_M) {
+        let nearest = sides.iter_mut().min_by(|(a, ..), (b, ..)| far(a, &all).total_cmp(&far(b, &all)));
+        match nearest.filter(|(side, ..)| far(side, &all) <= NEAR_M) {
             Some((_, names, found)) => {
                 names.push(name);
                 found.extend(all);
@@ -117,11 +157,9 @@ pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
     let mut maps = Vec::new();
     if let [(_, names, found)] = &mut sides[..] {
         own.insert(0, (words(names), std::mem::take(found)));
-    } else if !sides.is_empty() {
+    } else if let Some(room) = room.filter(|_| !sides.is_empty()) {
         let parts = sides.iter().map(|(side, names, found)| {
-            // The title names the ceiling.
-            let label = (side.0 != 2).then(|| (words(names), side.label(room), side.0 == 0));
-            MapPart::new(found, |at| side.lay(at, room), label, side.0 == 2)
+            MapPart::new(found, Face::Folded(*side, room), Some(side.label(words(names), room)))
         });
         let [low, high] = room.map(DVec3::truncate);
         let height = DVec2::splat(room[1].z - room[0].z);
@@ -130,13 +168,13 @@ pub(super) fn maps(positions: &[Position], room: [DVec3; 2]) -> Vec<Map> {
         maps.push(Map { title, axes: None, ends, flat: [low, high], parts: parts.collect() });
     }
     maps.extend(own.into_iter().map(|(title, all)| {
-        let [u, v] = plane(&all);
-        let part = MapPart::new(&all, |at| DVec2::new(at[u], at[v]), None, [u, v] == [0, 1]);
+        let axes = plane(&all);
+        let part = MapPart::new(&all, Face::Plane(axes), None);
         let more = part.size.unwrap_or(DVec2::splat(0.4)) / 2.0 + 0.1;
         let nothing = [DVec2::INFINITY, DVec2::NEG_INFINITY];
         let around = part.spots.iter().fold(nothing, |[a, b], spot| [a.min(spot.at), b.max(spot.at)]);
         let ends = [around[0] - more, around[1] + more];
-        Map { title, axes: Some([u, v]), ends, flat: ends, parts: vec![part] }
+        Map { title, axes: Some(axes), ends, flat: ends, parts: vec![part] }
     }));
     maps
 }
@@ -158,20 +196,15 @@ fn plane(all: &[Position]) -> [usize; 2] {
 }
 
 impl MapPart {
-    fn new(
-        all: &[Position],
-        lay: impl Fn(DVec3) -> DVec2,
-        label: Option<(String, DVec2, bool)>,
-        is_plan: bool,
-    ) -> MapPart {
+    fn new(all: &[Position], face: Face, label: Option<Label>) -> MapPart {
         let mut spots: BTreeMap<[i64; 2], Spot> = BTreeMap::new();
         for one in all {
-            let at = lay(one.at);
+            let at = face.lay(one.at);
             let key = at.to_array().map(|metres| (metres * 1e6).round() as i64);
             spots.entry(key).or_insert(Spot { at, candidates: Vec::new() }).candidates.push(one.candidate);
         }
         let keys: Vec<[i64; 2]> = spots.keys().copied().collect();
-        MapPart { label, is_plan, size: lattice(&keys), spots: spots.into_values().collect() }
+        MapPart { label, face, size: lattice(&keys), spots: spots.into_values().collect() }
     }
 }
 
@@ -212,37 +245,49 @@ mod tests {
             at(2, "back-wall", -2.9, 0.5, 1.0),
             at(3, "ceiling", 0.0, 1.0, 2.9),
         ];
-        let maps = maps(&positions, ROOM);
+        let maps = maps(&positions, Some(ROOM));
         let [map] = &maps[..] else { panic!("{maps:?}") };
         let found: Vec<(&str, [f64; 2], usize)> = map
             .parts
             .iter()
             .map(|part| {
                 (
-                    part.label.as_ref().map_or("", |label| &label.0),
+                    part.label.as_ref().unwrap().text.as_str(),
                     part.spots[0].at.to_array(),
                     part.spots[0].candidates.len(),
                 )
             })
             .collect();
         // 0.5 m below the ceiling is as far beyond its edge; 2 m at the back.
-        let expected = [("", [0.0, 1.0], 1), ("back wall", [-5.0, 0.5], 1), ("left wall", [1.0, 2.5], 2)];
+        let expected =
+            [("ceiling", [0.0, 1.0], 1), ("back wall", [-5.0, 0.5], 1), ("left wall", [1.0, 2.5], 2)];
         assert_eq!(found, expected);
         assert_eq!(map.ends, [DVec2::new(-6.0, -5.0), DVec2::new(6.0, 5.0)]);
-        assert_eq!(map.parts[1].label.as_ref().unwrap().1, DVec2::new(-6.0, 0.0));
+        assert_eq!(map.parts[1].label.as_ref().unwrap().at, DVec2::new(-6.0, 0.0));
+        assert_eq!(map.parts[0].label.as_ref().unwrap().at, DVec2::new(0.0, 2.0));
+        // What stands on the floor 1 m from the back wall, 0.5 m high, covers the lowest half metre of it.
+        let table = [DVec3::new(-2.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 0.5)];
+        let covered = [DVec2::new(-6.0, -1.0), DVec2::new(-5.5, 1.0)];
+        assert_eq!(map.parts[1].face.shadow(table), covered);
+        assert_eq!(map.parts[0].face.shadow(table), table.map(DVec3::truncate));
     }
 
     #[test]
     fn what_hangs_on_no_wall_has_a_map_of_its_own() {
         let floor: Vec<Position> =
             (0..6).map(|n| at(n, "floor", (n % 3) as f64 * 0.5, (n / 3) as f64 * 0.25, 0.0)).collect();
-        let all = maps(&floor, ROOM);
+        let all = maps(&floor, Some(ROOM));
         let [map] = &all[..] else { panic!("{all:?}") };
-        assert_eq!((map.axes, map.parts[0].is_plan, map.parts[0].spots.len()), (Some([0, 1]), true, 6));
+        assert_eq!(
+            (map.axes, map.parts[0].face.is_plan(), map.parts[0].spots.len()),
+            (Some([0, 1]), true, 6)
+        );
         assert_eq!(map.parts[0].size, Some(DVec2::new(0.5, 0.25)));
         // One wall alone is drawn as it is seen from before it, in its own axes.
         let wall = [at(0, "wall", 0.0, 1.9, 1.0), at(1, "wall", 1.0, 1.9, 2.0)];
-        assert_eq!(maps(&wall, ROOM)[0].axes, Some([0, 2]));
+        assert_eq!(maps(&wall, Some(ROOM))[0].axes, Some([0, 2]));
+        // On a link nothing is unfolded.
+        assert_eq!(maps(&wall, None)[0].title, "wall");
         assert_eq!(lattice(&[[0, 0], [1_000_000, 0], [2_100_000, 0]]), None);
     }
 }
