@@ -168,7 +168,11 @@ fn of_judgement(sweep: &ReportedSweep, set: &JudgedSet, judgement: &Judgement) -
 }
 
 /// A verdict of `judge`.
-fn judged_verdict(sweep: &ReportedSweep, requirement: &Requirement, one: &RequirementVerdict) -> ShownVerdict {
+fn judged_verdict(
+    sweep: &ReportedSweep,
+    requirement: &Requirement,
+    one: &RequirementVerdict,
+) -> ShownVerdict {
     let verdict = one.word();
     let limit = requirement.limit.ratio().value();
     let found = one.value.map(|Number(value)| {
