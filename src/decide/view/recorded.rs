@@ -9,7 +9,7 @@ pub use overlooked::{Overlooked, Oversight};
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_scene::recording::{Anchor, Recording};
-use perirobot_study::sensor::recorded::{Recorded, RecordedMoment};
+use perirobot_study::sensor::kinds::recorded::{Recorded, RecordedMoment};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::Row;

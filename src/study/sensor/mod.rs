@@ -1,38 +1,16 @@
 //! What a sensor is: where it may stand, the rays it casts and the voxels it claims. Everything leaves this
-//! room quantised, so that backends get integers only.
-//!
-//! | sensor | type | naive | volume | feature |
-//! |---|---|---|---|---|
-//! | RGB-D camera (`rgbd`) | range | `points` | | `spheres`, `cylinders`, `box` |
-//! | RGB camera (`rgb`) | zone | | | `zone` |
-//! | LIDAR, safety scanner (`lidar`) | range | `points` | `field` | |
-//! | rays from a table (`rays`) | range | `points` | | |
-//! | pressure pad (`pad`) | area | | `volume` | |
-//! | light curtain (`gate`) | zone | | `volume` | |
-//! | proximity cover (`cover`) | range | `naive` | | |
-//! | known robot pose (`known_robot`) | | | `volume` | |
-//! | a real sensor's map or cloud (`recorded`) | range | `map` | | |
-//!
-//! (Paper, table I.) `src/guide/change_it.md` lists the files of a new sensor.
+//! room quantised, so that backends get integers only. [`kinds`] has a file for each kind.
 
 pub mod calibration;
 pub mod camera;
 mod cost;
-pub mod cover;
 pub mod field_of_view;
-pub mod gate;
 pub mod keypoints;
-pub mod known_robot;
-pub mod lidar;
+pub mod kinds;
 pub mod look;
 pub mod noise;
-pub mod pad;
 pub mod prism;
 pub mod range;
-pub mod ray_set;
-pub mod recorded;
-pub mod rgb;
-pub mod rgbd;
 pub mod spread;
 pub mod turned;
 pub mod watch;
@@ -48,7 +26,6 @@ pub use calibration::Calibration;
 pub use camera::Camera;
 pub use cost::{Cost, Terms};
 pub use field_of_view::FieldOfView;
-pub use lidar::{Lidar, LidarMount};
 use perirobot_march::backend::{GridFrame, GridPose, Planes, Rays};
 use perirobot_march::error::Issue;
 use perirobot_march::march;
@@ -56,6 +33,9 @@ use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::Truth;
 pub use spread::Spread;
+
+/// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
+pub const MAX_RAYS: usize = (128 << 20) / 12;
 
 /// A sensor of a study.
 #[derive(Clone, Debug)]
@@ -166,6 +146,17 @@ pub enum Stance {
     Level,
 }
 
+/// How a person approaches what a sensor watches, for the distance that ISO 13855 adds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Approached {
+    /// At a right angle, as far as is known.
+    AtRightAngle,
+    /// Along the floor.
+    OnFloor,
+    /// Along the plane of its rays, if they have one.
+    AlongRays,
+}
+
 /// What a sensor's table of rays depends on besides the sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
@@ -231,6 +222,11 @@ pub trait Kind: Debug + Send + Sync {
     /// How far its mount may be off, if it may.
     fn calibration(&self) -> Option<Calibration> {
         self.range()?.calibration
+    }
+
+    /// How a person approaches what it watches; `None` if it notices nobody.
+    fn approached(&self) -> Option<Approached> {
+        Some(Approached::AtRightAngle)
     }
 
     /// Whether it speaks after all others, wherever a combination lists it.

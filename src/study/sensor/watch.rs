@@ -2,12 +2,14 @@
 //!
 //! | sensor | watches |
 //! |---|---|
-//! | one that casts: `rgbd`, `rays`, `lidar` by its points | each voxel that a ray enters from its shortest to its longest range, up to its first blocker and with it, but within `near_ignore_m`; not the voxel that the sensor is in |
-//! | `lidar` by its field | of those the ones whose return would be read in the field |
-//! | `pad`, `gate`, `cover` | the voxels in which it feels: the column's first layer, the gate's box, the shell around the robot |
+//! | one that casts and is scored by its points | each voxel that a ray enters from its shortest to its longest range, up to its first blocker and with it, but within `near_ignore_m`; not the voxel that the sensor is in |
+//! | one that casts and is a switch by a field | of those the ones whose return would be read in the field |
+//! | one that feels without rays | the voxels in which it feels ([`Kind::feels`]): a pad's first layer, a gate's box |
 //! | a switch that the environment trips | nothing: it is always on, so nobody changes what it says |
-//! | `rgb` by its zone | nothing: joints trip it, and a body has none |
-//! | `known_robot`, `recorded` | nothing: they tell of nobody who comes |
+//! | a switch by the joints of people, as `rgb` is | nothing: a body has no joints |
+//! | one that notices nobody who comes, as `known_robot` and `recorded` | nothing |
+//!
+//! A kind that watches anything else says so in [`Kind::watches`].
 //!
 //! It follows that a person who has a voxel in a watched one is hit or felt, and one who has none is not:
 //!

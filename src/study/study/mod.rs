@@ -29,7 +29,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 pub use crate::diagnostics::IN_MEMORY;
-use crate::sensor::recorded::Recorded;
+use crate::sensor::kinds::recorded::Recorded;
 use crate::sensor::{Candidate, Kind, SaidOfNoise, Sensor, Terms};
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;

@@ -1,7 +1,7 @@
 //! Covers around a robot of one voxel, and of a hollow box.
 
 use super::*;
-use crate::sensor::cover::Cover;
+use crate::sensor::kinds::cover::Cover;
 use crate::sensor::{Extent, MEASURES, noise};
 use perirobot_march::march::NOISE_STEPS;
 

@@ -3,10 +3,10 @@
 
 use super::*;
 use crate::sensor::keypoints::{Detected, KeypointCamera, detect};
+use crate::sensor::kinds::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::look::Return;
 use crate::sensor::noise::Deviation;
 use crate::sensor::range::{Along, Range};
-use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::{Camera, Scale};
 use perirobot_march::backend::Noise;
 use perirobot_march::march::NOISE_STEPS;

@@ -2,7 +2,7 @@
 //! left.
 
 use super::*;
-use crate::sensor::lidar::{Lidar, LidarMount, ProtectiveField};
+use crate::sensor::kinds::lidar::{Lidar, LidarMount, ProtectiveField};
 use crate::sensor::noise::Deviation;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::{Along, Range};

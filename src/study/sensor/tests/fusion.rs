@@ -1,8 +1,8 @@
 //! A pad and a camera about the same three voxels, fused by both rules.
 
 use super::*;
-use crate::sensor::known_robot::KnownRobot;
-use crate::sensor::pad::Pad;
+use crate::sensor::kinds::known_robot::KnownRobot;
+use crate::sensor::kinds::pad::Pad;
 use crate::sensor::prism::Prism;
 use crate::sensor::{MEASURES, SWITCHES};
 use perirobot_march::backend::{Backend, Fusion, Reading, VoxelScene, cpu::Cpu, oracle::Oracle};

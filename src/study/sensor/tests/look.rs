@@ -1,10 +1,10 @@
 //! Rays from a table, and single rays.
 
 use super::*;
+use crate::sensor::kinds::rays::RaySet;
 use crate::sensor::look::{self, Return};
 use crate::sensor::noise::Deviation;
 use crate::sensor::range::{Along, Range};
-use crate::sensor::ray_set::RaySet;
 use crate::sensor::{Scale, placement};
 use perirobot_march::march;
 

@@ -5,7 +5,6 @@ mod cover;
 mod detection;
 mod field;
 mod fusion;
-mod gate;
 mod look;
 mod noise;
 mod pad;
@@ -29,7 +28,7 @@ use perirobot_scene::scene::keypoints::Keypoints;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// A grid at the world's origin with nothing in it.
-fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
+pub(crate) fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
     let grid = Grid { voxel_size_m, origin: [0; 3], size };
     let blank = BitGrid::new(grid.window());
     Truth {
@@ -45,7 +44,7 @@ fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
 }
 
 /// Puts voxels of a role into a cell, as one object.
-fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints: Option<Keypoints>) {
+pub(crate) fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints: Option<Keypoints>) {
     let mut own = BitGrid::new(truth.grid.window());
     voxels.iter().for_each(|&voxel| own.set(voxel));
     Arc::make_mut(&mut truth.occupied).add(&own);
@@ -74,18 +73,18 @@ fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints: Option<Key
     }));
 }
 
-fn station(truth: &Truth, setting: Setting) -> Station<'_> {
+pub(crate) fn station(truth: &Truth, setting: Setting) -> Station<'_> {
     Station { moment: [0, 0], truth, window: truth.grid.window(), setting, rays: None, truly: None, draws: 0 }
 }
 
 /// A station that stands at a position and faces a direction, level.
-fn facing(truth: &Truth, position_m: [f64; 3], facing: [f64; 3]) -> Station<'_> {
+pub(crate) fn facing(truth: &Truth, position_m: [f64; 3], facing: [f64; 3]) -> Station<'_> {
     let pose = Pose::facing(position_m.into(), facing.into(), 0.0, 0.0);
     station(truth, Setting::Pose(pose))
 }
 
 /// All cells from a lowest to a highest, both included.
-fn block(low: [i32; 3], high: [i32; 3]) -> Vec<[i32; 3]> {
+pub(crate) fn block(low: [i32; 3], high: [i32; 3]) -> Vec<[i32; 3]> {
     let mut voxels = Vec::new();
     for z in low[2]..=high[2] {
         for y in low[1]..=high[1] {
@@ -97,7 +96,7 @@ fn block(low: [i32; 3], high: [i32; 3]) -> Vec<[i32; 3]> {
 
 /// What a switch says of its volume.
 #[derive(Debug, PartialEq)]
-enum Says {
+pub(crate) enum Says {
     Occupied(Vec<[i32; 3]>),
     Free(Vec<[i32; 3]>),
     Nothing,
@@ -105,7 +104,7 @@ enum Says {
 
 /// What a switch says at a station; it must not cast.
 #[track_caller]
-fn says(kind: &dyn Kind, representation: usize, at: &Station) -> Says {
+pub(crate) fn says(kind: &dyn Kind, representation: usize, at: &Station) -> Says {
     let claim = kind.claims(at).swap_remove(representation);
     assert!(!claim.cast, "a switch keeps its rays to itself");
     let Some(Planes { occupied, free, .. }) = claim.planes else { return Says::Nothing };

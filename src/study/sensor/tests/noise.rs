@@ -1,9 +1,9 @@
 //! Whose draws are whose, and what a noisy sensor measures of a flat wall.
 
 use super::*;
+use crate::sensor::kinds::rays::RaySet;
 use crate::sensor::noise::{self, Deviation};
 use crate::sensor::range::{Along, Range};
-use crate::sensor::ray_set::RaySet;
 use crate::sensor::{Scale, draws, look, placement};
 use perirobot_march::march;
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::sensor::Extent;
-use crate::sensor::pad::Pad;
+use crate::sensor::kinds::pad::Pad;
 use crate::sensor::prism::Prism;
 
 fn pad(height_m: f64, tare: bool) -> Pad {

@@ -4,13 +4,13 @@
 use super::detection::{DetectionRandom, VOXEL_M, camera, random_cell};
 use super::people::{CAMERA, RANGE, person};
 use super::*;
-use crate::sensor::cover::Cover;
-use crate::sensor::gate::Gate;
-use crate::sensor::lidar::{Lidar, LidarMount, ProtectiveField};
-use crate::sensor::pad::Pad;
+use crate::sensor::kinds::cover::Cover;
+use crate::sensor::kinds::gate::Gate;
+use crate::sensor::kinds::lidar::{Lidar, LidarMount, ProtectiveField};
+use crate::sensor::kinds::pad::Pad;
+use crate::sensor::kinds::rgb::Rgb;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
-use crate::sensor::rgb::Rgb;
 use crate::sensor::{Extent, Scale};
 use perirobot_march::backend::{Backend, GridPose, Rays, VoxelScene, oracle::Oracle};
 use perirobot_march::voxel::People;

@@ -2,9 +2,9 @@
 
 use super::people::{CAMERA, RANGE, person};
 use super::*;
+use crate::sensor::kinds::rgb::Rgb;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
-use crate::sensor::rgb::Rgb;
 
 const NOSE_M: DVec3 = DVec3::new(10.5, 5.5, 5.5);
 

@@ -2,8 +2,8 @@
 
 use super::people::{CAMERA, RANGE, person};
 use super::*;
+use crate::sensor::kinds::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::range::{Along, Range};
-use crate::sensor::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::{Camera, Claim, MEASURES, Scale, look};
 
 const SHAPES: [KeypointShape; 4] = [

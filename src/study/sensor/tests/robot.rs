@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::sensor::Extent;
-use crate::sensor::known_robot::KnownRobot;
+use crate::sensor::kinds::known_robot::KnownRobot;
 use perirobot_march::voxel::Window;
 
 #[test]

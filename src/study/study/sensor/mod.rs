@@ -1,40 +1,22 @@
 //! Sensors of a study, checked. The keys that all kinds share are read here, those of a kind in its own file.
 
-mod camera_info;
-mod cover;
-mod gate;
-mod lidar;
-mod pad;
-mod range;
-mod rays;
-mod recorded;
-mod rgb;
-mod rgbd;
 #[cfg(test)]
 mod schema;
 
-use std::sync::Arc;
-
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::catalogue::{self, FromModel};
-use super::poses;
-use super::poses::PosesFile;
+use super::poses::{self, PosesFile};
 use crate::diagnostics::{LineOf, Place, Problems, Step, Unread, Unreadable, describe, read};
-use crate::keys::BoxFile;
-use crate::sensor::known_robot::KnownRobot;
-use crate::sensor::prism::Prism;
+use crate::sensor::kinds::shared::range::noise_in;
+use crate::sensor::kinds::{self, Checked, EXAMPLES, KindEntry, LARGEST_M};
 use crate::sensor::{Candidate, Cost, Kind, MountLink, Sensor, Setting, Spread, Terms};
 use perirobot_march::{Error, Result};
 use perirobot_scene::scene::spec::SceneSpec;
 use perirobot_scene::source::Sources;
 #[cfg(test)]
 pub(super) use schema::AnySensor;
-
-/// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
-pub const MAX_RAYS: usize = (128 << 20) / 12;
 
 /// The keys of every sensor.
 #[derive(Deserialize)]
@@ -43,7 +25,8 @@ struct CommonFile {
     /// Its name in results.
     name: String,
     /// What it is.
-    kind: KindName,
+    #[cfg_attr(test, schemars(with = "String"))]
+    kind: &'static KindEntry,
     /// The link of a robot that carries it; poses are then in the link's frame.
     on: Option<LinkFile>,
     /// An earlier sensor whose poses it has, too.
@@ -59,21 +42,6 @@ struct CommonFile {
 
 const COMMON_KEYS: [&str; 7] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "poses"];
 
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-enum KindName {
-    Rgbd,
-    Rgb,
-    Lidar,
-    Rays,
-    Pad,
-    Gate,
-    Cover,
-    KnownRobot,
-    Recorded,
-}
-
 /// A link of a robot.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -84,29 +52,6 @@ struct LinkFile {
     /// The link's name in the URDF.
     link: String,
 }
-
-/// What a sensor without a return or a detection says about the voxels that it watches.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
-enum Silence {
-    Unknown,
-    Free,
-}
-
-impl BoxFile {
-    /// The box as a volume in the sensor's frame.
-    fn prism(&self, at: &Place, key: &str) -> Result<Prism> {
-        let [min, max] = self.corners(&at.key(key))?;
-        Ok(Prism::between(min, max))
-    }
-}
-
-/// A kind without keys of its own.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct NoKeys {}
 
 /// The context in which a sensor is checked.
 #[derive(Clone, Copy)]
@@ -154,8 +99,8 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
     }
     let common: CommonFile = read(common).map_err(|e| vec![context.unreadable(at, &e, "")])?;
-    let noise = range::said(&keys);
-    let (kind, mut warnings) = kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
+    let noise = noise_in(&keys);
+    let Checked { kind, mut warnings } = checked_kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
     warnings.splice(0..0, contradictions);
     let terms = terms(at, &common).map_err(|e| vec![e])?;
     let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
@@ -191,43 +136,19 @@ fn terms(at: &Place, common: &CommonFile) -> Result<Terms> {
 }
 
 /// The sensor that the keys of its kind describe, with warnings.
-fn kind(
-    at: &Place,
-    kind: KindName,
-    mut keys: Table,
-    context: &Context,
-) -> Result<(Arc<dyn Kind>, Vec<String>)> {
-    let &Context { noiseless, sources, .. } = context;
+fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &Context) -> Result<Checked> {
     let mut warnings = odd_lengths(&keys);
-    if matches!(kind, KindName::Rgbd | KindName::Rgb) {
-        warnings.extend(camera_info::resolve(at, &mut keys, sources)?);
-    }
-    if matches!(kind, KindName::Rgbd | KindName::Lidar | KindName::Rays | KindName::Cover) {
-        range::refuse_former(at, &keys)?;
-    }
-    let kind: Arc<dyn Kind> = match kind {
-        KindName::Rgbd => Arc::new(rgbd::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::Rgb => Arc::new(rgb::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::Lidar => {
-            let file = own(at, keys, context)?;
-            warnings.extend(lidar::left_out(&file));
-            Arc::new(lidar::check(at, file, noiseless)?)
-        }
-        KindName::Rays => Arc::new(rays::check(at, own(at, keys, context)?, noiseless, sources)?),
-        KindName::Pad => Arc::new(pad::check(at, own(at, keys, context)?)?),
-        KindName::Gate => Arc::new(gate::check(at, own(at, keys, context)?)?),
-        KindName::Cover => Arc::new(cover::check(at, own(at, keys, context)?, noiseless)?),
-        KindName::KnownRobot => {
-            let NoKeys {} = own(at, keys, context)?;
-            Arc::new(KnownRobot)
-        }
-        KindName::Recorded => {
-            let (recorded, about) = recorded::check(at, own(at, keys, context)?, context)?;
-            warnings.extend(about);
-            Arc::new(recorded)
-        }
+    let &Context { noiseless, sources, scenes, .. } = context;
+    let unreadable = |e: Unreadable| {
+        let more = match e.kind {
+            Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
+            _ => String::new(),
+        };
+        context.unreadable(at, &e, &more)
     };
-    Ok((kind, warnings))
+    let checked = (kind.read)(at, keys, &kinds::Context { noiseless, sources, scenes }, &unreadable)?;
+    warnings.extend(checked.warnings);
+    Ok(Checked { warnings, ..checked })
 }
 
 /// Where candidates may come from besides the sensor's own poses.
@@ -305,53 +226,6 @@ fn has_poses(sensor: &Sensor) -> bool {
     sensor.candidates.iter().any(|candidate| matches!(candidate.setting, Setting::Pose(_)))
 }
 
-/// The keys of one kind.
-fn own<T: DeserializeOwned>(at: &Place, keys: Table, context: &Context) -> Result<T> {
-    read(keys).map_err(|e| {
-        let more = match e.kind {
-            Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
-            _ => String::new(),
-        };
-        context.unreadable(at, &e, &more)
-    })
-}
-
-/// Examples of keys whose form is not obvious.
-const EXAMPLES: [&str; 13] = [
-    "name = \"camera\"",
-    "kind = \"rgbd\"",
-    "fov_deg = [87, 58], horizontal and vertical",
-    "resolution_px = [1280, 720]",
-    "resolution_deg = [0.5, 2], horizontal and vertical, or one for both",
-    "rings = 16, from one end of elevation_deg to the other",
-    "beams = 1081, from one end of fov_deg to the other",
-    "range_m = [0.3, 6]",
-    "size_m = [1, 0.75]",
-    "inflation_m = [0.1, 0.2]",
-    "directions = \"rays.csv\", a table with the columns x,y,z",
-    "box = { min_m = [0, 0, 0.3], max_m = [0.1, 1, 2] }",
-    "zone = { min_m = [0, -1, 0], max_m = [2, 1, 2] }",
-];
-
-/// Checks that there are representations, and none twice.
-fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
-    at.some("representations", names, example)?;
-    match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
-        Some(i) => Err(at.says(format!("representations[{i}] is there already")).wanted("name each once")),
-        None => Ok(()),
-    }
-}
-
-/// The largest plausible lengths, in metres: several times what is built, or what a person needs.
-const LARGEST_M: [(&str, f64); 6] = [
-    ("spheres_radius_m", 2.0),
-    ("cylinders_radius_m", 2.0),
-    ("keypoint_tolerance_m", 2.0),
-    ("near_ignore_m", 2.0),
-    ("size_m", 50.0),
-    ("height_m", 50.0),
-];
-
 /// Warnings about lengths that are implausibly large.
 fn odd_lengths(keys: &Table) -> Vec<String> {
     let metres = |value: &Value| match value {
@@ -367,11 +241,6 @@ fn odd_lengths(keys: &Table) -> Vec<String> {
 
 fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
-}
-
-/// A length that must be above zero.
-fn length(at: &Place, key: &str, metres: f64) -> Result<f64> {
-    at.number(key, metres, f64::MIN_POSITIVE..1e6, "a length in metres above 0 and below 1000000")
 }
 
 #[cfg(test)]

@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::{Map, Value, json};
 
-use super::{CommonFile, NoKeys, camera_info, cover, gate, lidar, pad, rays, recorded, rgb, rgbd};
+use super::CommonFile;
+use crate::sensor::kinds::KINDS;
+use crate::sensor::kinds::shared::camera_info;
 use crate::study::catalogue::models;
 
 /// A sensor of any kind, to the schema.
@@ -22,18 +24,8 @@ impl JsonSchema for AnySensor {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let common = CommonFile::json_schema(generator);
-        let kinds = [
-            ("rgbd", rgbd::RgbdFile::json_schema(generator)),
-            ("rgb", rgb::RgbFile::json_schema(generator)),
-            ("lidar", lidar::LidarFile::json_schema(generator)),
-            ("rays", rays::RaysFile::json_schema(generator)),
-            ("pad", pad::PadFile::json_schema(generator)),
-            ("gate", gate::GateFile::json_schema(generator)),
-            ("cover", cover::CoverFile::json_schema(generator)),
-            ("known_robot", NoKeys::json_schema(generator)),
-            ("recorded", recorded::RecordedFile::json_schema(generator)),
-        ];
-        let all: Vec<Value> = kinds.iter().map(|(kind, own)| of_kind(kind, own, &common)).collect();
+        let all: Vec<Value> =
+            KINDS.iter().map(|kind| of_kind(kind.name, &(kind.schema)(generator), &common)).collect();
         json_schema!({ "anyOf": all })
     }
 }
@@ -44,7 +36,7 @@ fn of_kind(kind: &str, own: &Schema, common: &Schema) -> Value {
     properties.extend(keys(own).unwrap_or_default());
     properties.insert("kind".into(), json!({ "const": kind, "description": "What it is." }));
     let mut ways = vec![required(own, &[], &["name", "kind"])];
-    if ["rgbd", "rgb"].contains(&kind) {
+    if camera_info::GIVES.iter().all(|key| properties.contains_key(*key)) {
         let about = "A sensor_msgs/CameraInfo of ROS as YAML, instead of fov_deg and resolution_px.";
         properties.insert(camera_info::KEY.into(), json!({ "type": "string", "description": about }));
         ways.push(required(own, &camera_info::GIVES, &["name", "kind", camera_info::KEY]));

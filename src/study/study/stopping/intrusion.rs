@@ -12,7 +12,7 @@ use std::fmt;
 
 use glam::DVec3;
 
-use crate::sensor::{Scale, Sensor, Setting};
+use crate::sensor::{Approached, Scale, Sensor, Setting};
 use perirobot_march::voxel::rounded_down;
 
 /// What an arm reaches through before its owner is noticed, in metres.
@@ -45,11 +45,10 @@ pub(super) struct Intrusion {
 impl Intrusion {
     /// Of a sensor that may notice people who walk at a height in the world; `None` of one that does not.
     pub(super) fn new(sensor: &Sensor, floor_m: f64) -> Option<Intrusion> {
-        let approach = match sensor.kind.name() {
-            "known_robot" | "recorded" => return None,
-            "pad" => Approach::Parallel(0.0),
-            "lidar" | "rays" => plane_m(sensor, floor_m).map_or(Approach::Normal, Approach::Parallel),
-            _ => Approach::Normal,
+        let approach = match sensor.kind.approached()? {
+            Approached::AtRightAngle => Approach::Normal,
+            Approached::OnFloor => Approach::Parallel(0.0),
+            Approached::AlongRays => plane_m(sensor, floor_m).map_or(Approach::Normal, Approach::Parallel),
         };
         Some(Intrusion { sensor: sensor.name.clone(), approach })
     }

@@ -7,7 +7,7 @@ use super::*;
 use crate::view::why::nearest::gap;
 use perirobot_march::backend::Fusion;
 use perirobot_march::march::{NEVER, pcg};
-use perirobot_study::sensor::{FieldOfView, quantise_q15};
+use perirobot_study::sensor::{FieldOfView, MEASURES, quantise_q15};
 
 /// What a sensor should say of a voxel, and the voxel that its ray ended in: all rays searched, single steps,
 /// nothing shared with what is tested but directions, fields of view and gaps.
@@ -26,7 +26,11 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
     let (ray, off) = nearest_plain(rays, direction);
     let field = kind.field_of_view();
     let in_view = field.holds(direction).unwrap_or_else(|| off <= gap(&rays.dirs_q15) / 2);
-    assert_eq!(field == FieldOfView::Spacing, kind.name() == "rays");
+    match kind.name() {
+        "rays" => assert_eq!(field, FieldOfView::Spacing),
+        "rgbd" | "lidar" => assert_ne!(field, FieldOfView::Spacing),
+        _ => {}
+    }
 
     let gates = rays.gates_of(ray);
     let mut entered = None;
@@ -109,8 +113,8 @@ fn without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Reason {
     let in_zone = sensor.kind.wherever_it_stands(truth).is_some_and(|voxels| voxels.get(voxel));
     match inside || in_zone {
         false => Reason::OutOfView,
-        true if sensor.kind.name() == "cover" => {
-            assert!(sensor.kind.is_noisy() && truth.occupied.get(voxel), "a cover knows what is near");
+        true if sensor.kind.log_odds(0) == MEASURES => {
+            assert!(sensor.kind.is_noisy() && truth.occupied.get(voxel), "what measures knows what is near");
             Reason::Misread
         }
         true => {

@@ -1,20 +1,74 @@
 //! A proximity cover, the robot's skin: it measures what comes near any part of the robot.
 
-use super::noise::{self, Deviation};
-use super::{Claim, Extent, Kind, MEASURES, Setting, Station};
+use serde::Deserialize;
+use toml::Table;
+
+use super::shared::range::{NoiseFile, constant, refuse_former};
+use super::{Checked, Context, KindFile};
+#[cfg(test)]
+use super::{Evidence, Page};
+use crate::diagnostics::Place;
+use crate::sensor::noise::{self, Deviation};
+use crate::sensor::{Claim, Extent, Kind, MEASURES, Setting, Station};
+use perirobot_march::Result;
 use perirobot_march::backend::Planes;
 use perirobot_march::error::Issue;
 use perirobot_march::march;
 use perirobot_march::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use perirobot_march::voxel::{BitGrid, solid};
+use perirobot_scene::source::Sources;
+
+/// A robot's skin that feels what is near.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CoverFile {
+    /// How far it senses; each is a candidate.
+    inflation_m: Vec<f64>,
+    /// How far off it feels what is near, on each axis: { std_m }. Default exact.
+    noise: Option<NoiseFile>,
+}
+
+impl KindFile for CoverFile {
+    const NAME: &'static str = "cover";
+    #[cfg(test)]
+    const PAGE: Page = Page {
+        what: "proximity cover, the robot's skin",
+        keys: "`inflation_m` (a list: its candidates), `noise?` (`{ std_m }`, on each axis)",
+        evidence: &[Evidence {
+            says: "",
+            occupied: "truly occupied voxels whose centre is within `inflation_m` of the centre of a voxel of the robot, \
+        outside the robot",
+            free: "the other voxels of that shell",
+        }],
+    };
+
+    fn prepare(at: &Place, keys: &mut Table, _: &Sources) -> Result<Vec<String>> {
+        refuse_former(at, keys)?;
+        Ok(Vec::new())
+    }
+
+    fn check(self, at: &Place, context: &Context) -> Result<Checked> {
+        at.some("inflation_m", &self.inflation_m, "inflation_m = [0.1, 0.2]")?;
+        for (i, &metres) in self.inflation_m.iter().enumerate() {
+            at.number("inflation_m", metres, f64::MIN_POSITIVE..=10.0, "lengths above 0 and at most 10 m")?;
+            if self.inflation_m[..i].contains(&metres) {
+                return Err(at.wrong("inflation_m", metres, "stands twice: name each distance once"));
+            }
+        }
+        let farthest_m = self.inflation_m.iter().copied().fold(0.0, f64::max);
+        let noise_std_m = constant(at, self.noise, farthest_m, context.noiseless)?;
+        Ok(Cover { inflation_m: self.inflation_m, noise_std_m }.into())
+    }
+}
 
 /// How far a cover senses, and how noisily. Its candidates are distances, not poses.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cover {
+pub(crate) struct Cover {
     /// The distances to try, in metres, as they were written.
-    pub inflation_m: Vec<f64>,
+    pub(crate) inflation_m: Vec<f64>,
     /// Standard deviation on each axis in metres; 0 for none.
-    pub noise_std_m: f64,
+    pub(crate) noise_std_m: f64,
 }
 
 impl Cover {
@@ -58,7 +112,7 @@ const _: () = assert!(3 * (MAX_VOXELS_PER_AXIS as u64).pow(3) <= u32::MAX as u64
 
 impl Kind for Cover {
     fn name(&self) -> &'static str {
-        "cover"
+        CoverFile::NAME
     }
 
     fn representations(&self) -> Vec<&'static str> {

@@ -1,20 +1,77 @@
 //! A pressure pad: the column above it counts as occupied while something stands on it.
 
-use super::prism::Prism;
-use super::{Claim, Extent, Kind, SWITCHES, Stance, Station, level, switched};
+use glam::DVec3;
+use serde::Deserialize;
+
+use super::shared::{Silence, length};
+use super::{Checked, Context, KindFile};
+#[cfg(test)]
+use super::{Evidence, Page};
+use crate::diagnostics::Place;
+use crate::keys::exactly;
+use crate::sensor::prism::Prism;
+use crate::sensor::{Approached, Claim, Extent, Kind, SWITCHES, Stance, Station, level, switched};
+use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
+
+/// The height of the column that a pad labels: a person with an arm raised.
+const HEIGHT_M: f64 = 2.2;
+
+/// A pressure pad.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PadFile {
+    /// Along and across where it faces, in metres.
+    #[serde(deserialize_with = "exactly")]
+    size_m: [f64; 2],
+    /// Height of the column above it that it labels, in metres. Default 2.2.
+    height_m: Option<f64>,
+    /// Whether objects that always stand on it were zeroed at set-up. Default true.
+    tare: Option<bool>,
+    /// What an idle pad says about the column. Default "free".
+    otherwise: Option<Silence>,
+}
+
+impl KindFile for PadFile {
+    const NAME: &'static str = "pad";
+    #[cfg(test)]
+    const PAGE: Page = Page {
+        what: "pressure pad; its pose is the corner of lowest x and y",
+        keys: "`size_m`, `height_m?` (2.2), `tare?` (true: it feels only people and robots), `otherwise?` (free)",
+        evidence: &[Evidence {
+            says: "",
+            occupied: "its column, if the truth has an occupied voxel in the column's first layer",
+            free: "else the column, unless `otherwise = \"unknown\"`",
+        }],
+    };
+
+    fn check(self, at: &Place, _: &Context) -> Result<Checked> {
+        let [width_m, depth_m] = self.size_m;
+        for size_m in self.size_m {
+            length(at, "size_m", size_m)?;
+        }
+        let height_m = length(at, "height_m", self.height_m.unwrap_or(HEIGHT_M))?;
+        Ok(Pad {
+            column: Prism::between(DVec3::ZERO, DVec3::new(width_m, depth_m, height_m)),
+            tare: self.tare.unwrap_or(true),
+            otherwise_free: self.otherwise != Some(Silence::Unknown),
+        }
+        .into())
+    }
+}
 
 /// A pad's size and what it makes of pressure. Its pose is its corner of lowest x and y, seen with its
 /// heading as x.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pad {
+pub(crate) struct Pad {
     /// Its rectangle, and the column from its own height up.
-    pub column: Prism,
+    pub(crate) column: Prism,
     /// Whether what always stands there (the environment) was zeroed at set-up.
-    pub tare: bool,
+    pub(crate) tare: bool,
     /// Whether no pressure certifies that the column is free.
-    pub otherwise_free: bool,
+    pub(crate) otherwise_free: bool,
 }
 
 impl Pad {
@@ -30,7 +87,7 @@ impl Pad {
 
 impl Kind for Pad {
     fn name(&self) -> &'static str {
-        "pad"
+        PadFile::NAME
     }
 
     fn representations(&self) -> Vec<&'static str> {
@@ -39,6 +96,10 @@ impl Kind for Pad {
 
     fn stance(&self) -> Stance {
         Stance::Level
+    }
+
+    fn approached(&self) -> Option<Approached> {
+        Some(Approached::OnFloor)
     }
 
     fn log_odds(&self, _: usize) -> [i32; 2] {

@@ -15,10 +15,10 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::source::Sources;
 
 /// The key that names the file.
-pub(super) const KEY: &str = "camera_info";
+pub(crate) const KEY: &str = "camera_info";
 
 /// The keys that it stands for.
-pub(super) const GIVES: [&str; 2] = ["fov_deg", "resolution_px"];
+pub(crate) const GIVES: [&str; 2] = ["fov_deg", "resolution_px"];
 
 /// Pixels may be off by up to this part of the image's width without a warning.
 const NEGLIGIBLE: f64 = 0.01;
@@ -71,7 +71,7 @@ struct Pinhole {
 
 /// Replaces `camera_info` in the keys of a camera by the keys that it stands for; returns warnings about
 /// differences.
-pub(super) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result<Vec<String>> {
+pub(crate) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result<Vec<String>> {
     let Some(written) = keys.remove(KEY) else { return Ok(Vec::new()) };
     let Some(name) = written.as_str() else {
         return Err(at.wrong(KEY, written, "must be a file, as in camera_info = \"left.yaml\""));

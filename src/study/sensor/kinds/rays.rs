@@ -1,25 +1,31 @@
-//! The keys of a sensor whose rays stand in a table, and the table.
+//! Rays in directions of the user's own: a ring of time-of-flight sensors on a robot's arm, say.
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use serde::Deserialize;
+use toml::Table;
 
-use super::range::{CalibrationFile, NoiseFile, RangeKeys};
-use super::{MAX_RAYS, Silence};
+use super::shared::Silence;
+use super::shared::range::{CalibrationFile, NoiseFile, RangeKeys, refuse_former};
+use super::{Checked, Context, KindFile};
+#[cfg(test)]
+use super::{POINTS, Page};
 use crate::diagnostics::Place;
 use crate::keys::exactly;
-use crate::sensor::quantise_q15;
-use crate::sensor::ray_set::RaySet;
+use crate::sensor::range::Range;
+use crate::sensor::{Approached, Claim, Kind, MAX_RAYS, MEASURES, Scale, Station, quantise_q15};
+use perirobot_march::backend::Rays;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
+use perirobot_scene::pose::Pose;
 use perirobot_scene::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};
 
 /// Rays in given directions.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(super) struct RaysFile {
+pub(crate) struct RaysFile {
     /// A table with the columns x,y,z.
     directions: PathBuf,
     /// Nearest and farthest distance that it measures, in metres.
@@ -37,19 +43,35 @@ pub(super) struct RaysFile {
     calibration: Option<CalibrationFile>,
 }
 
-pub(super) fn check(at: &Place, file: RaysFile, noiseless: bool, sources: &Sources) -> Result<RaySet> {
-    let range = RangeKeys {
-        range_m: file.range_m,
-        along: None,
-        near_ignore_m: file.near_ignore_m,
-        no_return: file.no_return,
-        noise: file.noise,
-        dropout: file.dropout,
-        calibration: file.calibration,
+impl KindFile for RaysFile {
+    const NAME: &'static str = "rays";
+    #[cfg(test)]
+    const PAGE: Page = Page {
+        what: "any set of rays: a ring of time-of-flight sensors, say",
+        keys: "`directions` (a CSV with columns x, y, z in the sensor's link frame: x forward, y left, z up), \
+        `range_m`",
+        evidence: &[POINTS],
     };
-    let path = at.folder().join(file.directions);
-    let dirs_q15 = directions(&path, sources).map_err(|e| at.around(e.at("directions")))?;
-    Ok(RaySet { dirs_q15, range: range.check(at, noiseless)? })
+
+    fn prepare(at: &Place, keys: &mut Table, _: &Sources) -> Result<Vec<String>> {
+        refuse_former(at, keys)?;
+        Ok(Vec::new())
+    }
+
+    fn check(self, at: &Place, context: &Context) -> Result<Checked> {
+        let range = RangeKeys {
+            range_m: self.range_m,
+            along: None,
+            near_ignore_m: self.near_ignore_m,
+            no_return: self.no_return,
+            noise: self.noise,
+            dropout: self.dropout,
+            calibration: self.calibration,
+        };
+        let path = at.folder().join(self.directions);
+        let dirs_q15 = directions(&path, context.sources).map_err(|e| at.around(e.at("directions")))?;
+        Ok(RaySet { dirs_q15, range: range.check(at, context.noiseless)? }.into())
+    }
 }
 
 #[derive(Deserialize)]
@@ -95,4 +117,51 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
         return Err(Error::input(path, what));
     }
     Ok(dirs_q15)
+}
+
+/// Directions in the sensor's link frame (x forward, y left, z up).
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RaySet {
+    /// Unit directions, Q15, in the table's order.
+    pub(crate) dirs_q15: Vec<[i32; 3]>,
+    /// What it measures.
+    pub(crate) range: Range,
+}
+
+impl Kind for RaySet {
+    fn name(&self) -> &'static str {
+        RaysFile::NAME
+    }
+
+    fn representations(&self) -> Vec<&'static str> {
+        vec!["points"]
+    }
+
+    fn rays(&self, scale: &Scale) -> Option<Rays> {
+        Some(self.range.rays(self.dirs_q15.clone(), scale))
+    }
+
+    fn frame(&self, pose: &Pose) -> DMat3 {
+        pose.link()
+    }
+
+    fn range(&self) -> Option<&Range> {
+        Some(&self.range)
+    }
+
+    fn approached(&self) -> Option<Approached> {
+        Some(Approached::AlongRays)
+    }
+
+    fn log_odds(&self, _: usize) -> [i32; 2] {
+        MEASURES
+    }
+
+    fn adds(&self, _: usize) -> bool {
+        false
+    }
+
+    fn claims(&self, _: &Station) -> Vec<Claim> {
+        vec![Claim { cast: true, planes: None }]
+    }
 }

@@ -13,18 +13,18 @@ use crate::sensor::{Calibration, SaidOfNoise};
 use perirobot_march::Result;
 
 /// Their values, as each kind reads them.
-pub(super) struct RangeKeys {
-    pub(super) range_m: [f64; 2],
-    pub(super) along: Option<Along>,
-    pub(super) near_ignore_m: Option<f64>,
-    pub(super) no_return: Option<Silence>,
-    pub(super) noise: Option<NoiseFile>,
-    pub(super) dropout: Option<f64>,
-    pub(super) calibration: Option<CalibrationFile>,
+pub(crate) struct RangeKeys {
+    pub(crate) range_m: [f64; 2],
+    pub(crate) along: Option<Along>,
+    pub(crate) near_ignore_m: Option<f64>,
+    pub(crate) no_return: Option<Silence>,
+    pub(crate) noise: Option<NoiseFile>,
+    pub(crate) dropout: Option<f64>,
+    pub(crate) calibration: Option<CalibrationFile>,
 }
 
 impl RangeKeys {
-    pub(super) fn check(self, at: &Place, noiseless: bool) -> Result<Range> {
+    pub(crate) fn check(self, at: &Place, noiseless: bool) -> Result<Range> {
         let [near, far] = self.range_m;
         if !(near >= 0.0 && near < far && far < 1e6) {
             let rule = "must be [nearest, farthest] in metres, 0 <= nearest < farthest < 1000000";
@@ -48,7 +48,7 @@ impl RangeKeys {
 const SHARE: &str = "the share of returns that is lost, from 0 to below 1";
 
 /// The noise of distances: a standard deviation that may grow with distance, or "unknown".
-pub(super) enum NoiseFile {
+pub(crate) enum NoiseFile {
     Model(ModelFile),
     Unknown,
 }
@@ -57,7 +57,7 @@ pub(super) enum NoiseFile {
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(super) struct ModelFile {
+pub(crate) struct ModelFile {
     /// At any distance, in metres. Default 0.
     std_m: Option<f64>,
     /// For each metre of distance. Default 0.
@@ -111,7 +111,7 @@ const UNKNOWN: &str = "unknown";
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(super) struct CalibrationFile {
+pub(crate) struct CalibrationFile {
     /// Of its position, in metres. Default 0.
     position_m: Option<f64>,
     /// Of its rotation, in degrees. Default 0.
@@ -134,7 +134,7 @@ impl CalibrationFile {
 
 /// Refuses the former key of noise, from before it could grow with distance, and says how to write the same
 /// now.
-pub(super) fn refuse_former(at: &Place, keys: &Table) -> Result<()> {
+pub(crate) fn refuse_former(at: &Place, keys: &Table) -> Result<()> {
     match keys.get("noise_std_m") {
         None => Ok(()),
         Some(value) => {
@@ -145,7 +145,7 @@ pub(super) fn refuse_former(at: &Place, keys: &Table) -> Result<()> {
 }
 
 /// The noise that the keys of a sensor, including its model's, describe.
-pub(super) fn said(keys: &Table) -> SaidOfNoise {
+pub(crate) fn noise_in(keys: &Table) -> SaidOfNoise {
     match keys.get("noise") {
         None => SaidOfNoise::Nothing,
         Some(noise) if noise.as_str() == Some(UNKNOWN) => SaidOfNoise::Unknown,
@@ -180,7 +180,7 @@ fn deviation(at: &Place, noise: Option<NoiseFile>, far: f64) -> Result<Deviation
 
 /// The standard deviation of a sensor whose noise cannot grow with distance. Checked even where noise is
 /// switched off.
-pub(super) fn constant(at: &Place, noise: Option<NoiseFile>, most_m: f64, noiseless: bool) -> Result<f64> {
+pub(crate) fn constant(at: &Place, noise: Option<NoiseFile>, most_m: f64, noiseless: bool) -> Result<f64> {
     if let Some(NoiseFile::Model(ModelFile { per_m, per_m2, .. })) = noise
         && (per_m.is_some() || per_m2.is_some())
     {

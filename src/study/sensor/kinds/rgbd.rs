@@ -2,15 +2,135 @@
 
 use std::sync::Arc;
 
-use super::keypoints::{self, BONES, Detected, KeypointCamera};
-use super::range::Range;
-use super::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
+use serde::Deserialize;
+use toml::Table;
+
+use super::shared::camera::{camera, tolerance};
+use super::shared::camera_info;
+use super::shared::range::{CalibrationFile, NoiseFile, RangeKeys, refuse_former};
+use super::shared::{Silence, each_once, length};
+use super::{Checked, Context, KindFile};
+#[cfg(test)]
+use super::{Evidence, POINTS, Page};
+use crate::diagnostics::Place;
+use crate::keys::exactly;
+use crate::sensor::keypoints::{self, BONES, Detected, KeypointCamera};
+use crate::sensor::range::{Along, Range};
+use crate::sensor::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
+use perirobot_march::Result;
 use perirobot_march::backend::{Planes, Rays};
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use perirobot_march::voxel::{BitGrid, Window, solid};
 use perirobot_scene::scene::keypoints::JOINTS;
+use perirobot_scene::source::Sources;
 use perirobot_scene::truth::Truth;
+
+/// Radii that the paper's code has at voxels of 5 cm, in metres.
+const SPHERES_RADIUS_M: f64 = 0.20;
+const CYLINDERS_RADIUS_M: f64 = 0.25;
+
+/// An RGB-D camera.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RgbdFile {
+    /// Horizontal and vertical angle of view, below 180.
+    #[serde(deserialize_with = "exactly")]
+    fov_deg: [f64; 2],
+    /// Pixels across and down.
+    #[serde(deserialize_with = "exactly")]
+    resolution_px: [u32; 2],
+    /// Nearest and farthest distance that it measures, in metres.
+    #[serde(deserialize_with = "exactly")]
+    range_m: [f64; 2],
+    /// What range_m and noise are measured along: "ray", the distance, or "axis", the depth, as most data sheets have it. Default
+    /// "ray".
+    range_along: Option<Along>,
+    /// Hits nearer than this are its own housing, in metres. Default 0.
+    near_ignore_m: Option<f64>,
+    /// What a ray that hits nothing says about the voxels that it passed. Default "unknown".
+    no_return: Option<Silence>,
+    /// Noise of measured distances. Default none.
+    noise: Option<NoiseFile>,
+    /// Share of returns that is lost, from 0 to below 1. Default 0.
+    dropout: Option<f64>,
+    /// How far its mount may be off, drawn anew in each repeat. Default not at all.
+    calibration: Option<CalibrationFile>,
+    /// The representations that are scored, each separately. Default ["points"].
+    representations: Option<Vec<ShapeName>>,
+    /// Radius of the spheres around joints, in metres. Default 0.2.
+    spheres_radius_m: Option<f64>,
+    /// Radius of the cylinders between joints, in metres. Default 0.25.
+    cylinders_radius_m: Option<f64>,
+    /// How far a hit may be from a joint to count as that joint, in metres. Default 0.15.
+    keypoint_tolerance_m: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+enum ShapeName {
+    Points,
+    Spheres,
+    Cylinders,
+    Box,
+}
+
+impl KindFile for RgbdFile {
+    const NAME: &'static str = "rgbd";
+    #[cfg(test)]
+    const PAGE: Page = Page {
+        what: "RGB-D camera; scored as `points`, or with volumes around the keypoints it detects: `spheres`, \
+        `cylinders`, `box`",
+        keys: "`fov_deg`, `resolution_px`, `range_m`, `range_along?` (ray), `representations?` (points), \
+        `spheres_radius_m?` (0.2), `cylinders_radius_m?` (0.25), `keypoint_tolerance_m?` (0.15)",
+        evidence: &[
+            POINTS,
+            Evidence {
+                says: "`spheres`, `cylinders`, `box`",
+                occupied: "as `points`, and the volume around what was detected",
+                free: "as `points`",
+            },
+        ],
+    };
+
+    fn prepare(at: &Place, keys: &mut Table, sources: &Sources) -> Result<Vec<String>> {
+        let warnings = camera_info::resolve(at, keys, sources)?;
+        refuse_former(at, keys)?;
+        Ok(warnings)
+    }
+
+    fn check(self, at: &Place, context: &Context) -> Result<Checked> {
+        let range = RangeKeys {
+            range_m: self.range_m,
+            along: self.range_along,
+            near_ignore_m: self.near_ignore_m,
+            no_return: self.no_return,
+            noise: self.noise,
+            dropout: self.dropout,
+            calibration: self.calibration,
+        };
+        let names = self.representations.unwrap_or_else(|| vec![ShapeName::Points]);
+        each_once(at, &names, "representations = [\"points\", \"cylinders\"]")?;
+        let spheres = length(at, "spheres_radius_m", self.spheres_radius_m.unwrap_or(SPHERES_RADIUS_M))?;
+        let cylinders =
+            length(at, "cylinders_radius_m", self.cylinders_radius_m.unwrap_or(CYLINDERS_RADIUS_M))?;
+        let shape = |name| match name {
+            ShapeName::Points => KeypointShape::Points,
+            ShapeName::Spheres => KeypointShape::Spheres { radius_m: spheres },
+            ShapeName::Cylinders => KeypointShape::Cylinders { radius_m: cylinders },
+            ShapeName::Box => KeypointShape::Box,
+        };
+        Ok(Rgbd {
+            camera: camera(at, self.fov_deg, self.resolution_px)?,
+            range: range.check(at, context.noiseless)?,
+            shapes: names.into_iter().map(shape).collect(),
+            keypoint_tolerance_m: tolerance(at, self.keypoint_tolerance_m)?,
+        }
+        .into())
+    }
+}
 
 /// Optics, distances and what is scored.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +216,7 @@ impl KeypointShape {
 
 impl Kind for Rgbd {
     fn name(&self) -> &'static str {
-        "rgbd"
+        RgbdFile::NAME
     }
 
     fn representations(&self) -> Vec<&'static str> {

@@ -1,10 +1,42 @@
 //! The robot's controller as a sensor: it knows where the robot is, and nothing else.
 
-use super::{Claim, Extent, Kind, Setting, Station};
+use serde::Deserialize;
+
+use super::{Checked, Context, KindFile};
+#[cfg(test)]
+use super::{Evidence, Page};
+use crate::diagnostics::Place;
+use crate::sensor::{Approached, Claim, Extent, Kind, Setting, Station};
+use perirobot_march::Result;
 use perirobot_march::backend::Planes;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
+
+/// A kind without keys of its own.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KnownRobotFile {}
+
+impl KindFile for KnownRobotFile {
+    const NAME: &'static str = "known_robot";
+    #[cfg(test)]
+    const PAGE: Page = Page {
+        what: "what the controller knows",
+        keys: "",
+        evidence: &[Evidence {
+            says: "",
+            occupied: "the robot's voxels, surface and inside, less what the truth calls free: with `interior = \"free\"` \
+        (or a leak) it says nothing of the inside, where it would be a false alarm",
+            free: "nothing",
+        }],
+    };
+
+    fn check(self, _: &Place, _: &Context) -> Result<Checked> {
+        Ok(KnownRobot.into())
+    }
+}
 
 /// The robot's voxels, surface and inside, except those that the truth calls free: they stay without a label,
 /// since in a scene with `interior = "free"` they would count as false alarms.
@@ -18,11 +50,11 @@ fn known(truth: &Truth) -> BitGrid {
 
 /// The robot's own pose, taken for certain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KnownRobot;
+pub(crate) struct KnownRobot;
 
 impl Kind for KnownRobot {
     fn name(&self) -> &'static str {
-        "known_robot"
+        KnownRobotFile::NAME
     }
 
     fn representations(&self) -> Vec<&'static str> {
@@ -40,6 +72,10 @@ impl Kind for KnownRobot {
     fn speaks_last(&self) -> bool {
         // No measurement overrules the controller.
         true
+    }
+
+    fn approached(&self) -> Option<Approached> {
+        None
     }
 
     fn log_odds(&self, _: usize) -> [i32; 2] {
