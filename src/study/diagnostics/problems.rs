@@ -24,6 +24,11 @@ impl Problems {
         checked.map_err(|all| self.0.extend(all)).ok()
     }
 
+    /// The same for several checks of their own.
+    pub(crate) fn keep_each(&mut self, checked: impl IntoIterator<Item = Result<()>>) {
+        self.0.extend(checked.into_iter().filter_map(Result::err));
+    }
+
     /// Whether all checks passed.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()

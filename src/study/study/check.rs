@@ -1,5 +1,6 @@
 //! The checks of a study file, in their order: each of its tables is checked in a file of its own.
 
+use std::mem::take;
 use std::path::Path;
 
 use glam::DVec3;
@@ -9,8 +10,8 @@ use super::file::{self, StudyFile};
 use super::region::{self, RegionSpec};
 use super::scene_file::parse_scene;
 use super::{
-    Overrides, Stopping, Study, approach, candidates, choose, combination, region_file, require, sensor,
-    stopping,
+    Approach, MountingError, Overrides, Posture, Requirement, Stopping, Study, approach, candidates, choose,
+    combination, region_file, require, sensor, stopping,
 };
 use crate::diagnostics::{
     self, List, Place, Problems, Written, parse_in_parts, refuse_folder, top_keys, wrong_with,
@@ -28,32 +29,19 @@ const MAX_REPEATS: u32 = 10_000;
 /// Reads a study and its scene files, and tells all errors that can be judged independently.
 pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
     let mut problems = Problems::default();
-    refuse_folder(path, "a study").map_err(|e| vec![e])?;
-    let Some(text) = problems.keep(sources.text(path)) else { return Err(all(problems)) };
-    refuse_scene(path, &text).map_err(|e| vec![e])?;
-    let file: Option<StudyFile> = parse_in_parts(path, &text, &LISTS, &mut problems);
-    let Some(file) = file else { return Err(all(problems)) };
-    let is_whole = problems.is_empty();
-    let at = Place::new(path);
-
-    let voxel_size_m = problems.keep(voxel_size(&at, &file, overrides));
-    let bounds_m = file.grid.bounds_m.map(|b| bounds(&at.key("grid"), b)).transpose();
-    let bounds_m = problems.keep(bounds_m);
-    if is_whole {
-        problems.keep(at.some("scene", &file.scene, "[[scene]] file = \"scene.toml\""));
-        problems.keep(at.some("region", &file.region, "[[region]] name = \"robot\""));
-        problems.keep(at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\""));
-    }
-    let mut scenes = scenes(&at, &file, &sources, &mut problems);
+    let (text, mut file) = read(path, &sources, &mut problems)?;
+    let (at, noiseless, is_whole) = (&Place::new(path), overrides.noiseless, problems.is_empty());
     let has_candidates = !file.candidate.is_empty();
-    if has_candidates && problems.is_empty() {
-        let variants = problems.keep(candidates::expand(&at, file.candidate, scenes.clone()));
-        scenes = variants.unwrap_or(scenes);
+
+    let voxel_size_m = problems.keep(voxel_size(at, &file, overrides));
+    let bounds_m = problems.keep(file.grid.bounds_m.map(|b| bounds(&at.key("grid"), b)).transpose());
+    if is_whole {
+        problems.keep_each(lists_that_must_be_there(at, &file));
     }
-    let (seed, noiseless) = (file.seed, overrides.noiseless);
+    let scenes = scenes(at, &mut file, &sources, &mut problems);
     let written = Written::new(&text);
     let context = sensor::Context {
-        seed,
+        seed: file.seed,
         noiseless,
         index: 0,
         earlier: &[],
@@ -63,68 +51,28 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         line_of: &|steps| written.line_of(steps),
     };
     let mut of_sensors = Problems::default();
-    let sensors = sensors(&at, file.sensor, context, &mut of_sensors);
-    let floor_m = file.approach.as_ref().map_or(0.0, ApproachFile::standing_m);
-    let stopping = file.stopping.map(|file| stopping::check(&at, file, &sensors, floor_m)).transpose();
-    let stopping = problems.keep(stopping);
+    let sensors = sensors(at, take(&mut file.sensor), context, &mut of_sensors);
+    let stopping = problems.keep(stopping(at, &mut file, &sensors));
     let known = stopping.as_ref().map(Option::as_ref);
-    let regions = regions(&at, file.region, is_whole, known, &mut problems);
+    let regions = regions(at, take(&mut file.region), is_whole, known, &mut problems);
     problems.keep_all(of_sensors.none());
-    problems.keep(at.unique("scene", scenes.iter().map(|s| s.name.as_str())));
-    problems.keep(at.unique("region", regions.iter().map(|(name, _)| name.as_str())));
-    problems.keep(at.unique("sensor", sensors.iter().map(|s| s.name.as_str())));
-    problems.keep(no_semicolons(&at, &sensors));
-    if !file.mixed_noise && !noiseless {
-        problems.keep(no_mixed_noise(&at, &sensors));
-    }
-    if !(1..=MAX_REPEATS).contains(&file.repeats) {
-        problems.keep::<()>(Err(at.wrong(
-            "repeats",
-            file.repeats,
-            &format!("must be from 1 to {MAX_REPEATS}"),
-        )));
-    }
-    if file.min_hits == 0 {
-        problems.keep::<()>(Err(at.wrong("min_hits", 0, "must be 1 or more")));
-    }
+    problems.keep_each(rules(at, &file, noiseless, (&scenes, &regions, &sensors)));
     // Keys that name sensors can be checked only if all sensors could be read.
     let (Some(voxel_size_m), Some(bounds_m), Some(stopping), true) =
         (voxel_size_m, bounds_m, stopping, problems.is_empty())
     else {
         return Err(all(problems));
     };
-    let mounting_error = file.mounting_error.map(|file| file.check(&at)).transpose();
-    let mounting_error = mounting_error.map_err(|e| vec![e])?;
-    let known = approach::Known { regions: &regions, sensors: &sensors };
-    let has_approach = file.approach.as_ref().is_some_and(ApproachFile::asks);
-    let approach = approach::check(&at, file.approach, &known).map_err(|e| vec![e])?;
-    let postures = file.postures.map(|file| file.check(&at, approach.standing_m())).transpose();
-    let postures = postures.map_err(|e| vec![e])?.unwrap_or_default();
-    let recorded = sensors.iter().find(|sensor| sensor.kind.name() == "recorded");
-    if let (Some(sensor), false) = (recorded, postures.is_empty()) {
-        let what = format!(
-            "postures and sensor {:?}, which was recorded with the people who were there",
-            sensor.name
-        );
-        return Err(vec![at.says(what).wanted("take one of them away")]);
-    }
-    let known = require::Known {
-        regions: &regions,
-        approach: &approach,
-        has_draws: mounting_error.is_some(),
-        has_postures: !postures.is_empty(),
-        has_stopping: stopping.is_some(),
-    };
-    let requirements = require::check(&at, file.require, &known)?;
+    let demands = demands(at, &mut file, &regions, &sensors, stopping.is_some())?;
     // Without noise every repeat would be the first again.
     let noisy = sensors.iter().any(|sensor| sensor.kind.is_noisy());
     let repeats = if noisy { file.repeats } else { 1 };
-    let combinations = combination::check(&at, file.combination, file.fusion, &sensors)?;
+    let combinations = combination::check(at, take(&mut file.combination), file.fusion, &sensors)?;
     let snapshots: usize = scenes.iter().map(|scene| scene.snapshots).sum();
     let per_choice = regions.len() * snapshots * repeats as usize;
-    combination::check_rows(&at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
+    combination::check_rows(at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
     let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
-    let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose()?;
+    let choose = file.choose.map(|file| choose::check(at, file, &known)).transpose()?;
     let mut warnings = diagnostics::warnings(&text);
     warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
     if has_candidates {
@@ -144,17 +92,116 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         fusion: file.fusion,
         combinations,
         choose,
-        requirements,
-        mounting_error,
-        postures,
-        approach,
-        has_approach,
+        requirements: demands.requirements,
+        mounting_error: demands.mounting_error,
+        postures: demands.postures,
+        approach: demands.approach,
+        has_approach: demands.has_approach,
         stopping,
-        noiseless: overrides.noiseless,
+        noiseless,
         repeats,
         min_hits: file.min_hits,
         sources,
     })
+}
+
+/// The text of a study, and its keys.
+fn read(path: &Path, sources: &Sources, problems: &mut Problems) -> Result<(String, StudyFile), Vec<Error>> {
+    refuse_folder(path, "a study").map_err(|e| vec![e])?;
+    let text = sources.text(path).map_err(|e| vec![e])?;
+    refuse_scene(path, &text).map_err(|e| vec![e])?;
+    match parse_in_parts(path, &text, &LISTS, problems) {
+        Some(file) => Ok((text, file)),
+        None => Err(all(take(problems))),
+    }
+}
+
+/// The errors of lists that must have an entry.
+fn lists_that_must_be_there(at: &Place, file: &StudyFile) -> [Result<()>; 3] {
+    [
+        at.some("scene", &file.scene, "[[scene]] file = \"scene.toml\""),
+        at.some("region", &file.region, "[[region]] name = \"robot\""),
+        at.some("sensor", &file.sensor, "[[sensor]] name = \"camera\""),
+    ]
+}
+
+/// The rules that need no more than what could be read.
+fn rules(
+    at: &Place,
+    file: &StudyFile,
+    noiseless: bool,
+    (scenes, regions, sensors): (&[SceneSpec], &[(String, RegionSpec)], &[Sensor]),
+) -> [Result<()>; 7] {
+    [
+        at.unique("scene", scenes.iter().map(|s| s.name.as_str())),
+        at.unique("region", regions.iter().map(|(name, _)| name.as_str())),
+        at.unique("sensor", sensors.iter().map(|s| s.name.as_str())),
+        no_semicolons(at, sensors),
+        if file.mixed_noise || noiseless { Ok(()) } else { no_mixed_noise(at, sensors) },
+        match (1..=MAX_REPEATS).contains(&file.repeats) {
+            true => Ok(()),
+            false => Err(at.wrong("repeats", file.repeats, &format!("must be from 1 to {MAX_REPEATS}"))),
+        },
+        match file.min_hits {
+            0 => Err(at.wrong("min_hits", 0, "must be 1 or more")),
+            _ => Ok(()),
+        },
+    ]
+}
+
+/// What a study requires of its sensors, and under which conditions.
+struct Demands {
+    mounting_error: Option<MountingError>,
+    approach: Approach,
+    has_approach: bool,
+    postures: Vec<Posture>,
+    requirements: Vec<Requirement>,
+}
+
+fn demands(
+    at: &Place,
+    file: &mut StudyFile,
+    regions: &[(String, RegionSpec)],
+    sensors: &[Sensor],
+    has_stopping: bool,
+) -> Result<Demands, Vec<Error>> {
+    let one = |e: Error| vec![e];
+    let mounting_error = file.mounting_error.take().map(|file| file.check(at)).transpose().map_err(one)?;
+    let has_approach = file.approach.as_ref().is_some_and(ApproachFile::asks);
+    let known = approach::Known { regions, sensors };
+    let approach = approach::check(at, file.approach.take(), &known).map_err(one)?;
+    let postures = file.postures.take().map(|file| file.check(at, approach.standing_m())).transpose();
+    let postures = postures.map_err(one)?.unwrap_or_default();
+    no_postures_of_recordings(at, &postures, sensors).map_err(one)?;
+    let known = require::Known {
+        regions,
+        approach: &approach,
+        has_draws: mounting_error.is_some(),
+        has_postures: !postures.is_empty(),
+        has_stopping,
+    };
+    let requirements = require::check(at, take(&mut file.require), &known)?;
+    Ok(Demands { mounting_error, approach, has_approach, postures, requirements })
+}
+
+/// A recording shows the people who were there, and nobody else.
+fn no_postures_of_recordings(at: &Place, postures: &[Posture], sensors: &[Sensor]) -> Result<()> {
+    match sensors.iter().find(|sensor| sensor.kind.name() == "recorded") {
+        Some(sensor) if !postures.is_empty() => {
+            let what = format!(
+                "postures and sensor {:?}, which was recorded with the people who were there",
+                sensor.name
+            );
+            Err(at.says(what).wanted("take one of them away"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What `[stopping]` says, if the study has it.
+fn stopping(at: &Place, file: &mut StudyFile, sensors: &[Sensor]) -> Result<Option<Stopping>> {
+    let floor_m = file.approach.as_ref().map_or(0.0, ApproachFile::standing_m);
+    file.stopping.take().map(|file| stopping::check(at, file, sensors, floor_m)).transpose()
 }
 
 /// Refuses what is a scene by its keys.
@@ -192,8 +239,8 @@ fn voxel_size(at: &Place, file: &StudyFile, overrides: &Overrides) -> Result<f64
     }
 }
 
-/// The scenes that are right.
-fn scenes(at: &Place, file: &StudyFile, sources: &Sources, problems: &mut Problems) -> Vec<SceneSpec> {
+/// The scenes that are right, with their objects in each choice of their candidate places.
+fn scenes(at: &Place, file: &mut StudyFile, sources: &Sources, problems: &mut Problems) -> Vec<SceneSpec> {
     let scenes = file.scene.iter().enumerate().filter_map(|(i, entry)| {
         let path = at.folder().join(&entry.file);
         // An error inside the file names the file; an error of opening it also names the study.
@@ -202,7 +249,12 @@ fn scenes(at: &Place, file: &StudyFile, sources: &Sources, problems: &mut Proble
         scene.name = entry.name.clone().unwrap_or(scene.name);
         Some(scene)
     });
-    scenes.collect()
+    let scenes: Vec<SceneSpec> = scenes.collect();
+    if file.candidate.is_empty() || !problems.is_empty() {
+        return scenes;
+    }
+    let variants = candidates::expand(at, take(&mut file.candidate), scenes.clone());
+    problems.keep(variants).unwrap_or(scenes)
 }
 
 /// The regions that are right. Where some could not be read, those that are made of others are passed over; where

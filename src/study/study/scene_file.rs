@@ -1,8 +1,10 @@
 //! A scene file, as TOML: the objects of a cell with their roles, poses and surfaces, checked and turned into
 //! `scene::spec`.
 
+mod object;
 pub(super) mod person;
 mod snapshots;
+mod surface;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,23 +12,17 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
-use super::urdf::UrdfFile;
-use crate::diagnostics::{
-    self, Place, Problems, only_one, parse_in_parts, refuse_folder, top_keys, wrong_with,
-};
+use crate::diagnostics::{self, Place, Problems, parse_in_parts, refuse_folder, top_keys, wrong_with};
 use crate::keys::{Quaternion, Unit, UpFile, exactly, exactly_if_given};
-use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_scene::pose::{Frame, Pose, from_rpy};
 use perirobot_scene::scene::keypoints::Layout;
-use perirobot_scene::scene::mesh_file::{ENDINGS, MeshFile, MeshFormat};
-use perirobot_scene::scene::sdf::SdfFile;
-use perirobot_scene::scene::spec::{NodeRule, ObjectSpec, PersonFile, SceneSpec, SurfaceSpec, UrdfSpec};
+use perirobot_scene::scene::spec::{NodeRule, SceneSpec};
 use perirobot_scene::scene::urdf::Geometry;
-use perirobot_scene::scene::{Interior, Optical, Role, Up};
-use perirobot_scene::source::{Sources, accepted_formats, is_other_format};
-use person::PersonKeys;
+use perirobot_scene::scene::{Interior, Optical, Role};
+use perirobot_scene::source::Sources;
 use snapshots::SnapshotsFile;
+pub(super) use surface::{mesh, unit_and_up_belong};
 
 /// A cell: the objects in it.
 #[derive(Deserialize)]
@@ -188,7 +184,7 @@ pub(super) fn parse_scene(path: &Path, text: String) -> Result<SceneSpec, Vec<Er
             problems.keep(at.some("object", &file.object, "[[object]] name = \"table\""));
         }
         interior = file.interior.unwrap_or(interior);
-        let checked = file.object.into_iter().map(|entry| object(&at, entry, interior));
+        let checked = file.object.into_iter().map(|entry| object::check(&at, entry, interior));
         objects = checked.filter_map(|object| problems.keep(object)).collect();
         problems.keep(at.unique("object", objects.iter().map(|o| o.name.as_str())));
     }
@@ -220,200 +216,6 @@ fn refuse_study(path: &Path, text: &str) -> Result<()> {
             .wanted("name a scene file that it lists, with [[object]]")),
         false => Ok(()),
     }
-}
-
-fn object(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
-    let at = &at.key(&format!("object {:?}", entry.name));
-    let length = |key: &str, value: f64| {
-        at.number(key, value, 1e-6..1e6, "a length in metres from 0.000001 to 1000000")
-    };
-    let folder = at.folder();
-    let size = |key: &str, value: &Option<SizeFile>| {
-        let size = value.as_ref().map(|s| s.size_m);
-        size.map(|s| {
-            s.iter().try_for_each(|&edge| length(key, edge).map(drop)).map(|()| DVec3::from_array(s))
-        })
-    };
-    let cuboid = size("box.size_m", &entry.r#box).map(|s| Ok(SurfaceSpec::Box { size_m: s? }));
-    let room = size("room.size_m", &entry.room).map(|s| Ok(SurfaceSpec::Room { size_m: s? }));
-    let plane = entry.plane.as_ref().map(|p| {
-        p.size_m.iter().try_for_each(|&edge| length("plane.size_m", edge).map(drop))?;
-        Ok(SurfaceSpec::Plane { size_m: p.size_m })
-    });
-    let sphere = entry
-        .sphere
-        .as_ref()
-        .map(|s| Ok(SurfaceSpec::Sphere { radius_m: length("sphere.radius_m", s.radius_m)? }));
-    let cylinder = entry.cylinder.as_ref().map(|c| {
-        let radius_m = length("cylinder.radius_m", c.radius_m)?;
-        Ok(SurfaceSpec::Cylinder { radius_m, height_m: length("cylinder.height_m", c.height_m)? })
-    });
-    let capsule = entry.capsule.as_ref().map(|c| {
-        let radius_m = length("capsule.radius_m", c.radius_m)?;
-        Ok(SurfaceSpec::Capsule { radius_m, length_m: length("capsule.length_m", c.length_m)? })
-    });
-    let octomap = entry.octomap.as_ref().map(|path| match is_other_format(path, &["bt", "ot"]) {
-        true => {
-            let rule = accepted_formats(path, "a .bt or .ot file").to_string();
-            Err(at.wrong("octomap", format!("{path:?}"), &rule))
-        }
-        false => Ok(SurfaceSpec::Octomap(folder.join(path))),
-    });
-    let person =
-        PersonKeys { layout: entry.layout, unit: entry.unit, up: entry.up, bones: entry.bones.as_ref() };
-    // A person who moves may have a file for each snapshot instead of one for all.
-    let moving = entry.snapshots.as_ref().and_then(|s| s.mannequin.as_ref()?.first());
-    let mannequin = entry.mannequin.as_ref().or(moving);
-    let mannequin = mannequin.map(|path| person.check(at, "mannequin", path).map(SurfaceSpec::Mannequin));
-    let choices = vec![
-        ("box", cuboid),
-        ("room", room),
-        ("plane", plane),
-        ("sphere", sphere),
-        ("cylinder", cylinder),
-        ("capsule", capsule),
-        (
-            "mesh",
-            entry
-                .mesh
-                .as_ref()
-                .map(|path| mesh(at, folder, path, entry.unit, entry.up).map(SurfaceSpec::Mesh)),
-        ),
-        ("octomap", octomap),
-        ("mannequin", mannequin),
-        ("sdf", sdf(at, &entry)?.map(|world| Ok(SurfaceSpec::Sdf(world)))),
-        ("urdf", urdf(at, &entry, folder)?.map(|robot| Ok(SurfaceSpec::Urdf(robot)))),
-    ];
-    let surface = only_one(at, "surface", choices)??;
-
-    let file = match &surface {
-        SurfaceSpec::Mesh(file) => Some(file),
-        _ => None,
-    };
-    if !matches!(surface, SurfaceSpec::Mannequin(PersonFile::Motion(_))) {
-        unit_and_up_belong(at, file, entry.unit, entry.up)?;
-    }
-    let has_nodes = surface.gltf().is_some() || matches!(surface, SurfaceSpec::Sdf(_));
-    if !has_nodes && !entry.nodes.is_empty() {
-        return Err(at.says("nodes belong to a .glb or .gltf mesh or to an sdf"));
-    }
-    let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
-    let position_m = at.vector("position_m", entry.position_m)?;
-    if matches!(surface, SurfaceSpec::Octomap(_))
-        && (position_m != DVec3::ZERO || rotation != DQuat::IDENTITY)
-    {
-        return Err(at
-            .says("an octomap stays where it is")
-            .wanted("its voxels are the grid's; take its pose away"));
-    }
-    // The cell is inside the room, so a room has no interior of its own.
-    let interior = match (&surface, entry.interior) {
-        (SurfaceSpec::Room { .. }, Some(_)) => {
-            return Err(at.says("interior does not belong to a room").wanted("it is the cell"));
-        }
-        (SurfaceSpec::Room { .. }, None) => Interior::Free,
-        // A map mostly shows a whole cell: its closed walls are no body either, unless `interior` says so.
-        (SurfaceSpec::Octomap(_), None) => Interior::Free,
-        (_, interior) => interior.unwrap_or(default_interior),
-    };
-    let default_role = match surface {
-        SurfaceSpec::Mannequin(_) => Role::Human,
-        SurfaceSpec::Urdf(_) => Role::Robot,
-        _ => Role::Environment,
-    };
-    let role = entry.role.unwrap_or(default_role);
-    let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
-    let has_keypoints = moving || entry.keypoints.is_some();
-    if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
-        return Err(at.around(Issue::says("a mannequin's are its own; take them away").at("keypoints")));
-    }
-    person.belong(at, &surface, has_keypoints)?;
-    let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
-    if has_keypoints && !human {
-        return Err(at.says("keypoints are a human's joints").wanted("add role = \"human\""));
-    }
-    let keypoints = entry.keypoints.map(|path| person.joints(at, "keypoints", &path)).transpose()?;
-    let motion =
-        entry.snapshots.map(|snapshots| snapshots::check(at, snapshots, &surface, &person)).transpose()?;
-    Ok(ObjectSpec {
-        role,
-        interior,
-        optical: entry.optical.unwrap_or(Optical::Opaque),
-        tag_only: entry.tag_only,
-        position_m,
-        rotation,
-        surface,
-        keypoints,
-        nodes: entry.nodes,
-        animated: None,
-        motion: motion.unwrap_or_default(),
-        name: entry.name,
-    })
-}
-
-fn sdf(at: &Place, entry: &ObjectFile) -> Result<Option<SdfFile>> {
-    if entry.sdf.is_none() && entry.models.is_some() {
-        return Err(at.says("models belong to an sdf").wanted("give one, or take them away"));
-    }
-    let world = entry.sdf.as_ref().map(|path| SdfFile {
-        path: at.folder().join(path),
-        geometry: entry.geometry.unwrap_or_default(),
-        models: entry.models.iter().flatten().map(|models| at.folder().join(models)).collect(),
-    });
-    Ok(world)
-}
-
-fn urdf(at: &Place, entry: &ObjectFile, folder: &Path) -> Result<Option<UrdfSpec>> {
-    let keys = UrdfFile {
-        urdf: entry.urdf.as_ref(),
-        geometry: entry.geometry.filter(|_| entry.sdf.is_none()),
-        packages: entry.packages.as_ref(),
-        joints_deg: entry.joints_deg.as_ref(),
-        joints_m: entry.joints_m.as_ref(),
-        xacro_args: entry.xacro_args.as_ref(),
-    };
-    keys.check(at, folder).transpose()
-}
-
-/// Refuses `unit` and `up` where a file says them itself, and where there is no file.
-pub(super) fn unit_and_up_belong(
-    at: &Place,
-    file: Option<&MeshFile>,
-    unit: Option<Unit>,
-    up: Option<UpFile>,
-) -> Result<()> {
-    match file.map(|file| file.format) {
-        _ if unit.is_none() && up.is_none() => Ok(()),
-        Some(MeshFormat::Stl | MeshFormat::Obj | MeshFormat::Gltf) => Ok(()),
-        Some(MeshFormat::Collada) => Err(at.says("unit and up do not belong to a .dae mesh").wanted(
-            "COLLADA says both itself and is turned to z up; if it was exported lying, \
-                turn it with rpy_deg",
-        )),
-        None => {
-            Err(at.says("unit and up belong to a mesh").wanted("all other lengths are metres, and z is up"))
-        }
-    }
-}
-
-/// The file of a mesh; whether `unit` and `up` belong to it is the caller's to check.
-pub(super) fn mesh(
-    at: &Place,
-    folder: &Path,
-    path: &Path,
-    unit: Option<Unit>,
-    up: Option<UpFile>,
-) -> Result<MeshFile> {
-    let scale = unit.map_or(1.0, |Unit(metres)| metres);
-    if let Some(format) = MeshFormat::from_path(path) {
-        let up = match up {
-            Some(UpFile::Y) => Up::Y,
-            Some(UpFile::Z) => Up::Z,
-            None if format == MeshFormat::Gltf => Up::Y,
-            None => Up::Z,
-        };
-        return Ok(MeshFile { path: folder.join(path), format, scale, up });
-    }
-    Err(at.wrong("mesh", format!("{path:?}"), &accepted_formats(path, ENDINGS).to_string()))
 }
 
 /// One rotation, none where neither is given; `index` is its place in a list.
