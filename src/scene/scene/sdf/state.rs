@@ -6,7 +6,8 @@ use std::collections::HashMap;
 use glam::DAffine3;
 use roxmltree::Node;
 
-use super::model::{Model, child, children, text};
+use super::element::{child, children, text};
+use super::model::Model;
 use super::pose::Pose;
 use perirobot_march::error::Issue;
 
