@@ -3,14 +3,13 @@
 
 mod layout;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 
 pub use layout::Layout;
 pub(super) use layout::face;
 
-use super::mannequin;
 use crate::source::{Sources, decimal_commas, refuse_other_separators, table_issue};
 use crate::spelling::number;
 use perirobot_march::Result;
@@ -79,20 +78,6 @@ impl KeypointFile {
         let joints = parse(&sources.text(&self.path)?, self.layout).map_err(|issue| issue.at(&self.path))?;
         placeholder_remarks(&joints).into_iter().for_each(|what| sources.remark(&self.path, what));
         Ok(joints)
-    }
-}
-
-/// As it is, if a body can be drawn from it.
-///
-/// # Errors
-/// When too few joints are known to draw any part of a body.
-pub(super) fn drawn(keypoints: Keypoints, path: &Path) -> Result<Keypoints> {
-    match mannequin::is_drawn(&keypoints) {
-        true => Ok(keypoints),
-        false => Err(Issue::says("no two neighbouring joints are known")
-            .wanted("nothing of a body can be drawn")
-            .at(path)
-            .into()),
     }
 }
 

@@ -7,7 +7,8 @@ use std::rc::Rc;
 use super::bvh::Bvh;
 use super::gltf::{Clip, Gltf, NodeMesh, WhichClip};
 use super::joint_table::JointTable;
-use super::keypoints::{self, Keypoints};
+use super::keypoints::Keypoints;
+use super::mannequin;
 use super::spec::PersonFile;
 use super::{Object, Surface};
 use crate::source::Sources;
@@ -58,7 +59,7 @@ impl<'a> SceneFiles<'a> {
             PersonFile::Joints(file) => file.read(self.sources)?,
             PersonFile::Motion(file) => self.motion(&file.path)?.keypoints(file)?,
         };
-        keypoints::drawn(joints, person.path())
+        mannequin::require_body(joints, person.path())
     }
 
     pub(super) fn motion(&mut self, path: &Path) -> Result<Rc<Bvh>> {

@@ -1,16 +1,34 @@
 //! Makes a person of adult size from the 17 keypoints of COCO: limbs as capsules, head as an ellipsoid.
 
+use std::path::Path;
+
 use glam::{DMat3, DQuat, DVec3};
 
 use super::Mesh;
 use super::keypoints::{ANKLES, EARS, ELBOWS, HIPS, KNEES, Keypoints, NOSE, SHOULDERS, WRISTS};
 use super::primitive::{capsule_between, ellipsoid};
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
 use perirobot_march::metrics::BodyPart;
 
 /// Whether any part of a body can be drawn from these joints.
-pub(crate) fn is_drawn(keypoints: &Keypoints) -> bool {
+fn is_drawn(keypoints: &Keypoints) -> bool {
     // The coarsest tessellation tells whether there is any.
     !parts(keypoints, f64::INFINITY).is_empty()
+}
+
+/// The same joints, if a body can be drawn from it.
+///
+/// # Errors
+/// When too few joints are known to draw any part of a body.
+pub(super) fn require_body(keypoints: Keypoints, path: &Path) -> Result<Keypoints> {
+    match is_drawn(&keypoints) {
+        true => Ok(keypoints),
+        false => Err(Issue::says("no two neighbouring joints are known")
+            .wanted("nothing of a body can be drawn")
+            .at(path)
+            .into()),
+    }
 }
 
 /// The body's surface in the world: closed parts that overlap. A part is left out unless all the joints it is

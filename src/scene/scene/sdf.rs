@@ -4,6 +4,7 @@
 //! What has no shape is passed over; lights, plugins, sensors, actors and shapes that are not read are counted, to be
 //! told. glTF is turned to z up, and COLLADA's up axis is not honoured, as in Gazebo.
 
+mod element;
 mod geometry;
 mod include;
 mod model;
@@ -79,7 +80,7 @@ fn place(
     for link in &model.links {
         let world_from_link = world_from_model * model.pose(&link.pose, model::OWN).map_err(at)?;
         let of_link = |e: Error| e.at(format!("link {:?}", link.name)).at(model.place()).at(&*model.file);
-        let mesh = meshes.of_link(link, world_from_link).map_err(of_link)?;
+        let mesh = meshes.whole(&link.bodies, world_from_link).map_err(of_link)?;
         if !mesh.triangles.is_empty() {
             links.push(NodeMesh { names: [std::slice::from_ref(&link.name), &names[..]].concat(), mesh });
         }

@@ -3,10 +3,10 @@
 mod objects;
 mod people;
 pub mod region;
-mod snapshots;
+mod truths;
 pub mod voxelize;
 
 pub use objects::{ObjectVoxels, RobotReach, Truth};
 pub use people::people;
 pub use region::{Region, RegionShape};
-pub use snapshots::{Snapshots, voxelize_all};
+pub use truths::{Snapshots, voxelize_all};

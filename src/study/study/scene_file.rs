@@ -3,8 +3,8 @@
 
 mod object;
 pub(super) mod person;
-mod snapshots;
 mod surface;
+mod timeline;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,8 +21,8 @@ use perirobot_scene::scene::spec::{NodeRule, SceneSpec};
 use perirobot_scene::scene::urdf::Geometry;
 use perirobot_scene::scene::{Interior, Optical, Role};
 use perirobot_scene::source::Sources;
-use snapshots::SnapshotsFile;
 pub(super) use surface::{mesh, unit_and_up_belong};
+use timeline::SnapshotsFile;
 
 /// A cell: the objects in it.
 #[derive(Deserialize)]
@@ -190,8 +190,8 @@ pub(super) fn parse_scene(path: &Path, text: String) -> Result<SceneSpec, Vec<Er
     }
     problems.none()?;
     let name = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
-    let snapshots = snapshots::count(&at, &mut objects).map_err(|e| vec![e])?;
-    let dwell_s = snapshots::dwell_s(&at, &objects, snapshots).map_err(|e| vec![e])?;
+    let snapshots = timeline::count(&at, &mut objects).map_err(|e| vec![e])?;
+    let dwell_s = timeline::dwell_s(&at, &objects, snapshots).map_err(|e| vec![e])?;
     let warnings = diagnostics::warnings(&text);
     Ok(SceneSpec {
         path: path.into(),

@@ -1,6 +1,7 @@
 //! Tables that are right, in each layout, and every way in which they can be wrong.
 
 use super::*;
+use crate::scene::mannequin::require_body;
 use crate::scene::mannequin::tests::standing;
 
 fn coco(text: &str) -> Result<Keypoints, Issue> {
@@ -217,9 +218,9 @@ fn joints_that_draw_no_body_are_keypoints_but_no_person() {
     let file = KeypointFile { path: path.clone(), layout: Layout::Coco17 };
     let read = file.read(&Sources::beside(&path)).unwrap();
     assert_eq!(read, ankle);
-    let error = drawn(read, &path).unwrap_err().to_string();
+    let error = require_body(read, &path).unwrap_err().to_string();
     assert!(error.contains("ankle.csv: no two neighbouring joints are known"), "{error}");
-    assert_eq!(drawn(standing(), &path).unwrap(), standing());
+    assert_eq!(require_body(standing(), &path).unwrap(), standing());
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use roxmltree::Node;
 
-use super::model::{Link, child, text};
+use super::element::{child, text};
 use super::pose::{Pose, numbers};
 use crate::scene::mesh_file::load_mesh;
 use crate::scene::{Mesh, primitive};
@@ -133,10 +133,10 @@ pub(super) struct Meshes<'a> {
 }
 
 impl Meshes<'_> {
-    /// All bodies of a link, in the world.
-    pub(super) fn of_link(&mut self, link: &Link, world_from_link: DAffine3) -> Result<Mesh> {
+    /// All bodies of a link as one mesh, in the world.
+    pub(super) fn whole(&mut self, bodies: &[Body], world_from_link: DAffine3) -> Result<Mesh> {
         let mut whole = Mesh::default();
-        for body in &link.bodies {
+        for body in bodies {
             let (mesh, own) = self.of_shape(&body.shape)?;
             let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
                 let what = format!("with it, the world has more than {MOST_TRIANGLES} triangles");

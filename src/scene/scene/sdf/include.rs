@@ -6,8 +6,9 @@ use std::rc::Rc;
 
 use roxmltree::Node;
 
+use super::element::{child, text};
 use super::geometry::{Body, shape};
-use super::model::{Link, Model, OWN, child, text};
+use super::model::{Link, Model, OWN};
 use super::pose::Pose;
 use super::{File, SdfFile, state};
 use crate::scene::urdf::Geometry;

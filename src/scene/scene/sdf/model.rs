@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 use glam::DAffine3;
-use roxmltree::Node;
 
 use super::File;
 use super::geometry::Body;
@@ -165,14 +164,4 @@ impl Model {
         }
         Ok(None)
     }
-}
-
-/// The first child of that name.
-pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Option<Node<'a, 'i>> {
-    children(node, name).next()
-}
-
-/// The text of the first child of that name.
-pub(super) fn text<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
-    child(node, name).and_then(|child| child.text()).map(str::trim).filter(|text| !text.is_empty())
 }

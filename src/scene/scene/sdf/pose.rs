@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use roxmltree::Node;
 
-use super::model::child;
+use super::element::child;
 use crate::pose::{from_rpy, unit_quaternion};
 use perirobot_march::error::Issue;
 

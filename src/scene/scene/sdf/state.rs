@@ -6,7 +6,8 @@ use std::collections::HashMap;
 use glam::DAffine3;
 use roxmltree::Node;
 
-use super::model::{Model, child, text};
+use super::element::{child, text};
+use super::model::Model;
 use super::pose::Pose;
 use crate::scene::xml::children;
 use perirobot_march::error::Issue;

@@ -141,12 +141,15 @@ impl<K: Kind + 'static> From<K> for Checked {
     }
 }
 
+/// Words the error of keys that cannot be read.
+type Explain<'a> = &'a dyn Fn(Unreadable) -> Error;
+
 /// A kind of the list.
 pub(crate) struct KindEntry {
     /// What a study calls it.
     pub(crate) name: &'static str,
-    /// Reads and checks its keys; the last argument words the error of keys that cannot be read.
-    pub(crate) read: fn(&Place, Table, &Context, &dyn Fn(Unreadable) -> Error) -> Result<Checked>,
+    /// Reads and checks its keys.
+    pub(crate) read: fn(&Place, Table, &Context, Explain) -> Result<Checked>,
     /// The schema of its keys.
     #[cfg(test)]
     pub(crate) schema: fn(&mut schemars::SchemaGenerator) -> schemars::Schema,
@@ -159,10 +162,10 @@ fn read_kind<K: KindFile>(
     at: &Place,
     mut keys: Table,
     context: &Context,
-    unreadable: &dyn Fn(Unreadable) -> Error,
+    explain: Explain,
 ) -> Result<Checked> {
     let mut warnings = K::prepare(at, &mut keys, context.sources)?;
-    let file: K = read(keys).map_err(unreadable)?;
+    let file: K = read(keys).map_err(explain)?;
     let checked = file.check(at, context)?;
     warnings.extend(checked.warnings);
     Ok(Checked { kind: checked.kind, warnings })

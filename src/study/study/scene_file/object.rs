@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::person::PersonKeys;
 use super::surface::{refuse_strange_keys, surface};
-use super::{ObjectFile, rotation, snapshots};
+use super::{ObjectFile, rotation, timeline};
 use crate::diagnostics::Place;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -23,7 +23,7 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
     refuse_strange_keypoints(at, &entry, &surface, role, &person)?;
     let keypoints = entry.keypoints.as_ref().map(|path| person.joints(at, "keypoints", path)).transpose()?;
     let motion =
-        entry.snapshots.map(|snapshots| snapshots::check(at, snapshots, &surface, &person)).transpose()?;
+        entry.snapshots.map(|snapshots| timeline::check(at, snapshots, &surface, &person)).transpose()?;
     Ok(ObjectSpec {
         role,
         interior,
