@@ -8,7 +8,6 @@ use glam::DAffine3;
 use super::File;
 use super::geometry::Body;
 use super::pose::Pose;
-use crate::scene::xml::children;
 use perirobot_march::error::Issue;
 
 /// The name of a model's own frame.
