@@ -1,13 +1,16 @@
 use glam::DVec3;
 
-use super::baselines::Reachable;
+use super::baselines::{Reachable, baselines, reachable};
+use super::extent::grid;
+use super::prepare::carrier;
 use super::*;
+use crate::sensor::Sensor;
 use crate::study::Overrides;
 use perirobot_march::metrics::{BODY_PARTS, BodyPart, Confusion, Detection, RoleCounts};
 use perirobot_march::voxel::BodyVoxel;
 use perirobot_scene::pose::Pose;
 use perirobot_scene::scene::build::build;
-use perirobot_scene::truth::RegionShape;
+use perirobot_scene::truth::{RegionShape, voxelize};
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each
 /// side and one robot voxel on the far one.

@@ -1,0 +1,212 @@
+//! Prepares the worlds of a scene: its objects are built, sensors mounted, all of it voxelized on one grid, and the sensors
+//! and regions of the study checked in each snapshot.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::baselines::{baselines, reachable};
+use super::described::{Described, described};
+use super::{Floor, World, extent, shapes, warnings};
+use crate::sensor::{Sensor, Setting};
+use crate::study::Study;
+use perirobot_march::backend::OverTime;
+use perirobot_march::error::{Issue, Site};
+use perirobot_march::progress::Progress;
+use perirobot_march::voxel::{BitGrid, Grid, Window};
+use perirobot_march::{Error, Result};
+use perirobot_scene::pose::Pose;
+use perirobot_scene::scene::{Scene, build::build_or_all};
+use perirobot_scene::truth::region::SweptBy;
+use perirobot_scene::truth::{Region, RegionShape, Snapshots, people, region, voxelize};
+
+/// Memory for the truths that are kept; others are put together again when they are asked for.
+const KEPT_BYTES: u64 = 256 << 20;
+
+/// The worlds of a scene, snapshot by snapshot.
+pub(super) fn worlds(study: &Study, scene: usize, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
+    progress.check_stop().map_err(|e| vec![e])?;
+    let (spec, begin) = (&study.scenes[scene], Instant::now());
+    log::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
+    let in_scene = |e: Error| vec![e.at(&spec.path)];
+    let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
+    let surfaces = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
+    let mounts = mounts(study, &snapshots)?;
+    let grid = grid(study, scene, &snapshots, &mounts, &surfaces)?;
+    let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
+    let voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, progress).map_err(in_scene)?);
+    let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
+    let cell = Cell { study, scene, floor: Floor::new(study, &snapshots[0]), voxels, shapes };
+    let mut worlds = cell.worlds(mounts, progress)?;
+    let told = warnings::warnings(study, &snapshots, &worlds);
+    (worlds[0].warnings, worlds[0].is_filled) = (told.lines, told.is_filled);
+    // Those about objects are theirs already.
+    let remarks = study.sources.take_remarks().into_iter();
+    worlds[0].warnings.extend(remarks.map(|remark| format!("a region is read from {remark}")));
+    let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
+    let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
+    log::info!(
+        "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of \
+                {count}), ready in {seconds:.3} s",
+        spec.name
+    );
+    Ok(worlds)
+}
+
+/// The mounted sensors of a snapshot: for each the settings of its candidates, and where its carrier is.
+struct Mounts {
+    settings: Vec<Arc<Vec<Setting>>>,
+    carriers: Vec<Option<Pose>>,
+}
+
+/// The mounts of each snapshot; settings that are the same in snapshots on end are held once.
+fn mounts(study: &Study, snapshots: &[Scene]) -> Result<Vec<Mounts>, Vec<Error>> {
+    let mut all: Vec<Mounts> = Vec::new();
+    for snapshot in snapshots {
+        let carriers = all_or_wrong(study.sensors.iter().map(|sensor| carrier(sensor, snapshot)));
+        let carriers = carriers.map_err(|all| in_study(study, all))?;
+        let before = all.last().map_or(&[][..], |mounts| &mounts.settings);
+        let shared = study.sensors.iter().zip(&carriers).enumerate().map(|(number, (sensor, carrier))| {
+            let new = sensor.settings(carrier.as_ref());
+            match before.get(number) {
+                Some(same) if **same == new => same.clone(),
+                _ => Arc::new(new),
+            }
+        });
+        all.push(Mounts { settings: shared.collect(), carriers });
+    }
+    Ok(all)
+}
+
+/// The grid of the scene. A wrong unit is the likely cause of one that is too large.
+fn grid(
+    study: &Study,
+    scene: usize,
+    snapshots: &[Scene],
+    mounts: &[Mounts],
+    surfaces: &Window,
+) -> Result<Grid, Vec<Error>> {
+    let settings: Vec<_> = mounts.iter().map(|mounts| mounts.settings.clone()).collect();
+    extent::grid(study, snapshots, &settings, surfaces).map_err(|e| {
+        let spec = &study.scenes[scene];
+        let slips = study.warnings.iter().map(|slip| (&study.path, slip));
+        let slips = slips.chain(spec.warnings.iter().map(|slip| (&spec.path, slip)));
+        let told = slips.map(|(path, slip)| format!("{}: {slip}", path.display()));
+        in_study(study, vec![told.fold(e, Error::cure)])
+    })
+}
+
+/// Errors that the study causes.
+fn in_study(study: &Study, all: Vec<Error>) -> Vec<Error> {
+    all.into_iter().map(|e| e.at(&study.path)).collect()
+}
+
+/// A scene in voxels, of which worlds are made.
+struct Cell<'a> {
+    study: &'a Study,
+    scene: usize,
+    floor: Floor,
+    voxels: Arc<Snapshots>,
+    shapes: Vec<RegionShape>,
+}
+
+impl Cell<'_> {
+    /// A world for each snapshot; what is the same in several is held once.
+    fn worlds(&self, mounts: Vec<Mounts>, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
+        let spec = &self.study.scenes[self.scene];
+        let mut worlds: Vec<World> = Vec::new();
+        let mut over_time: Option<OverTime> = None;
+        for (snapshot, mounts) in mounts.into_iter().enumerate() {
+            progress.check_stop().map_err(|e| vec![e])?;
+            let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
+            let place = format!("scene {:?}{moment}", spec.name);
+            let mut world = self.world(snapshot, mounts).map_err(|all| {
+                in_study(self.study, all.into_iter().map(|e| e.at(place.as_str())).collect())
+            })?;
+            worlds.last().iter().for_each(|before| share_regions(&mut world, before));
+            let blockers = &world.truth().blockers;
+            let first = || OverTime { always: BitGrid::clone(blockers), ever: BitGrid::clone(blockers) };
+            let all = over_time.get_or_insert_with(first);
+            all.always.keep(blockers);
+            all.ever.add(blockers);
+            worlds.push(world);
+        }
+        if let (Some(all), [_, _, ..]) = (over_time, &worlds[..]) {
+            let all = Arc::new(all);
+            worlds.iter_mut().for_each(|world| world.over_time = Some(all.clone()));
+        }
+        Ok(worlds)
+    }
+
+    /// The world of a snapshot, in which all regions and candidates are right.
+    fn world(&self, snapshot: usize, Mounts { settings, carriers }: Mounts) -> Result<World, Vec<Error>> {
+        let (study, scene) = (self.study, self.scene);
+        let truth = self.voxels.truth(snapshot);
+        let named = study.regions.iter().zip(&self.shapes);
+        let swept_by: SweptBy = &|role| self.voxels.swept(role);
+        let regions: Vec<Region> =
+            all_or_wrong(named.map(|((name, _), shape)| region::region(name, shape, &truth, swept_by)))?;
+        let reachable =
+            reachable(study, [scene, snapshot], &truth, &settings).map_err(|(sensor, candidate, e)| {
+                let (sensor, candidate) =
+                    (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
+                let pose = Site::Subject(candidate.name.clone());
+                vec![e.at(pose).at(format!("sensor {:?}", sensor.name)).into()]
+            })?;
+        let people = people(&truth, study.min_hits);
+        let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
+        let mut world = World {
+            scene,
+            name: study.scenes[scene].name.clone(),
+            snapshot,
+            grid: truth.grid,
+            floor: self.floor,
+            snapshots: self.voxels.clone(),
+            over_time: None,
+            regions,
+            settings,
+            carriers,
+            baselines,
+            people,
+            warnings: Vec::new(),
+            is_filled: false,
+            described: Described::default(),
+        };
+        world.described = described(study, &world);
+        Ok(world)
+    }
+}
+
+/// Keeps regions that are the same in an earlier snapshot once only.
+fn share_regions(world: &mut World, earlier: &World) {
+    for (region, before) in world.regions.iter_mut().zip(&earlier.regions) {
+        if before.voxels == region.voxels {
+            region.voxels = before.voxels.clone();
+        }
+    }
+}
+
+/// The values of checks that all passed, or all that is wrong.
+fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Vec<Error>> {
+    let (mut good, mut wrong) = (Vec::new(), Vec::new());
+    checks.for_each(|check| match check {
+        Ok(value) => good.push(value),
+        Err(e) => wrong.push(e),
+    });
+    if wrong.is_empty() { Ok(good) } else { Err(wrong) }
+}
+
+/// Where the link is that carries a sensor in a scene, if one does.
+pub(super) fn carrier(sensor: &Sensor, scene: &Scene) -> Result<Option<Pose>> {
+    let Some(on) = &sensor.on else { return Ok(None) };
+    let wrong = |issue: Issue| issue.at("on").at(format!("sensor {:?}", sensor.name));
+    let carrier = scene.objects.iter().find(|object| object.name == on.object);
+    let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
+        let robots: Vec<_> =
+            scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
+        let rule = "must be a robot with links, an object with urdf = ...";
+        let known = format!("scene {:?} has {robots:?}", scene.name);
+        wrong(Issue::value("object", format!("{:?}", on.object), rule).cure(known))
+    })?;
+    let link = linkage.link(&on.link).map_err(|e| wrong(e.at(format!("link = {:?}", on.link))))?;
+    Ok(Some(*link))
+}
