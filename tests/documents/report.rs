@@ -428,7 +428,9 @@ fn verdicts_are_of_what_the_study_requires_now() {
     let page = after(&folder, &[]);
     assert_eq!(verdicts(&page), [0, 0, 1], "as planned is not required");
     assert!(page.contains(others), "the folder's verdict is of something else");
-    ["judge.json", "requirements.csv"].map(|name| fs::remove_file(folder.path("out").join(name)).unwrap());
+    for name in ["judge.json", "requirements.csv"] {
+        fs::remove_file(folder.path("out").join(name)).unwrap();
+    }
     assert_eq!(verdicts(&after(&folder, &[])), [0, 0, 1], "what the sweep knows is not required");
     let page = after(&folder, &["judge", "--pose", BOTH]);
     let [pass, fail, open] = verdicts(&page);
