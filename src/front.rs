@@ -12,10 +12,10 @@ use perirobot_march::voxel::{BitGrid, BodyVoxel, Grid, People};
 use perirobot_march::{Error, Result};
 use perirobot_scene::pose::Pose;
 use perirobot_scene::scene::Role;
-use perirobot_study::sensor::range::{Along, Range};
-use perirobot_study::sensor::kinds::rgbd::{KeypointShape, Rgbd};
-use perirobot_study::sensor::{Camera, Kind, MEASURES, Scale, noise::Deviation, placement};
 use perirobot_study::sensor::MAX_RAYS;
+use perirobot_study::sensor::kinds::rgbd::{KeypointShape, Rgbd};
+use perirobot_study::sensor::range::{Along, Range};
+use perirobot_study::sensor::{Camera, Kind, MEASURES, RayScale, noise::Deviation, placement};
 use perirobot_study::study::{self, Overrides};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns;
@@ -247,7 +247,7 @@ impl Cell {
         let mut backend = device.open()?;
         backend.tables(
             &camera
-                .rays(&Scale { voxel_size_m: self.grid.voxel_size_m, backdrop: false })
+                .rays(&RayScale { voxel_size_m: self.grid.voxel_size_m, backdrop: false })
                 .into_iter()
                 .collect::<Vec<_>>(),
         )?;
@@ -278,7 +278,7 @@ impl Cell {
         let mut blockers = environment.clone();
         blockers.add(robot);
         blockers.add(human);
-        let over = |plane: &BitGrid| plane.over(window);
+        let over = |plane: &BitGrid| plane.to_window(window);
         let human = over(human);
         let voxels = human.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body });
         VoxelScene {

@@ -10,7 +10,7 @@ use perirobot_decide::approach::{
 };
 use perirobot_decide::judge::alter;
 use perirobot_decide::view::watched::Watchers;
-use perirobot_decide::view::{Choice, Names, find, with_set};
+use perirobot_decide::view::{Choice, ChoiceSelector, find, with_set};
 use perirobot_march::Result;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -97,7 +97,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (planned, altered) = ((&study, &worlds, choice), (&own_study, &own_worlds, own));
     let (at_study, at_worlds, at_choice) = alteration.where_bodies_come_in(planned, altered);
     // All scenes are checked before anything is cast.
-    let grounds = Ground::of_scenes(at_study, at_worlds, Watchers::new(at_study, at_choice).each())?;
+    let grounds = Ground::from_scenes(at_study, at_worlds, Watchers::new(at_study, at_choice).each())?;
     // A folder that was made here is removed again if nothing can be written.
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
     let folder = OutputFolder::open(&out)?;
@@ -141,12 +141,12 @@ fn names_in(folder: &Path) -> impl Iterator<Item = String> {
 
 impl Args {
     fn find(&self, study: &Study, worlds: &[World]) -> Result<Choice> {
-        let wanted = Names {
+        let wanted = ChoiceSelector {
             poses: self.pose.clone(),
             combination: self.combination.clone(),
             representation: self.representation.clone(),
             repeat: self.repeat,
-            ..Names::default()
+            ..ChoiceSelector::default()
         };
         Ok(find(study, worlds, &wanted)?.1)
     }

@@ -55,12 +55,12 @@ impl BackendArgs {
 
     /// Opens the backend.
     pub(super) fn open(&self) -> Result<Box<dyn Backend + Send>> {
-        self.checked()?.open().map(told)
+        self.check()?.open().map(warn_if_unused)
     }
 
     /// The backend and its fallbacks. The backend is opened, so that a failure is known at once.
     pub(super) fn backends(&self) -> Result<ChosenBackends> {
-        ChosenBackends::open(&self.checked()?).map(told)
+        ChosenBackends::open(&self.check()?).map(warn_if_unused)
     }
 
     /// What `bench` measures besides the oracle.
@@ -77,7 +77,7 @@ impl BackendArgs {
                 Issue::says("--backend oracle: every backend is compared with it; name another").into()
             );
         }
-        let all = self.checked()?.open_all()?;
+        let all = self.check()?.open_all()?;
         self.tell_of_gpu(all.iter().any(|backend| backend.name() == "gpu"), "compared");
         Ok(all)
     }
@@ -115,7 +115,7 @@ impl BackendArgs {
     }
 
     /// The choice, if its arguments fit each other.
-    fn checked(&self) -> Result<BackendChoice> {
+    fn check(&self) -> Result<BackendChoice> {
         if self.adapter.is_some() && matches!(self.backend, BackendWord::Cpu | BackendWord::Oracle) {
             return Err(Issue::says("--adapter belongs to --backend gpu (or auto)").into());
         }
@@ -124,7 +124,7 @@ impl BackendArgs {
 }
 
 /// What was opened, after a warning if that is not the GPU that is there.
-fn told<T>((opened, unused): (T, Option<Error>)) -> T {
+fn warn_if_unused<T>((opened, unused): (T, Option<Error>)) -> T {
     if let Some(reason) = unused {
         say!("warning: {reason}; using the CPU instead");
     }

@@ -1,9 +1,9 @@
 //! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
 
 use perirobot_decide::approach::{Ground, Way, nearest_ways};
-use perirobot_decide::judge::{Alteration, Among, alter};
+use perirobot_decide::judge::{Alteration, LeaderScope, alter};
 use perirobot_decide::view::watched::Watchers;
-use perirobot_decide::view::{Choice, Names, find, find_scene, with_set};
+use perirobot_decide::view::{Choice, ChoiceSelector, find, find_scene, with_set};
 use perirobot_march::Result;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -46,10 +46,10 @@ impl SetArgs {
     }
 
     /// The choice that is named, if one is.
-    pub(super) fn named(&self, study: &Study, worlds: &[World]) -> Result<Option<Choice>> {
+    pub(super) fn find_choice(&self, study: &Study, worlds: &[World]) -> Result<Option<Choice>> {
         let Some(poses) = self.pose.clone() else { return Ok(None) };
         let (combination, representation) = (self.combination.clone(), self.representation.clone());
-        let names = Names { poses, combination, representation, ..Names::default() };
+        let names = ChoiceSelector { poses, combination, representation, ..ChoiceSelector::default() };
         Ok(Some(find(study, worlds, &names)?.1))
     }
 
@@ -59,8 +59,11 @@ impl SetArgs {
     }
 
     /// Among which choices the best are looked for.
-    pub(super) fn among(&self) -> Among<'_> {
-        Among { combination: self.combination.as_deref(), representation: self.representation.as_deref() }
+    pub(super) fn filter(&self) -> LeaderScope<'_> {
+        LeaderScope {
+            combination: self.combination.as_deref(),
+            representation: self.representation.as_deref(),
+        }
     }
 }
 
@@ -135,12 +138,12 @@ impl Looked<'_> {
     pub(super) fn ways(&self) -> Result<Vec<Way>> {
         let altered = (&self.study, self.worlds(), self.choice);
         let (study, worlds, choice) = self.alteration.where_bodies_come_in(self.planned, altered);
-        let ground = Ground::new(study, self.of_scene(worlds), Watchers::new(study, choice).each())?;
-        nearest_ways(&ground, self.of_scene(&self.worlds), &Watchers::new(&self.study, self.choice))
+        let ground = Ground::new(study, self.scene_worlds(worlds), Watchers::new(study, choice).each())?;
+        nearest_ways(&ground, self.scene_worlds(&self.worlds), &Watchers::new(&self.study, self.choice))
     }
 
     /// Of some worlds those of the scene.
-    fn of_scene<'w>(&self, worlds: &'w [World]) -> &'w [World] {
+    fn scene_worlds<'w>(&self, worlds: &'w [World]) -> &'w [World] {
         let scene = self.world().scene;
         worlds.chunk_by(|one, next| one.scene == next.scene).find(|all| all[0].scene == scene).unwrap_or(&[])
     }
@@ -171,7 +174,7 @@ impl RestArgs {
 
     /// Finds a choice of poses in a study, and alters it where that is asked for.
     pub(super) fn look<'a>(&self, poses: &str, study: &'a Study, worlds: &'a [World]) -> Result<Looked<'a>> {
-        let (world, choice) = find(study, worlds, &self.wanted(poses))?;
+        let (world, choice) = find(study, worlds, &self.selector(poses))?;
         let world = worlds.iter().position(|one| std::ptr::eq(one, world)).unwrap_or_default();
         let (planned, alteration) = ((study, worlds, choice), self.alteration.alteration());
         let (study, worlds, choice) = alter(study, worlds, &choice, &alteration)?;
@@ -180,11 +183,11 @@ impl RestArgs {
 
     /// Finds the scene alone, by its index, and its snapshot.
     pub(super) fn find_scene(&self, study: &Study) -> Result<(usize, usize)> {
-        Ok((find_scene(study, &self.wanted(""))?, self.snapshot))
+        Ok((find_scene(study, &self.selector(""))?, self.snapshot))
     }
 
-    fn wanted(&self, poses: &str) -> Names {
-        Names {
+    fn selector(&self, poses: &str) -> ChoiceSelector {
+        ChoiceSelector {
             poses: poses.into(),
             combination: self.combination.clone(),
             representation: self.representation.clone(),

@@ -17,7 +17,7 @@ use super::backend::BackendArgs;
 use super::onlooker::{Onlooker, Shown};
 use super::outcome::print_verdicts;
 use super::progress::ProgressArgs;
-use super::stop::{StopAt, stopped};
+use super::stop::{StopAt, stop_code};
 use super::study::StudyArgs;
 use super::sweep::command;
 use super::swept::{self, StudyPlace};
@@ -107,7 +107,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     onlooker.finish();
     let Some(Found { outcome, ending }) = found else {
         say!("{}: no set was found yet, and nothing is written", stop.reason().unwrap_or_default());
-        return Ok(stopped());
+        return Ok(stop_code());
     };
     let progress = args.progress.start("sets", 0, outcome.total());
     // What was found is written even if the search was stopped.
@@ -127,7 +127,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
         Ending::NotRefined(why) => say!("{why}: all sets were searched, and not all were refined"),
         Ending::Failed(error) => return Err(error),
     }
-    Ok(stopped())
+    Ok(stop_code())
 }
 
 /// Checks the proof in a folder.
@@ -170,7 +170,7 @@ fn cast(
     backends: &mut dyn BackendFactory,
     stop: &StopAt,
 ) -> Result<CandidateEvidence> {
-    let (left, total) = (casting.left(), casting.total());
+    let (left, total) = (casting.remaining(), casting.total());
     if let Some(path) = casting.path().map(Path::display) {
         if casting.damaged > 0 {
             let damaged = casting.damaged;
@@ -213,6 +213,7 @@ impl Args {
 fn asked(study: &Study) -> Result<&Choose> {
     study.choose.as_ref().ok_or_else(|| {
         let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
-        Error::input(&study.path, "no [choose]").wanted(format!("say what is looked for, as in {example}"))
+        Error::input(&study.path, "no [choose]")
+            .with_advice(format!("say what is looked for, as in {example}"))
     })
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use crate::cluster::{Job, Word, hyperqueue, kubernetes, label, slurm};
+use crate::cluster::{Job, VisibleWord, hyperqueue, kubernetes, label, slurm};
 use clap::{Parser, Subcommand};
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::{Error, Result};
@@ -50,7 +50,7 @@ enum Engine {
         job: JobArgs,
         /// Where the program is on the nodes [default: where this one is]
         #[arg(long, value_name = "PATH")]
-        program: Option<Word>,
+        program: Option<VisibleWord>,
         /// How long a task may run before it goes back into the queue [default: the partition's limit]
         #[arg(long, value_name = "MINUTES")]
         time_limit: Option<u32>,
@@ -68,7 +68,7 @@ enum Engine {
         job: JobArgs,
         /// Where the program is on the nodes [default: where this one is]
         #[arg(long, value_name = "PATH")]
-        program: Option<Word>,
+        program: Option<VisibleWord>,
     },
     /// A manifest: an Indexed Job of Kubernetes, and the merge as a second Job
     ///
@@ -81,16 +81,16 @@ enum Engine {
         job: JobArgs,
         /// The program in the image
         #[arg(long, value_name = "PATH", default_value = "perirobot")]
-        program: Word,
+        program: VisibleWord,
         /// The container image
         #[arg(long)]
-        image: Word,
+        image: VisibleWord,
         /// The volume claim with the study, which takes the results
         #[arg(long)]
-        claim: Word,
+        claim: VisibleWord,
         /// Where the volume is mounted; relative paths start there
         #[arg(long, value_name = "PATH", default_value = "/data")]
-        mount: Word,
+        mount: VisibleWord,
         /// How many pods run at a time [default: all]
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
         parallelism: Option<u32>,
@@ -100,16 +100,16 @@ enum Engine {
 #[derive(clap::Args)]
 struct JobArgs {
     /// The study file (TOML)
-    study: Word,
+    study: VisibleWord,
     /// How many shards: as many as may run at a time, or a few times that
     #[arg(long, value_name = "N")]
     shards: u32,
     /// Folder for the results, shared by all nodes [default: out/ and the study's name]
     #[arg(long, value_name = "DIR")]
-    out: Option<Word>,
+    out: Option<VisibleWord>,
     /// What the engine calls it [default: perirobot- and the study's name]
     #[arg(long)]
-    name: Option<Word>,
+    name: Option<VisibleWord>,
     /// Processors of each task
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     cpus: u16,
@@ -126,14 +126,14 @@ struct JobArgs {
     outcome: OutcomeArgs,
     /// What `perirobot sweep` is told besides, as in -- --backend cpu --memory 1GiB
     #[arg(last = true)]
-    sweep_arguments: Vec<Word>,
+    sweep_arguments: Vec<VisibleWord>,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (given, text) = match &args.engine {
         Engine::Slurm { job: given, program, time_limit, max_array_size } => {
             let job = given.job_here(program)?;
-            let limits = slurm::Limits { time_limit_min: *time_limit, max_array_size: *max_array_size };
+            let limits = slurm::SlurmLimits { time_limit_min: *time_limit, max_array_size: *max_array_size };
             (given, slurm::script(&job, &limits)?)
         }
         Engine::Hyperqueue { job: given, program } => (given, hyperqueue::script(&given.job_here(program)?)),
@@ -159,7 +159,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 
 impl JobArgs {
     /// The job on machines that share their files with this one, so that the study can be looked at.
-    fn job_here(&self, program: &Option<Word>) -> Result<Job> {
+    fn job_here(&self, program: &Option<VisibleWord>) -> Result<Job> {
         let program = match program {
             Some(program) => program.clone(),
             None => this_program()?,
@@ -178,9 +178,9 @@ impl JobArgs {
     }
 
     /// The job, as far as its words tell.
-    fn job(&self, program: Word) -> Result<Job> {
+    fn job(&self, program: VisibleWord) -> Result<Job> {
         let stem = Path::new(self.study.text()).file_stem().unwrap_or_default().to_string_lossy();
-        let word = |text: String| text.parse::<Word>().map_err(|e| e.at("STUDY").into());
+        let word = |text: String| text.parse::<VisibleWord>().map_err(|e| e.with_place("STUDY").into());
         let job = Job {
             name: self.name.clone().map_or_else(|| word(label(&format!("perirobot-{stem}"))), Ok)?,
             program,
@@ -193,9 +193,9 @@ impl JobArgs {
             memory_mib: self.memory.map(|bytes| bytes.div_ceil(1 << 20)),
             tries: self.tries,
         };
-        let job = job.checked()?;
+        let job = job.check()?;
         let fixed = ["perirobot", "sweep", job.study.text(), "--out", job.out.text()];
-        let sweep = fixed.into_iter().chain(job.sweep_arguments.iter().map(Word::text));
+        let sweep = fixed.into_iter().chain(job.sweep_arguments.iter().map(VisibleWord::text));
         super::Cli::try_parse_from(sweep).map_err(|e| {
             let said = e.to_string();
             let first = said.lines().next().unwrap_or_default();
@@ -206,9 +206,9 @@ impl JobArgs {
 }
 
 /// Where the running program is.
-fn this_program() -> Result<Word> {
+fn this_program() -> Result<VisibleWord> {
     let needed = "--program is needed here";
     let path = std::env::current_exe().map_err(|e| Error::input(needed, e.to_string()))?;
     let word = path.to_str().ok_or(Issue::says("is no text")).and_then(str::parse);
-    word.map_err(|e: Issue| e.at(Site::Subject(path.display().to_string())).at(needed).into())
+    word.map_err(|e: Issue| e.with_place(Site::Subject(path.display().to_string())).with_place(needed).into())
 }

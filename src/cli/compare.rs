@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Score;
-use perirobot_page::report::terminal::placements::{Among, PLACEMENTS, RankedPlacement, Sweeps};
+use perirobot_page::report::terminal::placements::{PLACEMENTS, PlacementFilter, RankedPlacement, Sweeps};
 
 use super::flags;
 use super::score::ScoreArg;
@@ -68,8 +68,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     notes.iter().for_each(|note| say!("note: {note}"));
     let (regions, left_out) = sweeps.regions(args.region.as_deref())?;
     left_out.iter().for_each(|note| say!("note: {note}"));
-    let among =
-        Among { combination: args.combination.as_deref(), representation: args.representation.as_deref() };
+    let among = PlacementFilter {
+        combination: args.combination.as_deref(),
+        representation: args.representation.as_deref(),
+    };
     let mut text = String::new();
     match args.best {
         Some(count) => {
@@ -81,7 +83,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             }
         }
         None => {
-            let (placements, left_out) = sweeps.named(&args.pose, among)?;
+            let (placements, left_out) = sweeps.find_all(&args.pose, among)?;
             left_out.iter().for_each(|error| say!("note: left out: {}", flags::to_text(error)));
             let placements = enough(placements)?;
             text += &sweeps.key(&placements);

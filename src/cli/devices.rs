@@ -29,7 +29,7 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
             adapter.max_binding_bytes >> 20,
             adapter.max_buffer_bytes >> 20,
             adapter.max_workgroups,
-            tested(adapter)
+            describe_test(adapter)
         );
     }
     if !cfg!(feature = "gpu") {
@@ -58,7 +58,7 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
 }
 
 /// The result of an adapter's self-test.
-fn tested(adapter: &AdapterReport) -> String {
+fn describe_test(adapter: &AdapterReport) -> String {
     let begin = Instant::now();
     let adapter = Some(AdapterChoice::Named(adapter.index.to_string()));
     let outcome = BackendChoice { kind: BackendKind::Gpu, adapter, ..Default::default() }

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use perirobot_decide::choose::as_swept;
 use perirobot_march::metrics::Score;
 use perirobot_march::{Error, Result};
-use perirobot_page::report::figures::{FiguredSweep, Kind, PAGE, Page, Plan, Wanted};
+use perirobot_page::report::figures::{FigureKind, FigurePage, FigurePlan, FiguredSweep, PAGE, WantedPart};
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::files::OutputFolder;
 use perirobot_sweep::results::manifest::Manifest;
@@ -84,13 +84,13 @@ enum KindArg {
 }
 
 impl KindArg {
-    fn kind(self) -> Kind {
+    fn kind(self) -> FigureKind {
         match self {
-            KindArg::Distributions => Kind::Distributions,
-            KindArg::Placements => Kind::Placements,
-            KindArg::Maxima => Kind::Maxima,
-            KindArg::Snapshots => Kind::Snapshots,
-            KindArg::Pictures => Kind::Pictures,
+            KindArg::Distributions => FigureKind::Distributions,
+            KindArg::Placements => FigureKind::Placements,
+            KindArg::Maxima => FigureKind::Maxima,
+            KindArg::Snapshots => FigureKind::Snapshots,
+            KindArg::Pictures => FigureKind::Pictures,
         }
     }
 }
@@ -98,11 +98,11 @@ impl KindArg {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     args.backend.start_threads()?;
-    let kinds: Vec<Kind> = match args.only.is_empty() {
-        true => Kind::ALL.into(),
+    let kinds: Vec<FigureKind> = match args.only.is_empty() {
+        true => FigureKind::ALL.into(),
         false => args.only.iter().map(|only| only.kind()).collect(),
     };
-    let wanted = Wanted {
+    let wanted = WantedPart {
         kinds,
         region: args.region.as_deref(),
         combination: args.combination.as_deref(),
@@ -120,17 +120,17 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
                 "another folder is called {}, too: their figures would have the same names",
                 known.name
             );
-            return Err(Error::input(folder, what).wanted("rename one, or draw them one by one"));
+            return Err(Error::input(folder, what).with_advice("rename one, or draw them one by one"));
         }
         sweeps.push(args.read(folder, name)?);
     }
     let each = sweeps.iter().zip(&args.folders);
-    let plans = each.map(|(sweep, folder)| Plan::new(sweep, &wanted).map_err(|e| e.at(folder)));
-    let plans: Vec<Plan> = plans.collect::<Result<_>>()?;
+    let plans = each.map(|(sweep, folder)| FigurePlan::new(sweep, &wanted).map_err(|e| e.with_place(folder)));
+    let plans: Vec<FigurePlan> = plans.collect::<Result<_>>()?;
     let mut backend = args.backend.open()?;
-    let mut page = Page::default();
+    let mut page = FigurePage::default();
     let out = OutputFolder::open(&args.out)?;
-    let all: usize = plans.iter().map(Plan::count).sum();
+    let all: usize = plans.iter().map(FigurePlan::count).sum();
     let mut progress = args.progress.start("figures", 0, all as u64);
     for (sweep, plan) in sweeps.iter().zip(&plans) {
         let below = OutputFolder::open(&args.out.join(&sweep.name))?;

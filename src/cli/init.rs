@@ -42,7 +42,7 @@ fn write(files: &[(PathBuf, &str)]) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "cannot be made", e))?;
         write_whole(path, text.as_bytes()).map_err(|error| match error {
             Error::Storage(issue) => Error::Storage(
-                issue.wanted("Nothing is left behind: mend that and run the same command again"),
+                issue.with_advice("Nothing is left behind: mend that and run the same command again"),
             ),
             other => other,
         })?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use perirobot_decide::judge::{
-    Alteration, JudgedSet, Judgement, Judging, Moment, Part, Speeds, cheapest, chosen_sets, forget,
+    Alteration, CasePart, JudgedSet, Judgement, Judging, Moment, Speeds, cheapest, chosen_sets, forget,
     junit_xml, leaders, requires_something,
 };
 use perirobot_march::Result;
@@ -83,12 +83,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let asks_for_all = args.best.is_none() && args.sets.is_any();
     let front = if asks_for_all { chosen_sets(folder, &results)? } else { None };
     let is_front = front.is_some();
-    let choices = match (args.sets.named(&study, &worlds)?, front) {
+    let choices = match (args.sets.find_choice(&study, &worlds)?, front) {
         (Some(choice), _) => vec![choice],
         (None, Some(sets)) => sets,
         (None, None) => {
             let best = args.best.unwrap_or(1) as usize;
-            leaders(&study.requirements, &results, best, args.sets.among())?
+            leaders(&study.requirements, &results, best, args.sets.filter())?
         }
     };
     let stop = StopAt::listen(None)?;
@@ -101,7 +101,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let total = judging.total();
     let shown = if total > 0 { Shown::Job(args.progress.start("cases", 0, total)) } else { Shown::Nothing };
     let onlooker = Onlooker::new(shown, Some(&stop), true);
-    let judged = judging.judged(&|| args.backend.backends(), &onlooker)?;
+    let judged = judging.judge(&|| args.backend.backends(), &onlooker)?;
     onlooker.finish();
     judged.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     judging.write(folder, &judged)?;
@@ -121,7 +121,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::print(&format!("\n{}\n", count(sets)))?;
     let passing: Vec<usize> = (0..sets.len()).filter(|&number| sets[number].meets_all()).collect();
     if is_front {
-        super::print(&recommended(&study, sets, &passing))?;
+        super::print(&recommend(&study, sets, &passing))?;
     }
     super::print(&format!("tables in {}\n", folder.display()))?;
     Ok(match if is_front { !passing.is_empty() } else { passing.len() == sets.len() } {
@@ -131,7 +131,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// Which set of a front is the cheapest of those that meet all requirements; sets are numbered as their combinations.
-fn recommended(study: &Study, sets: &[JudgedSet], passing: &[usize]) -> String {
+fn recommend(study: &Study, sets: &[JudgedSet], passing: &[usize]) -> String {
     match cheapest(study, passing) {
         None => format!("none of the {} sets meets all requirements\n", sets.len()),
         Some(place) => {
@@ -177,7 +177,7 @@ impl Args {
     ) -> Option<String> {
         let mut words = vec!["perirobot".to_string()];
         let part = judgement.worst.part?;
-        words.push(if let Part::Moment(_) = part { "render" } else { "approach" }.into());
+        words.push(if let CasePart::Moment(_) = part { "render" } else { "approach" }.into());
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
         words.extend(self.swept.folder_words());
         // Without a combination, its poses name the set.
@@ -186,7 +186,7 @@ impl Args {
         }
         words.extend(["--representation".into(), set.representation.clone()]);
         let repeat = match part {
-            Part::Moment(moment) => {
+            CasePart::Moment(moment) => {
                 let Moment { scene, snapshot, repeat } = set.conditions.moments[moment];
                 words.extend(["--scene".into(), study.scenes[scene].name.clone()]);
                 if snapshot > 0 {
@@ -194,12 +194,12 @@ impl Args {
                 }
                 repeat
             }
-            Part::Passage(passage) => set.conditions.passages[passage].repeat,
+            CasePart::Passage(passage) => set.conditions.passages[passage].repeat,
         };
         if repeat > 0 {
             words.extend(["--repeat".into(), repeat.to_string()]);
         }
-        match &set.conditions.of(judgement.condition)[judgement.worst.case].alteration {
+        match &set.conditions.cases(judgement.condition)[judgement.worst.case].alteration {
             Alteration::None => {}
             // Nothing is left to be drawn.
             Alteration::Dead(sensors) if sensors.len() == set.poses.split(BETWEEN_MEMBERS).count() => {
@@ -211,7 +211,7 @@ impl Args {
             Alteration::Draw(draw) => words.extend(["--draw".into(), draw.to_string()]),
             Alteration::Posture(name) => words.extend(["--posture".into(), name.clone()]),
         }
-        if let Part::Moment(_) = part {
+        if let CasePart::Moment(_) = part {
             words.extend(["--out".into(), "worst.png".into()]);
         }
         Some(shell::command(&words))

@@ -12,17 +12,17 @@ pub(super) fn start(verbosity: u8) {
         1 => LevelFilter::Info,
         _ => LevelFilter::Debug,
     };
-    if log::set_boxed_logger(Box::new(Lines { begin: Instant::now() })).is_ok() {
+    if log::set_boxed_logger(Box::new(LogLines { begin: Instant::now() })).is_ok() {
         log::set_max_level(level);
     }
 }
 
 /// A line for each event, with the seconds since the program began, above the progress bar.
-struct Lines {
+struct LogLines {
     begin: Instant,
 }
 
-impl Log for Lines {
+impl Log for LogLines {
     /// Only what this crate and its marcher log, not what the libraries below do.
     fn enabled(&self, event: &Metadata) -> bool {
         event.target().starts_with("perirobot")
@@ -31,7 +31,7 @@ impl Log for Lines {
     fn log(&self, event: &Record) {
         if self.enabled(event.metadata()) {
             let seconds = self.begin.elapsed().as_secs_f64();
-            super::progress::above_bar(|| say!("{seconds:8.3} s {:>5} {}", event.level(), event.args()));
+            super::progress::suspend_bar(|| say!("{seconds:8.3} s {:>5} {}", event.level(), event.args()));
         }
     }
 

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::{Fault, Progress, SearchState};
 
-use super::progress::{JobProgress, SearchProgress, above_bar};
+use super::progress::{JobProgress, SearchProgress, suspend_bar};
 use super::stop::StopAt;
 
 /// What is shown of a job.
@@ -58,7 +58,7 @@ impl Progress for Onlooker<'_> {
 
     fn show_backend(&self, backend: &dyn Backend) {
         if self.names_backend.swap(false, Ordering::Relaxed) {
-            above_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
+            suspend_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
         }
     }
 
@@ -69,7 +69,7 @@ impl Progress for Onlooker<'_> {
             Shown::Job(job) => job.what,
             _ => "poses",
         });
-        above_bar(|| say!("warning: {scene}{what}; the next {things} were done by {instead}"));
+        suspend_bar(|| say!("warning: {scene}{what}; the next {things} were done by {instead}"));
     }
 
     fn show_search(&self, state: &SearchState) {

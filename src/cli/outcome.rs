@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use perirobot_decide::judge::{Among, Conditions, JudgedSet, leaders};
+use perirobot_decide::judge::{Conditions, JudgedSet, LeaderScope, leaders};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
@@ -70,7 +70,7 @@ impl OutcomeArgs {
 /// Prints the best poses.
 pub(super) fn print_best(results: &Results) -> Result<()> {
     super::print(&format!("{}\n", best::render(results)?))?;
-    let all = ReportSelection::named(results, None, None, &[Score::F1, Score::HumanSeen])?;
+    let all = ReportSelection::resolve(results, None, None, &[Score::F1, Score::HumanSeen])?;
     super::print(&places::render(results, &all)?)
 }
 
@@ -90,8 +90,8 @@ pub(super) fn print_verdicts(
     let choice = match best {
         Some(combination) => Some(Choice { combination, choice: 0, representation: 0, repeat: 0 }),
         // How near bodies come is not known of a sweep.
-        None if study.requirements.iter().all(|requirement| requirement.counted().is_none()) => None,
-        None => leaders(&study.requirements, results, 1, Among::default())?.pop(),
+        None if study.requirements.iter().all(|requirement| requirement.counted_score().is_none()) => None,
+        None => leaders(&study.requirements, results, 1, LeaderScope::default())?.pop(),
     };
     let mut words = ["perirobot", "judge", &folder.display().to_string()].map(String::from).to_vec();
     words.extend_from_slice(packages);
@@ -104,7 +104,7 @@ pub(super) fn print_verdicts(
             let mut required = study.requirements.clone();
             required.retain(is_decided);
             required.iter_mut().for_each(|requirement| requirement.under = vec![Condition::AsPlanned]);
-            let conditions = Conditions::as_planned(study, results, &choice)?;
+            let conditions = Conditions::from_results(study, results, &choice)?;
             let set = JudgedSet::new(&required, results, &choice, conditions);
             words.extend([
                 "--pose".into(),
@@ -117,16 +117,16 @@ pub(super) fn print_verdicts(
             format!("Requirements, as planned, of {which}{verdicts}")
         }
     };
-    super::print(&format!("{verdicts}{}more: {}\n\n", undecided(study), shell::command(&words)))
+    super::print(&format!("{verdicts}{}more: {}\n\n", describe_undecided(study), shell::command(&words)))
 }
 
 /// Whether a requirement is decided by what was counted as planned.
 fn is_decided(requirement: &Requirement) -> bool {
-    requirement.counted().is_some() && requirement.under.contains(&Condition::AsPlanned)
+    requirement.counted_score().is_some() && requirement.under.contains(&Condition::AsPlanned)
 }
 
 /// A line with the requirements and conditions that are not decided by what was counted as planned.
-fn undecided(study: &Study) -> String {
+fn describe_undecided(study: &Study) -> String {
     let open = study.requirements.iter().filter_map(|requirement| {
         let is_open =
             |condition: &&Condition| **condition != Condition::AsPlanned || !is_decided(requirement);

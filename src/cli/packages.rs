@@ -23,7 +23,7 @@ pub(super) struct PackageArgs {
 impl PackageArgs {
     /// The sources through which the files of a study or scene are read.
     pub(super) fn sources(&self, file: &Path) -> Sources {
-        let beside = Sources::beside(file);
+        let beside = Sources::from_main(file);
         let sources = self.packages.iter().fold(beside, |all, (name, folder)| all.with_package(name, folder));
         let sources = if self.allow_outside { sources.allow_outside() } else { sources };
         if self.xacro { sources.allow_xacro() } else { sources }

@@ -39,7 +39,7 @@ const BETWEEN_TICKS: Duration = Duration::from_millis(200);
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
 /// Runs a function that writes on standard error, with the bar out of the way.
-pub(super) fn above_bar<T>(write: impl FnOnce() -> T) -> T {
+pub(super) fn suspend_bar<T>(write: impl FnOnce() -> T) -> T {
     BARS.suspend(write)
 }
 
@@ -227,7 +227,7 @@ impl Lines {
 mod tests {
     use super::*;
 
-    fn at(ms: u64) -> Duration {
+    fn millis(ms: u64) -> Duration {
         Duration::from_millis(ms)
     }
 
@@ -236,17 +236,17 @@ mod tests {
         // 100 were there before, 50 came in 2 s: 25 a second, 850 are left.
         let mut lines = Lines::new("poses", 100, 1000);
         assert_eq!(
-            lines.line("start", at(0)),
+            lines.line("start", millis(0)),
             r#"{"event":"start","what":"poses","done":100,"of":1000,"elapsed_s":0.0,"per_s":null,"left_s":null}"#
         );
         assert_eq!(
-            lines.inc(50, at(2000)).unwrap(),
+            lines.inc(50, millis(2000)).unwrap(),
             r#"{"event":"progress","what":"poses","done":150,"of":1000,"elapsed_s":2.0,"per_s":25.0,"left_s":34.0}"#
         );
-        assert!(lines.end(at(2000)).starts_with(r#"{"event":"stopped","what":"poses","done":150,"#));
-        lines.inc(850, at(2001));
+        assert!(lines.end(millis(2000)).starts_with(r#"{"event":"stopped","what":"poses","done":150,"#));
+        lines.inc(850, millis(2001));
         assert_eq!(
-            lines.end(at(3000)),
+            lines.end(millis(3000)),
             r#"{"event":"done","what":"poses","done":1000,"of":1000,"elapsed_s":3.0,"per_s":300.0,"left_s":0.0}"#
         );
     }
@@ -255,7 +255,7 @@ mod tests {
     fn lines_come_twice_a_second_at_most() {
         let mut lines = Lines::new("poses", 0, 100);
         let times = [1, 400, 499, 500, 501, 999, 1000, 1700, 2100, 2200];
-        let told: Vec<u64> = times.into_iter().filter(|&ms| lines.inc(1, at(ms)).is_some()).collect();
+        let told: Vec<u64> = times.into_iter().filter(|&ms| lines.inc(1, millis(ms)).is_some()).collect();
         assert_eq!(told, [500, 1000, 1700, 2200]);
         assert_eq!(lines.done, 10, "what is not told is counted");
     }

@@ -181,7 +181,7 @@ impl Args {
         let region = |name: &String| {
             let found = regions.iter().position(|region| region == name);
             let place = Site::Argument(Argument("only region"), name.clone());
-            found.ok_or_else(|| Error::from(Issue::unknown(regions).at(place)))
+            found.ok_or_else(|| Error::from(Issue::unknown(regions).with_place(place)))
         };
         let colour = match (self.colour, &self.pose) {
             (Some(Colouring::Label), _) | (None, Some(_)) => Colour::Label,

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use glam::DVec3;
-use perirobot_decide::view::{Names, RecordedMap, find_scene};
+use perirobot_decide::view::{ChoiceSelector, RecordedMap, find_scene};
 use perirobot_march::Result;
 use perirobot_page::report::terminal::scored_map;
-use perirobot_scene::recording::{Anchor, Asked, FARTHEST_M, Recording};
+use perirobot_scene::recording::{Anchor, FARTHEST_M, Recording, RecordingSelection};
 use perirobot_scene::source::Sources;
 use perirobot_study::world::World;
 use perirobot_sweep::results::rows::RowsFile;
@@ -83,12 +83,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
     super::backend::start_threads(None)?;
     let format = args.out.as_deref().map(TableFormat::from_path).transpose()?;
-    let sources = Sources::beside(&args.map).allow_outside();
-    let asked = Asked { sensor_m: args.sensor, topic: args.topic.as_deref(), message: args.message };
+    let sources = Sources::from_main(&args.map).allow_outside();
+    let asked =
+        RecordingSelection { sensor_m: args.sensor, topic: args.topic.as_deref(), message: args.message };
     let recording = Recording::read(&args.map, asked, &sources)?;
     sources.take_remarks().iter().for_each(|remark| say!("warning: {remark}"));
     let study = args.study.read()?;
-    let names = Names { scene: args.scene.clone(), snapshot: args.snapshot, ..Names::default() };
+    let names =
+        ChoiceSelector { scene: args.scene.clone(), snapshot: args.snapshot, ..ChoiceSelector::default() };
     let worlds = World::prepare(&study, find_scene(&study, &names)?)?;
     let world = &worlds[args.snapshot];
     super::warn([(world.name.as_str(), worlds[0].warnings.as_slice())].into_iter(), super::MOST_WARNINGS);
@@ -114,7 +116,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 /// `X,Y,Z,YAW` or `X,Y,Z,QW,QX,QY,QZ` as a place.
 fn anchor(text: &str) -> std::result::Result<Anchor, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
-    numbers.and_then(|numbers| Anchor::of_numbers(&numbers)).ok_or_else(|| {
+    numbers.and_then(|numbers| Anchor::from_numbers(&numbers)).ok_or_else(|| {
         format!(
             "must be x,y,z in metres and a yaw in degrees, as in 0.1,0,0,90, or x,y,z and a quaternion of length 1 \
              (qw,qx,qy,qz), each from \

@@ -40,7 +40,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             let what = format!("no device has {name:?} in its name: `perirobot sensors` lists all");
             return Err(Issue::says(what).into());
         }
-        found.into_iter().try_for_each(|model| super::print(&told(model)))?;
+        found.into_iter().try_for_each(|model| super::print(&describe(model)))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -116,7 +116,7 @@ fn spread(angles: &[Value]) -> String {
 }
 
 /// All that is known of a device; its lines can be pasted into a study.
-fn told(model: &DeviceModel) -> String {
+fn describe(model: &DeviceModel) -> String {
     let mut text = format!("# {}\n# source: {}\n#         {}\n", model.title, model.source, model.url);
     text += &format!("# {}\n", model.note);
     if let Some(unconfirmed) = &model.unconfirmed {

@@ -35,14 +35,14 @@ impl ShardArg {
         let ShardArg { number, of } = self;
         let number = match number {
             Some(number) => number,
-            None => of_engine(of, |name| std::env::var(name).ok())?,
+            None => engine_number(of, |name| std::env::var(name).ok())?,
         };
         Ok(Shard { number, of })
     }
 }
 
 /// The number that an engine has put into the environment.
-fn of_engine(of: u32, variable: impl Fn(&str) -> Option<String>) -> Result<u32> {
+fn engine_number(of: u32, variable: impl Fn(&str) -> Option<String>) -> Result<u32> {
     let wrong = |what: String| Error::input(format!("--shard auto/{of}"), what);
     let mut found = NUMBERS.iter().filter_map(|name| Some((name, variable(name)?)));
     let (name, value) = found.next().ok_or_else(|| {
@@ -76,7 +76,7 @@ mod tests {
         };
         for name in NUMBERS {
             let only = |wanted: &str| (wanted == name).then(|| "3".to_string());
-            assert_eq!(of_engine(4, only).unwrap(), 3, "{name}");
+            assert_eq!(engine_number(4, only).unwrap(), 3, "{name}");
         }
         for (all, expected) in [
             (&[][..], "none of SLURM_ARRAY_TASK_ID, HQ_TASK_ID, JOB_COMPLETION_INDEX is set"),
@@ -87,7 +87,7 @@ mod tests {
                 "both SLURM_ARRAY_TASK_ID and HQ_TASK_ID are set",
             ),
         ] {
-            let error = of_engine(4, set(all)).unwrap_err().to_string();
+            let error = engine_number(4, set(all)).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
     }

@@ -12,7 +12,7 @@ use perirobot_march::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-use super::progress::above_bar;
+use super::progress::suspend_bar;
 
 /// The exit code for a job that the same command can finish (`EX_TEMPFAIL`): it was stopped, or another run
 /// is at work in the folder.
@@ -45,7 +45,7 @@ impl StopAt {
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
         }
         on_signal(|_| {
-            above_bar(|| say!("stopping when the batch under way is finished; once more stops now"))
+            suspend_bar(|| say!("stopping when the batch under way is finished; once more stops now"))
         })?;
         // A time beyond the range of the clock never comes.
         let until = max_time.and_then(|time| Instant::now().checked_add(time));
@@ -117,6 +117,6 @@ fn next_signal() -> std::io::Result<impl FnOnce() -> Option<i32>> {
 }
 
 /// The exit code of what was stopped.
-pub(super) fn stopped() -> ExitCode {
+pub(super) fn stop_code() -> ExitCode {
     ExitCode::from(TRY_AGAIN)
 }

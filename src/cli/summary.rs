@@ -60,7 +60,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let scores = args.score.map_or(&[Score::F1, Score::Kappa][..], ScoreArg::scores);
     let (region, combination) = (args.region.as_deref(), args.combination.as_deref());
-    let selection = ReportSelection::named(&results, region, combination, scores)?;
+    let selection = ReportSelection::resolve(&results, region, combination, scores)?;
     if let Some(chosen) = Chosen::read(&args.folder)? {
         super::print(&terminal::choose::overview(&chosen))?;
     }

@@ -16,7 +16,7 @@ use super::onlooker::{Onlooker, Shown};
 use super::outcome::{OutcomeArgs, print_best, print_verdicts};
 use super::progress::ProgressArgs;
 use super::shard::ShardArg;
-use super::stop::{StopAt, stopped};
+use super::stop::{StopAt, stop_code};
 use super::study::StudyArgs;
 
 /// Score every candidate pose of a study
@@ -86,13 +86,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let folder = part.map_or_else(|| out.clone(), |part| folder_of(&out, part));
     let shard = part.unwrap_or(Shard::WHOLE);
     let (study, worlds) = args.study.load_unless(&|| stop.reason().map(|why| not_begun(&why)))?;
-    let subject = Subject::of_study(&study, &worlds);
+    let subject = Subject::from_study(&study, &worlds);
     let mut backends = args.backend.backends()?;
     let mut session = Session::open(&study, &worlds, &folder, shard, args.restart, &command())?;
     if session.damaged > 0 {
         say!("warning: {}: {} rows are damaged and are counted again", folder.display(), session.damaged);
     }
-    let (done, total) = (session.done(), session.total());
+    let (done, total) = (session.finished_count(), session.total());
     if args.out.is_none() {
         say!("results go to {}", folder.display());
     }
@@ -108,9 +108,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         if let Ending::Stopped(why) = &done.ending {
             onlooker.finish();
             tell(&done, args.timings)?;
-            let (left, command) = (total - session.done(), shell::command(&command()));
+            let (left, command) = (total - session.finished_count(), shell::command(&command()));
             say!("{why}: {left} of {total} scene-poses are left; to go on: {command}");
-            return Ok(stopped());
+            return Ok(stop_code());
         }
         report = Some(done);
     }

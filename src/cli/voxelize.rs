@@ -49,7 +49,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let sources = args.packages.sources(&args.scene);
     let mut spec = load_scene(&args.scene, &sources)?;
     args.packages.apply(std::slice::from_mut(&mut spec));
-    let in_scene = |e: Error| e.at(&spec.path);
+    let in_scene = |e: Error| e.with_place(&spec.path);
     if args.snapshot >= spec.snapshots {
         let (wanted, count) = (args.snapshot, spec.snapshots);
         return Err(Issue::says(format!(

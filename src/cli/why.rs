@@ -18,7 +18,7 @@ use super::backend::BackendArgs;
 use super::choice::RestArgs;
 use super::progress::ProgressArgs;
 use super::score::ScoreArg;
-use super::stop::{StopAt, stopped};
+use super::stop::{StopAt, stop_code};
 use super::swept::SweptArgs;
 
 /// Say why voxels stay unknown, and which object is to blame
@@ -103,7 +103,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let study = args.rest.with_set(study, poses);
         let looked = args.rest.look(poses, &study, &worlds)?;
         let view = Viewer::new(&looked.study, &mut *backend)?
-            .in_regions(looked.world(), &[looked.choice])?
+            .view_regions(looked.world(), &[looked.choice])?
             .swap_remove(0);
         super::print(&describe(&view, 0..study.regions.len()))?;
         return Ok(ExitCode::SUCCESS);
@@ -116,12 +116,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         && let Some(why) = write(args, file, &study, &worlds, &chosen, &mut viewer)?
     {
         say!("{why}: no table is written; the same command begins it again");
-        return Ok(stopped());
+        return Ok(stop_code());
     }
     for region in 0..study.regions.len() {
         if let Some([combination, choice, representation]) = reasons::leader(&results, region, scores[0])? {
             let choice = Choice { combination, choice, representation, repeat: 0 };
-            let view = viewer.in_regions(&worlds[0], &[choice])?.swap_remove(0);
+            let view = viewer.view_regions(&worlds[0], &[choice])?.swap_remove(0);
             super::print(&describe(&view, [region]))?;
         }
     }
@@ -176,7 +176,7 @@ fn write<'a>(
                     representation,
                     repeat,
                 };
-                let views = viewer.in_regions(world, &some.iter().map(of).collect::<Vec<_>>())?;
+                let views = viewer.view_regions(world, &some.iter().map(of).collect::<Vec<_>>())?;
                 let missed: Vec<_> = views.par_iter().map(View::why_in_regions).collect();
                 for (view, missed) in views.iter().zip(&missed) {
                     file.add(view, missed)?;

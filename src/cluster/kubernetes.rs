@@ -1,17 +1,17 @@
 //! The manifest for Kubernetes: an Indexed Job with a pod for each shard, and the merge as a Job that waits
 //! to be started. Kubernetes itself replaces pods that are stopped or fail.
 
-use super::{Job, NOTICE_S, Word};
+use super::{Job, NOTICE_S, VisibleWord};
 
 /// Where the pods run and what they see.
 #[derive(Clone, Debug)]
 pub(crate) struct Pods {
     /// The container image.
-    pub(crate) image: Word,
+    pub(crate) image: VisibleWord,
     /// The volume claim that holds the study and takes the results; all pods write to it.
-    pub(crate) claim: Word,
+    pub(crate) claim: VisibleWord,
     /// Where the volume is mounted; relative paths start there.
-    pub(crate) mount: Word,
+    pub(crate) mount: VisibleWord,
     /// How many pods run at a time; all shards without.
     pub(crate) parallelism: Option<u32>,
 }
@@ -66,8 +66,8 @@ spec:
 }
 
 /// What every pod of a Job is: one container that runs a command on the volume.
-fn template(job: &Job, pods: &Pods, command: &[Word]) -> String {
-    let command: Vec<String> = command.iter().map(Word::container_argument).collect();
+fn template(job: &Job, pods: &Pods, command: &[VisibleWord]) -> String {
+    let command: Vec<String> = command.iter().map(VisibleWord::container_argument).collect();
     let (image, claim, mount) = (pods.image.yaml(), pods.claim.yaml(), pods.mount.yaml());
     format!(
         r#"  template:

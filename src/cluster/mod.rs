@@ -10,7 +10,7 @@ mod word;
 
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
-pub(crate) use word::Word;
+pub(crate) use word::VisibleWord;
 
 /// How long a stopped sweep has to finish its batch and write it down, in seconds.
 const NOTICE_S: u32 = 120;
@@ -19,19 +19,19 @@ const NOTICE_S: u32 = 120;
 #[derive(Clone, Debug)]
 pub(crate) struct Job {
     /// The name of the job: a DNS label of at most [`LONGEST_NAME`] letters, which every engine takes.
-    pub(crate) name: Word,
+    pub(crate) name: VisibleWord,
     /// The program `perirobot`.
-    pub(crate) program: Word,
+    pub(crate) program: VisibleWord,
     /// The study file.
-    pub(crate) study: Word,
+    pub(crate) study: VisibleWord,
     /// The folder for results, seen by all tasks.
-    pub(crate) out: Word,
+    pub(crate) out: VisibleWord,
     /// How many shards, 2 at least.
     pub(crate) shards: u32,
     /// Further arguments of the sweep; the command line has checked them.
-    pub(crate) sweep_arguments: Vec<Word>,
+    pub(crate) sweep_arguments: Vec<VisibleWord>,
     /// Further arguments of the merge, checked likewise.
-    pub(crate) merge_arguments: Vec<Word>,
+    pub(crate) merge_arguments: Vec<VisibleWord>,
     /// Processors of each task; the sweep takes as many threads unless it is told otherwise.
     pub(crate) cpus: u16,
     /// Memory of each task in MiB; the engine's own default without.
@@ -45,7 +45,7 @@ pub(crate) const LONGEST_NAME: usize = 40;
 
 impl Job {
     /// Refuses a job that no engine could run, naming the argument.
-    pub(crate) fn checked(self) -> Result<Job> {
+    pub(crate) fn check(self) -> Result<Job> {
         let refuse = |what: String| Err(Issue::says(what).into());
         if self.shards < 2 {
             let shards = self.shards;
@@ -65,7 +65,7 @@ impl Job {
                 label(name)
             ));
         }
-        let takes = |argument: &Word, option: &str| {
+        let takes = |argument: &VisibleWord, option: &str| {
             argument.text().strip_prefix(option).is_some_and(|rest| rest.is_empty() || rest.starts_with('='))
         };
         for (option, why) in [
@@ -83,21 +83,24 @@ impl Job {
 
     /// The command of a task, whose number comes from the engine's environment. How many shards there are is
     /// written out: an engine counts only the tasks that it was last given.
-    pub(crate) fn sweep(&self) -> Vec<Word> {
+    pub(crate) fn sweep(&self) -> Vec<VisibleWord> {
         let shard = format!("auto/{}", self.shards);
         let fixed =
             [self.program.text(), "sweep", self.study.text(), "--out", self.out.text(), "--shard", &shard];
-        let mut command: Vec<Word> = fixed.into_iter().map(Word::known).collect();
+        let mut command: Vec<VisibleWord> = fixed.into_iter().map(VisibleWord::from_known).collect();
         if !self.sweep_arguments.iter().any(|argument| argument.text().starts_with("--threads")) {
-            command.extend([Word::known("--threads"), Word::known(&self.cpus.to_string())]);
+            command.extend([
+                VisibleWord::from_known("--threads"),
+                VisibleWord::from_known(&self.cpus.to_string()),
+            ]);
         }
         command.extend(self.sweep_arguments.iter().cloned());
         command
     }
 
     /// The command that merges what the tasks left, or names what is missing.
-    pub(crate) fn merge(&self) -> Vec<Word> {
-        let fixed = [self.program.text(), "merge", self.out.text()].map(Word::known);
+    pub(crate) fn merge(&self) -> Vec<VisibleWord> {
+        let fixed = [self.program.text(), "merge", self.out.text()].map(VisibleWord::from_known);
         fixed.into_iter().chain(self.merge_arguments.iter().cloned()).collect()
     }
 }
@@ -113,8 +116,8 @@ pub(crate) fn label(text: &str) -> String {
 }
 
 /// A command as a shell reads it.
-fn shell(command: &[Word]) -> String {
-    command.iter().map(Word::shell).collect::<Vec<_>>().join(" ")
+fn shell(command: &[VisibleWord]) -> String {
+    command.iter().map(VisibleWord::shell).collect::<Vec<_>>().join(" ")
 }
 
 /// What both shell scripts begin with: the job in variables and functions. The two commands replace the shell

@@ -1,7 +1,7 @@
 //! The script for Slurm: an array job with a task for each shard, and the merge as the job that depends on
 //! it. What it does when a task is stopped or fails is in `slurm.sh`.
 
-use super::{Job, NOTICE_S, Word, shell_head};
+use super::{Job, NOTICE_S, VisibleWord, shell_head};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 
@@ -14,7 +14,7 @@ pub(crate) const LEAST_TIME_LIMIT_MIN: u32 = NOTICE_S / 60 + 3;
 
 /// Settings for Slurm only.
 #[derive(Clone, Debug)]
-pub(crate) struct Limits {
+pub(crate) struct SlurmLimits {
     /// How long a task may run before it goes back into the queue, in minutes; the partition's own limit
     /// without.
     pub(crate) time_limit_min: Option<u32>,
@@ -24,7 +24,7 @@ pub(crate) struct Limits {
 
 /// The script; refuses more shards than an array job may have, and what Slurm cannot write in the name of a
 /// log.
-pub(crate) fn script(job: &Job, limits: &Limits) -> Result<String> {
+pub(crate) fn script(job: &Job, limits: &SlurmLimits) -> Result<String> {
     let Job { shards, study, out, .. } = job;
     let most = limits.max_array_size;
     if *shards > most {
@@ -60,7 +60,7 @@ pub(crate) fn script(job: &Job, limits: &Limits) -> Result<String> {
 fn submissions(job: &Job, time_limit_min: Option<u32>) -> String {
     let Job { name, shards, cpus, .. } = job;
     let logs = format!("{}/logs", job.out.text().replace('%', "%%"));
-    let log = |file: &str| Word::known(&format!("--output={logs}/{file}.out")).shell();
+    let log = |file: &str| VisibleWord::from_known(&format!("--output={logs}/{file}.out")).shell();
     let memory = job.memory_mib.map(|mib| format!(" --mem={mib}M")).unwrap_or_default();
     let time = time_limit_min.map(|minutes| format!(" --time={minutes}")).unwrap_or_default();
     let array = format!(

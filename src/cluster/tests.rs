@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use super::slurm::{LEAST_TIME_LIMIT_MIN, Limits};
+use super::slurm::{LEAST_TIME_LIMIT_MIN, SlurmLimits};
 use super::*;
 
 /// Words that are hard to quote.
@@ -21,9 +21,9 @@ const NASTY: [&str; 12] = [
     "$$ $$(A) '\\''",
 ];
 
-const LIMITS: Limits = Limits { time_limit_min: Some(60), max_array_size: slurm::MAX_ARRAY_SIZE };
+const LIMITS: SlurmLimits = SlurmLimits { time_limit_min: Some(60), max_array_size: slurm::MAX_ARRAY_SIZE };
 
-fn word(text: &str) -> Word {
+fn word(text: &str) -> VisibleWord {
     text.parse().unwrap()
 }
 
@@ -66,7 +66,7 @@ fn what_ends_a_line_or_is_not_seen_is_no_word() {
         "a\u{202e}b",
         "a\u{200b}",
     ] {
-        assert!(text.parse::<Word>().is_err(), "{text:?}");
+        assert!(text.parse::<VisibleWord>().is_err(), "{text:?}");
     }
 }
 
@@ -85,7 +85,7 @@ fn shells_read_words_as_they_were() {
 
 /// What Kubernetes makes of an argument of a container without variables: `$$` is `$`, and `$(NAME)` would be
 /// looked up.
-fn expanded(text: &str) -> String {
+fn expand(text: &str) -> String {
     let (mut out, mut rest) = (String::new(), text);
     while let Some((before, after)) = rest.split_once('$') {
         out += before;
@@ -101,7 +101,7 @@ fn containers_read_words_as_they_were() {
     for text in NASTY {
         let yaml = word(text).container_argument();
         let read: String = serde_json::from_str(&yaml).unwrap();
-        assert_eq!(expanded(&read), text, "{yaml}");
+        assert_eq!(expand(&read), text, "{yaml}");
     }
     assert_eq!(word("$(A) \"b\"").container_argument(), r#""$$(A) \"b\"""#);
 }
@@ -109,14 +109,14 @@ fn containers_read_words_as_they_were() {
 #[test]
 fn what_is_no_line_of_text_is_no_word() {
     for text in ["", "a\nb", "a\rb", "a\0b", "tab\t", "\u{1b}[1m", "\u{85}"] {
-        assert!(text.parse::<Word>().is_err(), "{text:?}");
+        assert!(text.parse::<VisibleWord>().is_err(), "{text:?}");
     }
 }
 
 #[test]
 fn shells_take_the_scripts() {
     for text in NASTY {
-        let job = nasty_job(&text.replace('\\', "")).checked().unwrap();
+        let job = nasty_job(&text.replace('\\', "")).check().unwrap();
         for script in [slurm::script(&job, &LIMITS).unwrap(), hyperqueue::script(&job)] {
             for shell in ["sh", "bash"] {
                 let said = Command::new(shell).args(["-n", "-c", &script]).output().unwrap();
@@ -171,7 +171,7 @@ fn a_percent_sign_in_the_path_of_logs_is_itself() {
 }
 
 #[track_caller]
-fn refused(outcome: Result<impl std::fmt::Debug>, expected: &[&str]) {
+fn assert_refused(outcome: Result<impl std::fmt::Debug>, expected: &[&str]) {
     let message = outcome.expect_err("must be refused").to_string();
     for part in expected {
         assert!(message.contains(part), "no {part:?} in {message}");
@@ -180,31 +180,31 @@ fn refused(outcome: Result<impl std::fmt::Debug>, expected: &[&str]) {
 
 #[test]
 fn what_no_engine_could_carry_out_is_refused() {
-    refused(Job { shards: 0, ..job() }.checked(), &["--shards 0", "at least 2"]);
-    refused(Job { shards: 1, ..job() }.checked(), &["--shards 1", "perirobot sweep"]);
-    refused(Job { out: word("-o"), ..job() }.checked(), &["--out -o", "./-o"]);
+    assert_refused(Job { shards: 0, ..job() }.check(), &["--shards 0", "at least 2"]);
+    assert_refused(Job { shards: 1, ..job() }.check(), &["--shards 1", "perirobot sweep"]);
+    assert_refused(Job { out: word("-o"), ..job() }.check(), &["--out -o", "./-o"]);
     for name in ["Quick", "a--b", "-a", "a_b", "a-name-that-is-longer-than-forty-letters-is"] {
-        refused(Job { name: word(name), ..job() }.checked(), &["--name", name, "lower-case"]);
+        assert_refused(Job { name: word(name), ..job() }.check(), &["--name", name, "lower-case"]);
     }
     for argument in ["--shard", "--shard=1/2", "--out", "--out=x", "--table=csv", "--restart"] {
         let sweep_arguments = vec![word(argument)];
-        refused(
-            Job { sweep_arguments, ..job() }.checked(),
+        assert_refused(
+            Job { sweep_arguments, ..job() }.check(),
             &["after `--`", argument.split('=').next().unwrap()],
         );
     }
-    assert!(Job { sweep_arguments: vec![word("--shardless")], ..job() }.checked().is_ok());
+    assert!(Job { sweep_arguments: vec![word("--shardless")], ..job() }.check().is_ok());
 }
 
 #[test]
 fn what_slurm_could_not_carry_out_is_refused() {
     let many = Job { shards: 1002, ..job() };
-    refused(slurm::script(&many, &LIMITS), &["--shards 1002", "at most 1001", "--max-array-size"]);
+    assert_refused(slurm::script(&many, &LIMITS), &["--shards 1002", "at most 1001", "--max-array-size"]);
     assert!(slurm::script(&Job { shards: 1001, ..job() }, &LIMITS).unwrap().contains("--array=0-1000 "));
-    assert!(slurm::script(&many, &Limits { max_array_size: 1002, ..LIMITS }).is_ok());
-    refused(slurm::script(&Job { out: word("a\\b"), ..job() }, &LIMITS), &["--out a\\b", "backslash"]);
-    let short = Limits { time_limit_min: Some(LEAST_TIME_LIMIT_MIN - 1), ..LIMITS };
-    refused(slurm::script(&job(), &short), &["--time-limit 4", "at least 5 minutes"]);
+    assert!(slurm::script(&many, &SlurmLimits { max_array_size: 1002, ..LIMITS }).is_ok());
+    assert_refused(slurm::script(&Job { out: word("a\\b"), ..job() }, &LIMITS), &["--out a\\b", "backslash"]);
+    let short = SlurmLimits { time_limit_min: Some(LEAST_TIME_LIMIT_MIN - 1), ..LIMITS };
+    assert_refused(slurm::script(&job(), &short), &["--time-limit 4", "at least 5 minutes"]);
 }
 
 #[test]

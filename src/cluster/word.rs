@@ -8,45 +8,47 @@ use perirobot_scene::shell::is_hidden;
 
 /// A text on one line, not empty, every character of it visible.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Word(String);
+pub(crate) struct VisibleWord(String);
 
-impl FromStr for Word {
+impl FromStr for VisibleWord {
     type Err = Issue;
 
-    fn from_str(text: &str) -> Result<Word, Issue> {
+    fn from_str(text: &str) -> Result<VisibleWord, Issue> {
         if text.is_empty() {
             return Err(Issue::says("is empty"));
         }
         // YAML also ends lines at U+2028 and U+2029.
         if let Some(hidden) = text.chars().find(|c| is_hidden(*c)) {
             let what = format!("has an invisible character ({})", hidden.escape_unicode());
-            return Err(Issue::says(what).wanted("a script would hide it: rename the file or the folder"));
+            return Err(
+                Issue::says(what).with_advice("a script would hide it: rename the file or the folder")
+            );
         }
-        Ok(Word(text.into()))
+        Ok(VisibleWord(text.into()))
     }
 }
 
-impl fmt::Display for Word {
+impl fmt::Display for VisibleWord {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl Word {
+impl VisibleWord {
     /// The text as it was given.
     pub(crate) fn text(&self) -> &str {
         &self.0
     }
 
     /// From text of this program, or made of words.
-    pub(super) fn known(text: &str) -> Word {
-        debug_assert!(text.parse::<Word>().is_ok(), "{text:?}");
-        Word(text.into())
+    pub(super) fn from_known(text: &str) -> VisibleWord {
+        debug_assert!(text.parse::<VisibleWord>().is_ok(), "{text:?}");
+        VisibleWord(text.into())
     }
 
     /// As a POSIX shell reads it: plain where that is safe, else between single quotes.
     pub(crate) fn shell(&self) -> String {
-        perirobot_scene::shell::quoted(&self.0)
+        perirobot_scene::shell::quote(&self.0)
     }
 
     /// As YAML reads it: a string in double quotes, which are those of JSON.
@@ -57,6 +59,6 @@ impl Word {
     /// As an argument of a container, in YAML: Kubernetes puts variables in place of `$(NAME)`, and `$` for
     /// `$$`.
     pub(crate) fn container_argument(&self) -> String {
-        Word(self.0.replace('$', "$$")).yaml()
+        VisibleWord(self.0.replace('$', "$$")).yaml()
     }
 }

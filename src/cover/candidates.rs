@@ -37,8 +37,8 @@ impl Adds {
         Adds { gains, losses, charged }
     }
 
-    pub(super) fn picked(&self, order: &[usize]) -> Adds {
-        let of = |all: &[i64]| picked(all, order);
+    pub(super) fn pick(&self, order: &[usize]) -> Adds {
+        let of = |all: &[i64]| pick_all(all, order);
         Adds { gains: of(&self.gains), losses: of(&self.losses), charged: of(&self.charged) }
     }
 }
@@ -50,23 +50,23 @@ impl<'t> Candidates<'t> {
     }
 
     /// The candidates, those first that add most to the first inequality.
-    pub(super) fn sorted(self) -> Candidates<'t> {
+    pub(super) fn sort(self) -> Candidates<'t> {
         let mut order: Vec<usize> = (0..self.items.len()).collect();
         if let Some(adds) = self.adds.first() {
             order.sort_by_key(|&i| std::cmp::Reverse(adds.charged[i]));
         }
-        Candidates { is_sorted: true, ..self.picked(&order) }
+        Candidates { is_sorted: true, ..self.pick(&order) }
     }
 
-    pub(super) fn picked(self, order: &[usize]) -> Candidates<'t> {
+    pub(super) fn pick(self, order: &[usize]) -> Candidates<'t> {
         Candidates {
-            items: picked(&self.items, order),
-            adds: self.adds.iter().map(|adds| adds.picked(order)).collect(),
+            items: pick_all(&self.items, order),
+            adds: self.adds.iter().map(|adds| adds.pick(order)).collect(),
             is_sorted: self.is_sorted,
             above: self.above.map(|above| Above {
                 table: above.table,
-                at: picked(&above.at, order),
-                less: above.less.iter().map(|less| picked(less, order)).collect(),
+                at: pick_all(&above.at, order),
+                less: above.less.iter().map(|less| pick_all(less, order)).collect(),
             }),
         }
     }
@@ -77,14 +77,14 @@ impl<'t> Candidates<'t> {
         match &self.above {
             Some(above) if j < above.less.len() => {
                 let less = above.less[j][a].min(above.less[j][b]);
-                (above.table.of(j, above.at[a], above.at[b]) - less).max(0)
+                (above.table.overlap(j, above.at[a], above.at[b]) - less).max(0)
             }
             _ => 0,
         }
     }
 }
 
-pub(super) fn picked<T: Copy>(all: &[T], order: &[usize]) -> Vec<T> {
+pub(super) fn pick_all<T: Copy>(all: &[T], order: &[usize]) -> Vec<T> {
     order.iter().map(|&i| all[i]).collect()
 }
 

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use perirobot_march::metrics::Across;
 
 use super::mean::bounds_means;
-use super::problem::{Found, Joint, Merit, Problem, SetLimits};
+use super::problem::{FoundSet, JointCandidates, Merit, Problem, SetLimits};
 
 /// Random sets to start from, where the search is long; a short search finds what they lead to itself.
 const RESTARTS: u64 = 12;
@@ -20,8 +20,12 @@ const FEW: usize = 2;
 
 /// The local optima reached from the fixed sensors and from random sets. Those that meet every
 /// requirement, the best first.
-pub(super) fn climbs(problem: &Problem, limits: SetLimits, stop: &(dyn Fn() -> bool + Sync)) -> Vec<Found> {
-    let mut ends: Vec<Found> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
+pub(super) fn climbs(
+    problem: &Problem,
+    limits: SetLimits,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Vec<FoundSet> {
+    let mut ends: Vec<FoundSet> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
     let is_short = limits.at_most - problem.always.len() <= FEW
         && (problem.goal.1 != Across::Mean || bounds_means(problem))
         && !problem.adds_up();
@@ -46,7 +50,7 @@ pub(super) fn climbs(problem: &Problem, limits: SetLimits, stop: &(dyn Fn() -> b
     ends
 }
 
-fn cost(problem: &Problem, found: &Found) -> u64 {
+fn cost(problem: &Problem, found: &FoundSet) -> u64 {
     problem.cost_of(&found.set)
 }
 
@@ -63,7 +67,7 @@ pub(super) fn climb(
     limits: SetLimits,
     mut set: Vec<usize>,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Found> {
+) -> Option<FoundSet> {
     let mut merit = problem.merit(&problem.joint(&set), None);
     while !stop() {
         let Some((better, item, out)) = best_step(problem, limits, &set).filter(|step| step.0 > merit) else {
@@ -74,7 +78,7 @@ pub(super) fn climb(
         set.push(item);
     }
     set.sort_unstable();
-    merit.worth.filter(|_| merit.meets_all() && !set.is_empty()).map(|worth| Found { set, worth })
+    merit.worth.filter(|_| merit.meets_all() && !set.is_empty()).map(|worth| FoundSet { set, worth })
 }
 
 /// The best candidate to join a set, or to stand for one of its sensors that is not fixed: how good the set then
@@ -95,7 +99,7 @@ fn best_step(problem: &Problem, limits: SetLimits, set: &[usize]) -> Option<(Mer
         open.peek()?;
         let row = problem.evidence.row(item);
         // Of equally good ones the last place, then the cheapest and the first candidate.
-        let key = |(out, base, _): &(Option<usize>, Joint, Vec<bool>)| {
+        let key = |(out, base, _): &(Option<usize>, JointCandidates, Vec<bool>)| {
             (problem.merit(base, Some((item, &row))), *out, Reverse(problem.cost[item]), Reverse(item))
         };
         open.map(key).max()

@@ -104,7 +104,7 @@ pub fn check_cuts(asked: &CutLimits, proofs: &[CutProof], claimed: f64) -> Resul
         return Err(Issue::says("is about more than one score"));
     }
     for (number, proof) in proofs.iter().enumerate() {
-        excluded(asked, proof).map_err(|why| why.at(format!("[{number}]")))?;
+        verify_exclusion(asked, proof).map_err(|why| why.with_place(format!("[{number}]")))?;
     }
     let above = proofs.iter().map(|proof| proof.above[0] as f64 / proof.above[1] as f64);
     let mean = above.sum::<f64>() / proofs.len() as f64;
@@ -115,7 +115,7 @@ pub fn check_cuts(asked: &CutLimits, proofs: &[CutProof], claimed: f64) -> Resul
 }
 
 /// Whether cuts exclude all sets above the score that they are for.
-fn excluded(asked: &CutLimits, proof: &CutProof) -> Result<(), Issue> {
+fn verify_exclusion(asked: &CutLimits, proof: &CutProof) -> Result<(), Issue> {
     let CutLimits { evidence, objective, over, .. } = *asked;
     let [p, q] = proof.above.map(i128::from);
     if q == 0 || q > MOST_PARTS || p > q {
@@ -125,7 +125,7 @@ fn excluded(asked: &CutLimits, proof: &CutProof) -> Result<(), Issue> {
     let mut most = 0i128;
     let mut added = vec![0i128; evidence.items.len()];
     for (number, cut) in proof.cuts.iter().enumerate() {
-        let place = |why: String| Issue::says(why).at(format!("cuts[{number}]"));
+        let place = |why: String| Issue::says(why).with_place(format!("cuts[{number}]"));
         let moments = match over {
             Across::Pooled if cut.moment == 0 => &moments[..],
             Across::Worst if cut.moment < moments.len() => &moments[cut.moment..=cut.moment],
@@ -146,7 +146,7 @@ fn excluded(asked: &CutLimits, proof: &CutProof) -> Result<(), Issue> {
         let times = i128::from(cut.times.min(MOST_TIMES));
         most -= times * wanted;
         for (plane, weight) in weights {
-            let (inside, outside) = counted(evidence, moments, plane, &shares);
+            let (inside, outside) = count_bits(evidence, moments, plane, &shares);
             most += times * weight * inside;
             added.iter_mut().zip(outside).for_each(|(added, outside)| *added += times * weight * outside);
         }
@@ -187,7 +187,7 @@ fn weights(score: Score, moments: &[MomentBits], p: i128, q: i128) -> Option<(Ve
 }
 
 /// How many bits of a plane are inside, and for each candidate how many of its bits are not.
-fn counted(
+fn count_bits(
     evidence: &CandidateEvidence,
     moments: &[MomentBits],
     plane: usize,

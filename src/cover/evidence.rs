@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::fmt::Debug;
 
-use super::layout::{BitLayout, CLEAR, FALSE, PLANES, SPACE_OF, Wanted};
+use super::layout::{BitLayout, CLEAR, FALSE, PLANES, SPACE_OF, WantedCounts};
 use perirobot_march::metrics::Confusion;
 use perirobot_march::voxel::{Joined, Ones};
 use perirobot_march::{Error, Result};
@@ -26,7 +26,7 @@ pub trait RowStore: Debug + Send + Sync {
 
 /// The bits of all candidates.
 #[derive(Debug)]
-enum Rows {
+enum CandidateRows {
     /// Nothing of a plane without a bit.
     Held(Vec<[Box<[u64]>; PLANES]>),
     Stored(Box<dyn RowStore>),
@@ -39,7 +39,7 @@ pub struct CandidateEvidence {
     pub layout: BitLayout,
     /// Sensor and candidate of each row, in study order.
     pub items: Vec<[usize; 2]>,
-    rows: Rows,
+    rows: CandidateRows,
     /// How many bytes it may take, with all that is kept beside it.
     memory_bytes: u64,
     /// Counts its bits.
@@ -56,30 +56,36 @@ pub struct Union {
 impl CandidateEvidence {
     /// Evidence in memory: for each of `items`, which are sensor and candidate, its six planes; nothing of a plane without
     /// a bit. A search may take `memory_bytes` with it.
-    pub fn held(
+    pub fn from_memory(
         layout: BitLayout,
         items: Vec<[usize; 2]>,
         rows: Vec<[Box<[u64]>; PLANES]>,
         memory_bytes: u64,
     ) -> CandidateEvidence {
-        CandidateEvidence { layout, items, rows: Rows::Held(rows), memory_bytes, ones: Ones::new() }
+        CandidateEvidence { layout, items, rows: CandidateRows::Held(rows), memory_bytes, ones: Ones::new() }
     }
 
     /// Evidence that is elsewhere.
-    pub fn stored(
+    pub fn from_source(
         layout: BitLayout,
         items: Vec<[usize; 2]>,
         rows: Box<dyn RowStore>,
         memory_bytes: u64,
     ) -> CandidateEvidence {
-        CandidateEvidence { layout, items, rows: Rows::Stored(rows), memory_bytes, ones: Ones::new() }
+        CandidateEvidence {
+            layout,
+            items,
+            rows: CandidateRows::Stored(rows),
+            memory_bytes,
+            ones: Ones::new(),
+        }
     }
 
     /// How much memory the bits take; none if they are read from a file.
     pub fn bytes(&self) -> u64 {
         match &self.rows {
-            Rows::Held(rows) => rows.iter().flatten().map(|plane| 8 * plane.len() as u64).sum(),
-            Rows::Stored(_) => 0,
+            CandidateRows::Held(rows) => rows.iter().flatten().map(|plane| 8 * plane.len() as u64).sum(),
+            CandidateRows::Stored(_) => 0,
         }
     }
 
@@ -90,7 +96,7 @@ impl CandidateEvidence {
 
     /// Whether rows are read from a file each time that they are asked for, so that only short searches pay.
     pub fn is_filed(&self) -> bool {
-        matches!(self.rows, Rows::Stored(_))
+        matches!(self.rows, CandidateRows::Stored(_))
     }
 
     /// Whether all rows could be read that were asked for.
@@ -99,8 +105,8 @@ impl CandidateEvidence {
     /// `Error::Storage` if one could not.
     pub fn was_read(&self) -> Result<()> {
         match &self.rows {
-            Rows::Held(_) => Ok(()),
-            Rows::Stored(rows) => rows.failure().map_or(Ok(()), Err),
+            CandidateRows::Held(_) => Ok(()),
+            CandidateRows::Stored(rows) => rows.failure().map_or(Ok(()), Err),
         }
     }
 
@@ -121,7 +127,7 @@ impl CandidateEvidence {
             false => plane.into(),
         };
         let rows = planes.into_iter().map(|planes| planes.map(blank_if_zero)).collect();
-        CandidateEvidence::held(layout, items, rows, u64::MAX)
+        CandidateEvidence::from_memory(layout, items, rows, u64::MAX)
     }
 
     /// What the candidates of a set score together in the region, moment by moment: repeat by repeat, and in
@@ -129,15 +135,15 @@ impl CandidateEvidence {
     pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
         let mut union = self.nothing();
         set.iter().for_each(|&item| union.add(self, item));
-        self.counts_of(&union, None, Wanted::ALL)
+        self.counts_of(&union, None, WantedCounts::ALL)
     }
 
     /// One of the six planes of a candidate; empty if no bit is set.
     #[inline]
     pub fn plane(&self, item: usize, plane: usize) -> Cow<'_, [u64]> {
         match &self.rows {
-            Rows::Held(rows) => Cow::Borrowed(&rows[item][plane]),
-            Rows::Stored(rows) => {
+            CandidateRows::Held(rows) => Cow::Borrowed(&rows[item][plane]),
+            CandidateRows::Stored(rows) => {
                 let mut wanted = [false; PLANES];
                 wanted[plane] = true;
                 std::mem::take(&mut rows.row(&self.layout, item, wanted)[plane])
@@ -148,16 +154,16 @@ impl CandidateEvidence {
     /// Whether a candidate has a bit in one of the six planes.
     pub fn has_bits(&self, item: usize, plane: usize) -> bool {
         match &self.rows {
-            Rows::Held(rows) => !rows[item][plane].is_empty(),
-            Rows::Stored(rows) => rows.has_bits(item, plane),
+            CandidateRows::Held(rows) => !rows[item][plane].is_empty(),
+            CandidateRows::Stored(rows) => rows.has_bits(item, plane),
         }
     }
 
     /// What a candidate says.
     pub fn row(&self, item: usize) -> Row<'_> {
         match &self.rows {
-            Rows::Held(rows) => rows[item].each_ref().map(|plane| Cow::Borrowed(&plane[..])),
-            Rows::Stored(rows) => rows.row(&self.layout, item, [true; PLANES]),
+            CandidateRows::Held(rows) => rows[item].each_ref().map(|plane| Cow::Borrowed(&plane[..])),
+            CandidateRows::Stored(rows) => rows.row(&self.layout, item, [true; PLANES]),
         }
     }
 
@@ -167,7 +173,7 @@ impl CandidateEvidence {
     }
 
     /// What a union scores, moment by moment, with one more candidate or as it is.
-    pub fn counts_of(&self, union: &Union, more: Option<&Row>, wanted: Wanted) -> Vec<Confusion> {
+    pub fn counts_of(&self, union: &Union, more: Option<&Row>, wanted: WantedCounts) -> Vec<Confusion> {
         let more = |plane: usize| more.map_or(&[][..], |row| &row[plane]);
         self.counts_of_planes(&union.planes, more, wanted)
     }
@@ -177,7 +183,7 @@ impl CandidateEvidence {
         &self,
         planes: &'a [Vec<u64>; PLANES],
         more: impl Fn(usize) -> &'a [u64],
-        wanted: Wanted,
+        wanted: WantedCounts,
     ) -> Vec<Confusion> {
         let planes: [Joined; PLANES] = std::array::from_fn(|plane| Joined::new(&planes[plane], more(plane)));
         let counts = |moment| self.layout.counts(self.ones, moment, &planes, wanted);

@@ -1,7 +1,7 @@
 //! The best set of each size and each step of cost.
 
 use super::pairs::PairCounts;
-use super::problem::{Found, Problem, SetLimits};
+use super::problem::{FoundSet, Problem, SetLimits};
 use super::step::{Bound, FrontStep, KnownSets, StepSearch, best_within, overlaps};
 use super::worth::Worth;
 use perirobot_march::Error;
@@ -9,11 +9,11 @@ use perirobot_march::progress::Progress;
 
 /// The answer to a study's question.
 #[derive(Clone, Debug, Default)]
-pub struct Answer {
+pub struct FrontAnswer {
     /// The steps by size, and of each size from the whole budget down.
     pub steps: Vec<FrontStep>,
     /// Every set that was judged on the way to one of them, with its worth.
-    pub others: Vec<Found>,
+    pub others: Vec<FoundSet>,
     /// Whether the search ended by itself.
     pub complete: bool,
 }
@@ -44,7 +44,7 @@ pub enum NoAnswer {
 ///
 /// # Errors
 /// When no set meets the requirements; when evidence in a file cannot be read.
-pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<Answer, NoAnswer> {
+pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<FrontAnswer, NoAnswer> {
     let stop = || progress.stops();
     let kept = overlaps(problem);
     let mut known = KnownSets::new();
@@ -84,8 +84,8 @@ pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<Answer, NoAn
     steps.retain(|search| search.step.best.is_some());
     steps.dedup_by(|cheaper, dearer| merge(dearer, cheaper));
     let steps = steps.into_iter().map(|search| search.step).collect();
-    let others = known.into_iter().map(|(set, worth)| Found { set, worth }).collect();
-    Ok(Answer { steps, others, complete: !stop() })
+    let others = known.into_iter().map(|(set, worth)| FoundSet { set, worth }).collect();
+    Ok(FrontAnswer { steps, others, complete: !stop() })
 }
 
 /// The steps of one size, from the limits down, after one that is there already, if any.
@@ -102,7 +102,7 @@ fn descend<'a>(
             // A cheaper set of the same worth would have been taken, so all cheaper ones are worth less.
             let cost = best.as_ref().map(|best| problem.cost_of(&best.set));
             match cost.filter(|&cost| cost > 0 && !progress.stops()) {
-                Some(cost) => limits.budget = Some(problem.below(cost)),
+                Some(cost) => limits.budget = Some(problem.largest_cost_below(cost)),
                 None => return steps,
             }
         }

@@ -72,7 +72,7 @@ pub struct Gap {
 
 impl Gap {
     /// A proved upper bound for the worth of every set.
-    pub fn above(&self) -> f64 {
+    pub fn upper_bound(&self) -> f64 {
         self.above.value()
     }
 }
@@ -100,7 +100,7 @@ struct CountedCut {
 
 impl CountedCut {
     /// The value without candidates less the threshold, and what each candidate adds, both divided by the threshold.
-    fn of(&self, one: &Inequality) -> (f64, Vec<f64>) {
+    fn coefficients(&self, one: &Inequality) -> (f64, Vec<f64>) {
         let weights: Vec<f64> =
             one.segments().map(|segment| segment.weight as f64 / one.least.max(1) as f64).collect();
         let inside: f64 =
@@ -136,7 +136,7 @@ impl WeighedCuts {
         // In millionths, so that sums of κ stay within 128 bits.
         let numerator = (known.numerator * SCORES).div_euclid(known.denominator);
         let known = Worth::Exact(Ratio { numerator, denominator: SCORES });
-        let all = asked(&problem.asking(problem.goal.0, problem.goal.1), known)?;
+        let all = inequalities(&problem.asking(problem.goal.0, problem.goal.1), known)?;
         let (constant, added) = self.added_up(problem, limits, &all);
         let largest = added.iter().map(|added| added.abs()).max().unwrap_or(0).max(constant.abs());
         let shift = (128 - largest.leading_zeros()).saturating_sub(SUM_BITS);
@@ -220,7 +220,7 @@ impl<'a> GapSearch<'a> {
 
     /// A bound for the scores of each moment that has one, for sets whose mean is to be high; the scores of a
     /// known set are begun from. A score that has no value, or is zero, makes no mean higher.
-    pub(super) fn of_each_moment(
+    pub(super) fn moment_bounds(
         problem: &'a Problem<'a>,
         limits: SetLimits,
         known: &[usize],
@@ -228,7 +228,7 @@ impl<'a> GapSearch<'a> {
     ) -> Option<Vec<Gap>> {
         let each = problem.asking(problem.goal.0, Across::Worst);
         let anything = Worth::Exact(Ratio { numerator: 1, denominator: 2 });
-        let moments: Vec<usize> = asked(&each, anything)?.iter().map(|one| one.moment).collect();
+        let moments: Vec<usize> = inequalities(&each, anything)?.iter().map(|one| one.moment).collect();
         let counts = problem.counts(known);
         let of = |&moment: &usize| {
             let known = Worth::from_counts(problem.goal.0, Across::Worst, &counts[moment..=moment])?;
@@ -245,7 +245,7 @@ impl<'a> GapSearch<'a> {
         // A bound is told as a fraction of numbers without a sign.
         let first = ((known.value() * SCORES as f64).ceil() as i128).max(0);
         // Cuts that are made for a score near the best known one are of use for those above it.
-        let mut all = self.above((first + NEAR).min(SCORES))?;
+        let mut all = self.score_inequalities((first + NEAR).min(SCORES))?;
         self.best = vec![0.0; self.items.len()];
         let (mut high, mut weights, mut patience, mut cooled) = (SCORES, Vec::new(), PATIENCE, 1.0);
         // The best value that shares have so far.
@@ -259,11 +259,11 @@ impl<'a> GapSearch<'a> {
                 let before = high;
                 loop {
                     let cold = self.lp(&all).solve_at(self.limits.at_most, COLD, &mut weights).0;
-                    let weighed = self.weighed(&all, &cold);
+                    let weighed = self.weigh(&all, &cold);
                     let Some(score) = self.lowest(first, high, &weighed) else { break };
                     let lower = high - score;
                     (high, self.shown) = (score, Some(weighed));
-                    all = self.above(high)?;
+                    all = self.score_inequalities(high)?;
                     if lower < CLOSE {
                         break;
                     }
@@ -313,15 +313,17 @@ impl<'a> GapSearch<'a> {
     }
 
     /// The inequalities of sets that are worth more than some millionths.
-    fn above(&self, score: i128) -> Option<Vec<Inequality>> {
-        let mut all = asked(&self.problem, Worth::Exact(Ratio { numerator: score, denominator: SCORES }))?;
+    fn score_inequalities(&self, score: i128) -> Option<Vec<Inequality>> {
+        let mut all =
+            inequalities(&self.problem, Worth::Exact(Ratio { numerator: score, denominator: SCORES }))?;
         all.retain(|one| self.moment.is_none_or(|moment| one.moment == moment));
         Some(all)
     }
 
     /// The lowest score above the first and not above the last for which cuts are a proof.
     fn lowest(&self, first: i128, last: i128, weighed: &WeighedCuts) -> Option<i128> {
-        let proves = |score: i128| self.above(score).is_some_and(|all| self.proves(&all, weighed));
+        let proves =
+            |score: i128| self.score_inequalities(score).is_some_and(|all| self.proves(&all, weighed));
         let (mut low, mut high) = (first, proves(last).then_some(last)?);
         while high - low > 1 {
             let tried = (low + high) / 2;
@@ -334,7 +336,7 @@ impl<'a> GapSearch<'a> {
     fn lp(&self, all: &[Inequality]) -> Lp {
         let (mut constant, mut added) = (Vec::new(), Vec::new());
         for cut in &self.cuts {
-            let (inside, outside) = cut.of(&all[cut.inequality]);
+            let (inside, outside) = cut.coefficients(&all[cut.inequality]);
             constant.push(inside);
             added.push(outside);
         }
@@ -348,7 +350,7 @@ impl<'a> GapSearch<'a> {
 
     /// Adds the cut of each inequality at some shares, and returns the lowest value that these have in any.
     fn cut(&mut self, all: &[Inequality], shares: &[f64]) -> f64 {
-        let share_of = rounded(shares);
+        let share_of = round_shares(shares);
         let shares: Vec<(usize, u64)> = self
             .items
             .iter()
@@ -361,7 +363,7 @@ impl<'a> GapSearch<'a> {
             let (mut inside, mut outside) = (Vec::new(), vec![Vec::new(); one.segments().count()]);
             for (segment, outside) in one.segments().zip(&mut outside) {
                 let hidden = full(evidence, segment, &shares);
-                inside.push(evidence.ones.of(&hidden));
+                inside.push(evidence.ones.count(&hidden));
                 *outside = self
                     .items
                     .par_iter()
@@ -370,7 +372,7 @@ impl<'a> GapSearch<'a> {
                         if row.is_empty() {
                             0
                         } else {
-                            evidence.ones.beyond(&row[segment.words.clone()], &hidden) as u32
+                            evidence.ones.count_minus(&row[segment.words.clone()], &hidden) as u32
                         }
                     })
                     .collect::<Vec<u32>>();
@@ -382,7 +384,7 @@ impl<'a> GapSearch<'a> {
         let cuts: Vec<CountedCut> = all.iter().enumerate().map(of).collect();
         let share = |place: &usize| share_of[*place] as f64 / SHARES as f64;
         let has = |cut: &CountedCut| {
-            let (inside, outside) = cut.of(&all[cut.inequality]);
+            let (inside, outside) = cut.coefficients(&all[cut.inequality]);
             inside + (0..outside.len()).map(|i| outside[i] * share(&i)).sum::<f64>()
         };
         let least = cuts.iter().map(has).fold(f64::INFINITY, f64::min);
@@ -399,7 +401,7 @@ impl<'a> GapSearch<'a> {
     }
 
     /// The cuts with their weights, rounded to whole numbers.
-    fn weighed(&self, all: &[Inequality], weights: &[f64]) -> WeighedCuts {
+    fn weigh(&self, all: &[Inequality], weights: &[f64]) -> WeighedCuts {
         // Weights are for cuts divided by their thresholds; these are for whole ones.
         let (cuts, budget) = weights.split_at(self.cuts.len());
         let often = |(cut, weight): (&CountedCut, &f64)| weight / all[cut.inequality].exact.1.max(1) as f64;
@@ -428,7 +430,7 @@ impl<'a> GapSearch<'a> {
 }
 
 /// The inequalities of sets that are worth more; `None` if cuts say nothing about one.
-fn asked(problem: &Problem, known: Worth) -> Option<Vec<Inequality>> {
+fn inequalities(problem: &Problem, known: Worth) -> Option<Vec<Inequality>> {
     let all = question(problem, Some(known)).all;
     // The first of several is the sum of the others.
     let all = all[usize::from(all.len() > 1)..].to_vec();
@@ -436,7 +438,7 @@ fn asked(problem: &Problem, known: Worth) -> Option<Vec<Inequality>> {
 }
 
 /// Shares rounded to parts, so that their sum is kept.
-fn rounded(shares: &[f64]) -> Vec<u64> {
+fn round_shares(shares: &[f64]) -> Vec<u64> {
     let parts: Vec<f64> = shares.iter().map(|share| share * SHARES as f64).collect();
     let mut whole: Vec<u64> = parts.iter().map(|part| *part as u64).collect();
     let rest = (parts.iter().sum::<f64>().round() as u64).saturating_sub(whole.iter().sum::<u64>());

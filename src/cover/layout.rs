@@ -69,7 +69,7 @@ pub struct PartBits {
 
 /// What is counted of a union.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wanted {
+pub struct WantedCounts {
     /// The labels of all voxels.
     pub labels: bool,
     /// Besides, those of people's and the robot's voxels.
@@ -78,13 +78,13 @@ pub struct Wanted {
     pub people: bool,
 }
 
-impl Wanted {
+impl WantedCounts {
     /// Everything.
-    pub const ALL: Wanted = Wanted { labels: true, roles: true, people: true };
+    pub const ALL: WantedCounts = WantedCounts { labels: true, roles: true, people: true };
 
     /// What some scores are made of.
-    pub fn from_scores(scores: impl Iterator<Item = Score>) -> Wanted {
-        let mut wanted = Wanted { labels: false, roles: false, people: false };
+    pub fn from_scores(scores: impl Iterator<Item = Score>) -> WantedCounts {
+        let mut wanted = WantedCounts { labels: false, roles: false, people: false };
         for score in scores {
             match score {
                 Score::F1 | Score::Kappa => wanted.labels = true,
@@ -167,17 +167,17 @@ impl BitLayout {
         ones: Ones,
         moment: &MomentBits,
         planes: &[Joined; PLANES],
-        wanted: Wanted,
+        wanted: WantedCounts,
     ) -> Confusion {
         let [truly, falsely, _] = &moment.words;
         let mut counts = Confusion::default();
         if wanted.labels {
             let (hit, missed) = (planes[HIT].part(truly), planes[MISSED].part(truly));
             let (wrong, clear) = (planes[FALSE].part(falsely), planes[CLEAR].part(falsely));
-            counts.tp = ones.of_joined(hit);
+            counts.tp = ones.count_joined(hit);
             counts.fn_ = ones.joined_beyond(missed, hit);
             counts.uo = moment.voxels[0] - counts.tp - counts.fn_;
-            counts.fp = ones.of_joined(wrong);
+            counts.fp = ones.count_joined(wrong);
             counts.tn = ones.joined_beyond(clear, wrong);
             counts.uf = moment.voxels[1] - counts.fp - counts.tn;
             if wanted.roles {
@@ -191,8 +191,8 @@ impl BitLayout {
         if wanted.people {
             let mut sensed = vec![0; moment.people];
             let tally = |part: &PartBits| {
-                sensed[part.person] += ones.of_joined(planes[FELT].part(&part.words));
-                let hit = ones.of_joined(planes[SEEN].part(&part.words));
+                sensed[part.person] += ones.count_joined(planes[FELT].part(&part.words));
+                let hit = ones.count_joined(planes[SEEN].part(&part.words));
                 PartTally { person: part.person, part: part.part, voxels: part.voxels, hit }
             };
             let parts: Vec<PartTally> = moment.parts.iter().map(tally).collect();

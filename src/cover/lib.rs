@@ -35,12 +35,12 @@ mod worth;
 
 pub use cuts::{CutLimits, CutProof, ProofCut, check_cuts};
 pub use evidence::{CandidateEvidence, Row, RowStore, Union};
-pub use front::{Answer, NoAnswer, answer};
+pub use front::{FrontAnswer, NoAnswer, answer};
 pub use gap::Gap;
 pub use odds::Odds;
 pub use pairs::PairCounts;
-pub use problem::{Found, Joint, Merit, Problem, SetLimits};
-pub use step::{Bound, FrontStep, KnownSets, best_within, overlaps, polished};
+pub use problem::{FoundSet, JointCandidates, Merit, Problem, SetLimits};
+pub use step::{Bound, FrontStep, KnownSets, best_within, overlaps, polish};
 pub use worth::{MOST_VOXELS, Ratio, Worth};
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use super::evidence::Union;
 use super::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN, SPACE_OF};
-use super::problem::{Found, Joint, Problem, SetLimits};
+use super::problem::{FoundSet, JointCandidates, Problem, SetLimits};
 use perirobot_march::metrics::{Confusion, Score};
 
 /// The largest whole number below which floating point holds all.
@@ -27,7 +27,7 @@ const EXACT: u64 = 1 << 53;
 pub(super) struct MeanSearch<'a> {
     problem: &'a Problem<'a>,
     limits: SetLimits,
-    best: &'a Found,
+    best: &'a FoundSet,
     /// The planes whose bits count.
     planes: &'static [usize],
     stop: &'a (dyn Fn() -> bool + Sync),
@@ -61,7 +61,7 @@ impl<'a> MeanSearch<'a> {
     pub(super) fn new(
         problem: &'a Problem<'a>,
         limits: SetLimits,
-        best: &'a Found,
+        best: &'a FoundSet,
         stop: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let planes = planes(problem.goal.0).expect("the score is one of voxels");
@@ -69,9 +69,9 @@ impl<'a> MeanSearch<'a> {
     }
 
     /// The first better set, if there is one.
-    pub(super) fn better(&self) -> Option<Found> {
+    pub(super) fn better(&self) -> Option<FoundSet> {
         let always = &self.problem.always;
-        if let Some(found) = self.judged(always) {
+        if let Some(found) = self.evaluate(always) {
             return Some(found);
         }
         let left = self.limits.at_most - always.len();
@@ -80,16 +80,16 @@ impl<'a> MeanSearch<'a> {
         }
         let union = self.union(always);
         let all = (0..self.problem.evidence.count()).collect::<Vec<_>>();
-        let open =
-            self.counted(&union, all.into_par_iter().filter(|&item| self.fits(always, item)).collect());
-        let open = self.kept(&union, open, left);
-        (0..open.len()).into_par_iter().find_map_first(|i| self.below(always, &open, i, left))
+        let open = self
+            .count_candidates(&union, all.into_par_iter().filter(|&item| self.fits(always, item)).collect());
+        let open = self.prune(&union, open, left);
+        (0..open.len()).into_par_iter().find_map_first(|i| self.search_children(always, &open, i, left))
     }
 
     /// A better set that has one more candidate, the first of those in order from a place on.
-    fn below(&self, chosen: &[usize], open: &Open, i: usize, left: usize) -> Option<Found> {
+    fn search_children(&self, chosen: &[usize], open: &Open, i: usize, left: usize) -> Option<FoundSet> {
         let set = [chosen, &[open[i].0]].concat();
-        if let Some(found) = self.judged(&set) {
+        if let Some(found) = self.evaluate(&set) {
             return Some(found);
         }
         if left == 1 || (self.stop)() {
@@ -98,14 +98,14 @@ impl<'a> MeanSearch<'a> {
         let union = self.union(&set);
         let fits = |(item, _): &&(usize, Bits)| self.fits(&set, *item);
         let inherited: Open = open[i + 1..].iter().filter(fits).cloned().collect();
-        let inherited = self.kept(&union, inherited, left - 1);
-        let open = self.counted(&union, inherited.into_iter().map(|(item, _)| item).collect());
-        let open = self.kept(&union, open, left - 1);
-        (0..open.len()).find_map(|i| self.below(&set, &open, i, left - 1))
+        let inherited = self.prune(&union, inherited, left - 1);
+        let open = self.count_candidates(&union, inherited.into_iter().map(|(item, _)| item).collect());
+        let open = self.prune(&union, open, left - 1);
+        (0..open.len()).find_map(|i| self.search_children(&set, &open, i, left - 1))
     }
 
-    fn judged(&self, set: &[usize]) -> Option<Found> {
-        self.problem.found(set).filter(|found| !set.is_empty() && found.worth > self.best.worth)
+    fn evaluate(&self, set: &[usize]) -> Option<FoundSet> {
+        self.problem.evaluate(set).filter(|found| !set.is_empty() && found.worth > self.best.worth)
     }
 
     fn fits(&self, chosen: &[usize], item: usize) -> bool {
@@ -115,18 +115,18 @@ impl<'a> MeanSearch<'a> {
 
     fn union(&self, set: &[usize]) -> Union {
         match self.problem.joint(set) {
-            Joint::Union(union) => union,
-            Joint::Rows(_) => unreachable!("sums are not searched"),
+            JointCandidates::Union(union) => union,
+            JointCandidates::Rows(_) => unreachable!("sums are not searched"),
         }
     }
 
     /// What candidates add to a union.
-    fn counted(&self, union: &Union, items: Vec<usize>) -> Open {
-        let adds = |item: usize| (item, self.added(union, item));
+    fn count_candidates(&self, union: &Union, items: Vec<usize>) -> Open {
+        let adds = |item: usize| (item, self.added_bits(union, item));
         items.into_par_iter().map(adds).collect()
     }
 
-    fn added(&self, union: &Union, item: usize) -> Bits {
+    fn added_bits(&self, union: &Union, item: usize) -> Bits {
         let evidence = self.problem.evidence;
         let of = |moment: &MomentBits| {
             let mut bits = [0; 2];
@@ -134,7 +134,7 @@ impl<'a> MeanSearch<'a> {
                 let words = moment.words[SPACE_OF[plane]].clone();
                 let row = evidence.plane(item, plane);
                 let Some(row) = row.get(words.clone()) else { continue };
-                *bits = evidence.ones.beyond(row, &union.plane(plane)[words]) as u32;
+                *bits = evidence.ones.count_minus(row, &union.plane(plane)[words]) as u32;
             }
             bits
         };
@@ -142,7 +142,7 @@ impl<'a> MeanSearch<'a> {
     }
 
     /// The candidates that may lead to a better mean with others of the list, the most promising first.
-    fn kept(&self, union: &Union, open: Open, left: usize) -> Open {
+    fn prune(&self, union: &Union, open: Open, left: usize) -> Open {
         let (moments, ones) = (&self.problem.evidence.layout.moments, self.problem.evidence.ones);
         let has = |moment: &MomentBits| {
             let of = |&plane: &usize| {
@@ -150,8 +150,8 @@ impl<'a> MeanSearch<'a> {
                 let row = &union.plane(plane)[words.clone()];
                 match plane {
                     // Where somebody calls a voxel occupied it is not free.
-                    CLEAR => ones.beyond(row, &union.plane(FALSE)[words]),
-                    _ => ones.of(row),
+                    CLEAR => ones.count_minus(row, &union.plane(FALSE)[words]),
+                    _ => ones.count(row),
                 }
             };
             let mut all = [0; 2];
@@ -197,7 +197,7 @@ impl<'a> MeanSearch<'a> {
                     t > 0 && (f > 0 || score == Score::F1)
                 }
             };
-            if let Some(value) = self.problem.goal.0.of(&counts).filter(|_| has_value) {
+            if let Some(value) = self.problem.goal.0.evaluate(&counts).filter(|_| has_value) {
                 sum += value;
                 count += 1;
             }

@@ -13,7 +13,7 @@
 
 use super::evidence::{CandidateEvidence, Row};
 use super::layout::{CLEAR, FALSE, HIT, MISSED, PLANES, SPACE_OF};
-use perirobot_march::backend::{Saying, settled};
+use perirobot_march::backend::{Saying, settle};
 
 /// What is added up.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ impl Odds {
     }
 
     /// The planes of a set: its labels, and the union of its hits.
-    pub(super) fn fused(&self, evidence: &CandidateEvidence, set: &[(usize, &Row)]) -> [Vec<u64>; PLANES] {
+    pub(super) fn fuse(&self, evidence: &CandidateEvidence, set: &[(usize, &Row)]) -> [Vec<u64>; PLANES] {
         let mut set = set.to_vec();
         set.sort_by_key(|&(item, _)| (self.readings[item].0, item));
         let sayings = Saying::from_readings(set.iter().map(|&(item, _)| self.readings[item].1));
@@ -62,7 +62,7 @@ impl Odds {
                     let occupied = said(row, occupied);
                     [occupied, said(row, free) & !occupied]
                 };
-                let labels = settled(&sayings, &heard, settles);
+                let labels = settle(&sayings, &heard, settles);
                 for (plane, label) in [occupied, free].into_iter().zip(labels) {
                     planes[plane][word] = planes[plane][word] & !settles | label;
                 }

@@ -47,7 +47,7 @@ impl PairCounts {
         if (counts + tables.max(rows)) as u64 > evidence.spare_bytes() {
             return None;
         }
-        let rows = Rows::new(evidence, &classes);
+        let rows = ClassRows::new(evidence, &classes);
         let mut counts = vec![vec![0; size * size]; classes.len()];
         for (number, square) in counts.iter_mut().enumerate() {
             square.par_chunks_mut(BLOCK * size).enumerate().for_each(|(block, part)| {
@@ -101,7 +101,7 @@ impl OverlapTable {
 
     /// How much less two candidates add together, by an inequality.
     #[inline(always)]
-    pub(super) fn of(&self, inequality: usize, a: usize, b: usize) -> i64 {
+    pub(super) fn overlap(&self, inequality: usize, a: usize, b: usize) -> i64 {
         self.squares[inequality][a * self.size + b]
     }
 }
@@ -129,12 +129,12 @@ fn weights(inequality: &Inequality, classes: &[Class]) -> Option<Vec<(usize, i64
 }
 
 /// What candidates say: of each class the words in which anybody says anything, row by row.
-struct Rows {
+struct ClassRows {
     classes: Vec<(usize, Vec<u64>)>,
 }
 
-impl Rows {
-    fn new(evidence: &CandidateEvidence, classes: &[Class]) -> Rows {
+impl ClassRows {
+    fn new(evidence: &CandidateEvidence, classes: &[Class]) -> ClassRows {
         let of_class = |(plane, words): &Class| {
             let all = || (0..evidence.count()).map(|item| evidence.plane(item, *plane)).enumerate();
             let all = || all().filter(|(_, row)| !row.is_empty());
@@ -151,7 +151,7 @@ impl Rows {
             }
             (width, rows)
         };
-        Rows { classes: classes.iter().map(of_class).collect() }
+        ClassRows { classes: classes.iter().map(of_class).collect() }
     }
 
     /// The bits that some rows share with each row, in one class.
@@ -161,7 +161,7 @@ impl Rows {
         let size = counts.len() / of.len();
         for b in 0..size {
             for a in of.clone() {
-                counts[(a - of.start) * size + b] = ones.of_both(row(a), row(b)) as u32;
+                counts[(a - of.start) * size + b] = ones.count_both(row(a), row(b)) as u32;
             }
         }
     }

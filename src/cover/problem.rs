@@ -1,7 +1,7 @@
 //! Which sets are allowed, and what each is worth.
 
 use super::evidence::{CandidateEvidence, Row, Union};
-use super::layout::Wanted;
+use super::layout::WantedCounts;
 use super::odds::Odds;
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::{Across, Confusion, Score};
@@ -31,7 +31,7 @@ pub struct Problem<'a> {
 }
 
 /// Some candidates together, which others may join.
-pub enum Joint<'a> {
+pub enum JointCandidates<'a> {
     /// Their union.
     Union(Union),
     /// What each says, where sums decide.
@@ -71,7 +71,7 @@ impl SetLimits {
 
 /// A set and its worth.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct FoundSet {
     /// Candidates by their numbers in the evidence, lowest first.
     pub set: Vec<usize>,
     /// What it is worth.
@@ -95,8 +95,8 @@ impl PartialOrd for Merit {
 impl<'a> Problem<'a> {
     /// Sums change labels, and of some scores labels are no part.
     #[must_use]
-    pub fn without_idle_odds(mut self) -> Self {
-        self.odds = self.odds.take().filter(|_| self.wanted().labels);
+    pub fn drop_idle_odds(mut self) -> Self {
+        self.odds = self.odds.take().filter(|_| self.wanted_counts().labels);
         self
     }
 
@@ -112,7 +112,7 @@ impl<'a> Problem<'a> {
 
     /// The same sets, by another score and without requirements.
     pub fn asking(&self, score: Score, over: Across) -> Problem<'a> {
-        Problem { goal: (score, over), require: Vec::new(), ..self.clone() }.without_idle_odds()
+        Problem { goal: (score, over), require: Vec::new(), ..self.clone() }.drop_idle_odds()
     }
 
     /// Whether a candidate may join some others, whatever it costs.
@@ -133,7 +133,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The largest amount below some cost, above zero, that a set may cost: all of them are multiples of one amount.
-    pub fn below(&self, cost: u64) -> u64 {
+    pub fn largest_cost_below(&self, cost: u64) -> u64 {
         let common = self.cost.iter().fold(0, |a, &b| greatest_common_divisor(a, b)).max(1);
         (cost - 1) / common * common
     }
@@ -149,19 +149,19 @@ impl<'a> Problem<'a> {
     }
 
     /// Some candidates together.
-    pub fn joint(&self, set: &[usize]) -> Joint<'a> {
+    pub fn joint(&self, set: &[usize]) -> JointCandidates<'a> {
         if self.odds.is_some() {
-            return Joint::Rows(set.iter().map(|&item| (item, self.evidence.row(item))).collect());
+            return JointCandidates::Rows(set.iter().map(|&item| (item, self.evidence.row(item))).collect());
         }
         let mut union = self.evidence.nothing();
         set.iter().for_each(|&item| union.add(self.evidence, item));
-        Joint::Union(union)
+        JointCandidates::Union(union)
     }
 
     /// What a set counts, moment by moment: as [`CandidateEvidence::counts`] has it, unless sums of what its sensors say
     /// decide.
     pub fn counts(&self, set: &[usize]) -> Vec<Confusion> {
-        self.counts_with(&self.joint(set), None, Wanted::ALL)
+        self.counts_with(&self.joint(set), None, WantedCounts::ALL)
     }
 
     /// What a set is worth, whatever is required; `None` where it has no value.
@@ -170,8 +170,10 @@ impl<'a> Problem<'a> {
     }
 
     /// What counts are asked for.
-    pub fn wanted(&self) -> Wanted {
-        Wanted::from_scores(std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0)))
+    pub fn wanted_counts(&self) -> WantedCounts {
+        WantedCounts::from_scores(
+            std::iter::once(self.goal.0).chain(self.require.iter().map(|require| require.0)),
+        )
     }
 
     /// How good counts are.
@@ -190,28 +192,35 @@ impl<'a> Problem<'a> {
     }
 
     /// How good some candidates are together, with one more or as they are.
-    pub fn merit(&self, joint: &Joint, more: Option<(usize, &Row)>) -> Merit {
-        self.merit_of(&self.counts_with(joint, more, self.wanted()))
+    pub fn merit(&self, joint: &JointCandidates, more: Option<(usize, &Row)>) -> Merit {
+        self.merit_of(&self.counts_with(joint, more, self.wanted_counts()))
     }
 
-    fn counts_with(&self, joint: &Joint, more: Option<(usize, &Row)>, wanted: Wanted) -> Vec<Confusion> {
+    fn counts_with(
+        &self,
+        joint: &JointCandidates,
+        more: Option<(usize, &Row)>,
+        wanted: WantedCounts,
+    ) -> Vec<Confusion> {
         match (joint, &self.odds) {
-            (Joint::Union(union), _) => self.evidence.counts_of(union, more.map(|(_, row)| row), wanted),
-            (Joint::Rows(rows), Some(odds)) => {
+            (JointCandidates::Union(union), _) => {
+                self.evidence.counts_of(union, more.map(|(_, row)| row), wanted)
+            }
+            (JointCandidates::Rows(rows), Some(odds)) => {
                 let rows = rows.iter().map(|(item, row)| (*item, row)).chain(more);
-                let planes = odds.fused(self.evidence, &rows.collect::<Vec<_>>());
+                let planes = odds.fuse(self.evidence, &rows.collect::<Vec<_>>());
                 self.evidence.counts_of_planes(&planes, |_| &[], wanted)
             }
-            (Joint::Rows(_), None) => unreachable!("rows are kept where they are added up"),
+            (JointCandidates::Rows(_), None) => unreachable!("rows are kept where they are added up"),
         }
     }
 
     /// What a set is worth, if it has a value and meets every requirement.
-    pub fn found(&self, set: &[usize]) -> Option<Found> {
+    pub fn evaluate(&self, set: &[usize]) -> Option<FoundSet> {
         let merit = self.merit(&self.joint(set), None);
         let mut set = set.to_vec();
         set.sort_unstable();
-        merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })
+        merit.worth.filter(|_| merit.meets_all()).map(|worth| FoundSet { set, worth })
     }
 }
 

@@ -90,11 +90,11 @@ pub(super) fn question(problem: &Problem, beaten: Option<Worth>) -> Question {
     let layout = &problem.evidence.layout;
     let mut all = Vec::new();
     if let Some(Worth::Exact(ratio)) = beaten {
-        all.extend(of_score(layout, problem.goal, ratio, true));
+        all.extend(score_inequalities(layout, problem.goal, ratio, true));
     }
     for &(score, over, least) in &problem.require {
         if over != Across::Mean {
-            all.extend(of_score(layout, (score, over), least, false));
+            all.extend(score_inequalities(layout, (score, over), least, false));
         }
     }
     if all.len() > 1 {
@@ -104,7 +104,12 @@ pub(super) fn question(problem: &Problem, beaten: Option<Worth>) -> Question {
 }
 
 /// What a score must reach, or beat.
-fn of_score(layout: &BitLayout, (score, over): (Score, Across), ratio: Ratio, beat: bool) -> Vec<Inequality> {
+fn score_inequalities(
+    layout: &BitLayout,
+    (score, over): (Score, Across),
+    ratio: Ratio,
+    beat: bool,
+) -> Vec<Inequality> {
     let each: Vec<&[MomentBits]> = match over {
         Across::Pooled => vec![&layout.moments],
         _ => layout.moments.chunks(1).collect(),
@@ -147,14 +152,14 @@ fn inequality(
             }
             let gains = vec![(HIT, joined(0), hit, t), (CLEAR, joined(1), clear, f)];
             let charges = vec![(joined(1), charge)];
-            Some(WeightedTerms { gains, charges, par, beat }.scaled())
+            Some(WeightedTerms { gains, charges, par, beat }.scale())
         }
         Score::HumanSeen => {
             let parts = moments.iter().flat_map(|moment| &moment.parts);
             let people: u64 = parts.map(|part| part.voxels).sum();
             let gains = vec![(SEEN, joined(2), q, people)];
             let par = p * i128::from(people);
-            (people > 0).then(|| WeightedTerms { gains, charges: Vec::new(), par, beat }.scaled())
+            (people > 0).then(|| WeightedTerms { gains, charges: Vec::new(), par, beat }.scale())
         }
         _ => {
             let groups: Vec<Group> = moments.iter().flat_map(|moment| who(layout, moment, score)).collect();
@@ -196,7 +201,7 @@ fn who(layout: &BitLayout, moment: &MomentBits, score: Score) -> Vec<Group> {
 }
 
 impl WeightedTerms {
-    fn scaled(self) -> Inequality {
+    fn scale(self) -> Inequality {
         let most: i128 = self.gains.iter().map(|&(_, _, weight, bits)| weight * i128::from(bits)).sum();
         let largest = most.max(self.par.abs()).max(1);
         let shift = (128 - largest.leading_zeros()) as i32 - BITS as i32;
@@ -250,10 +255,11 @@ impl Inequality {
     /// What a union has.
     pub(super) fn state(&self, evidence: &CandidateEvidence, union: &Union) -> UnionState {
         let ones = evidence.ones;
-        let filled = |group: &Group| group.segments.iter().map(|segment| segment.of_union(ones, union)).sum();
+        let filled =
+            |group: &Group| group.segments.iter().map(|segment| segment.count_union(ones, union)).sum();
         let filled: Vec<u64> = self.groups.iter().map(filled).collect();
         let value: u64 = self.groups.iter().zip(&filled).map(|(group, &filled)| filled.min(group.cap)).sum();
-        let charged: u64 = self.charges.iter().map(|charge| charge.of_union(ones, union)).sum();
+        let charged: u64 = self.charges.iter().map(|charge| charge.count_union(ones, union)).sum();
         UnionState { value: value as i64 - charged as i64, filled }
     }
 
@@ -286,12 +292,12 @@ impl Inequality {
         let known = union.plane(FALSE);
         for charge in &self.charges {
             let words = charge.words.clone();
-            loss += charge.weight * evidence.ones.beyond(&wrong[words.clone()], &known[words]);
+            loss += charge.weight * evidence.ones.count_minus(&wrong[words.clone()], &known[words]);
         }
         for segment in self.groups.iter().flat_map(|group| &group.segments).filter(|s| s.plane == CLEAR) {
             let words = segment.words.clone();
             let both = [&wrong[words.clone()], &union.plane(CLEAR)[words.clone()]];
-            loss += segment.weight * evidence.ones.of_both_beyond(both, &known[words]);
+            loss += segment.weight * evidence.ones.count_both_minus(both, &known[words]);
         }
         loss as i64
     }
@@ -312,7 +318,7 @@ impl Inequality {
                 continue;
             }
             let most = left as u64 / segment.weight.max(1);
-            let both = evidence.ones.of_both_up_to(fresh, &row[segment.words.clone()], most);
+            let both = evidence.ones.count_both_up_to(fresh, &row[segment.words.clone()], most);
             left -= (segment.weight * both) as i64;
             if left < 0 {
                 return true;
@@ -322,7 +328,12 @@ impl Inequality {
     }
 
     /// The voxels that a candidate adds to a union, segment by segment of the first group.
-    pub(super) fn added(&self, evidence: &CandidateEvidence, union: &Union, item: usize) -> Vec<Vec<u64>> {
+    pub(super) fn added_bits(
+        &self,
+        evidence: &CandidateEvidence,
+        union: &Union,
+        item: usize,
+    ) -> Vec<Vec<u64>> {
         let of = |segment: &Segment| {
             let row = evidence.plane(item, segment.plane);
             if row.is_empty() { Vec::new() } else { segment.fresh_words(&row, union) }
@@ -333,11 +344,11 @@ impl Inequality {
 
 impl Segment {
     /// What a union has here.
-    fn of_union(&self, ones: Ones, union: &Union) -> u64 {
+    fn count_union(&self, ones: Ones, union: &Union) -> u64 {
         let words = &union.plane(self.plane)[self.words.clone()];
         match self.plane {
-            CLEAR => self.weight * ones.beyond(words, &union.plane(FALSE)[self.words.clone()]),
-            _ => self.weight * ones.of(words),
+            CLEAR => self.weight * ones.count_minus(words, &union.plane(FALSE)[self.words.clone()]),
+            _ => self.weight * ones.count(words),
         }
     }
 
@@ -348,7 +359,7 @@ impl Segment {
             return 0;
         }
         let has = &union.plane(self.plane)[self.words.clone()];
-        self.weight * evidence.ones.beyond(&row[self.words.clone()], has)
+        self.weight * evidence.ones.count_minus(&row[self.words.clone()], has)
     }
 
     /// The bits of a row that a union lacks, without voxels that the union wrongly calls occupied.

@@ -19,12 +19,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::budget::Budget;
-use super::candidates::{Above, Adds, Candidates, differences, picked};
+use super::candidates::{Above, Adds, Candidates, differences, pick_all};
 use super::evidence::Union;
 use super::gap::{CutSum, WeighedCuts};
 use super::layout::FALSE;
 use super::pairs::{OverlapTable, PairCounts};
-use super::problem::{Found, Problem, SetLimits};
+use super::problem::{FoundSet, Problem, SetLimits};
 use super::question::{Question, UnionState, question};
 
 /// Nodes of the first level that are searched before their results are compared.
@@ -49,7 +49,7 @@ pub(super) struct SetSearch<'a> {
 }
 
 /// A set that others extend.
-struct Node {
+struct SearchNode {
     chosen: Vec<usize>,
     cost: u64,
     union: Union,
@@ -60,7 +60,7 @@ struct Node {
 
 /// A node below another one.
 struct Child {
-    node: Node,
+    node: SearchNode,
     /// Which of the candidates after its last one may join it.
     after: Vec<usize>,
     adds: Vec<Adds>,
@@ -88,12 +88,12 @@ pub(super) struct Ahead {
 pub(super) fn search(
     problem: &Problem,
     limits: SetLimits,
-    best: Option<Found>,
+    best: Option<FoundSet>,
     by: Shortcuts,
     ahead: &mut Ahead,
     stop: &(dyn Fn() -> bool + Sync),
-    improve: &mut dyn FnMut(Found) -> Found,
-) -> (Option<Found>, bool) {
+    improve: &mut dyn FnMut(FoundSet) -> FoundSet,
+) -> (Option<FoundSet>, bool) {
     let mut best = best;
     loop {
         let question = question(problem, best.as_ref().map(|best| best.worth));
@@ -112,10 +112,10 @@ pub(super) fn complete(
     problem: &Problem,
     limits: SetLimits,
     given: &[usize],
-    best: &Found,
+    best: &FoundSet,
     kept: Option<&PairCounts>,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Found> {
+) -> Option<FoundSet> {
     let question = question(problem, Some(best.worth));
     let search = SetSearch::new(problem, limits, question, stop);
     let node = search.root(given);
@@ -123,7 +123,7 @@ pub(super) fn complete(
     let all: Vec<usize> = (0..problem.evidence.count()).collect();
     let left = limits.at_most - given.len();
     let candidates = search.candidates_of(&node, left, &all, table.as_ref());
-    search.below(&node, left, candidates)
+    search.search_children(&node, left, candidates)
 }
 
 impl<'a> SetSearch<'a> {
@@ -138,7 +138,7 @@ impl<'a> SetSearch<'a> {
     }
 
     /// A set that is worth more, if there is one and it is not stopped.
-    fn run(&self, kept: Option<&PairCounts>, ahead: &mut Ahead) -> Option<Found> {
+    fn run(&self, kept: Option<&PairCounts>, ahead: &mut Ahead) -> Option<FoundSet> {
         let root = self.root(&self.problem.always);
         let left = self.limits.at_most - root.chosen.len();
         let all: Vec<usize> = (0..self.problem.evidence.count()).collect();
@@ -146,7 +146,7 @@ impl<'a> SetSearch<'a> {
         let candidates =
             self.candidates_of(&root, left, ahead.order.as_ref().unwrap_or(&all), table.as_ref());
         if left <= 2 {
-            return self.below(&root, left, candidates);
+            return self.search_children(&root, left, candidates);
         }
         if let Some(found) = self.judge_node(&root) {
             return Some(found);
@@ -154,7 +154,7 @@ impl<'a> SetSearch<'a> {
         let candidates = match &ahead.order {
             Some(_) => candidates,
             None => {
-                let candidates = candidates.sorted();
+                let candidates = candidates.sort();
                 ahead.order = Some(candidates.items.clone());
                 candidates
             }
@@ -168,9 +168,9 @@ impl<'a> SetSearch<'a> {
             let lot = ahead.done..(ahead.done + LOT).min(candidates.items.len());
             let below = |i: usize| {
                 let child = self.child(&root, left, &candidates, table.as_ref(), i)?;
-                self.below_child(left, &candidates, table.as_ref(), child)
+                self.search_child(left, &candidates, table.as_ref(), child)
             };
-            let found: Vec<Option<Found>> = lot.clone().into_par_iter().map(below).collect();
+            let found: Vec<Option<FoundSet>> = lot.clone().into_par_iter().map(below).collect();
             // The first of the best in the order of the lot, whichever thread was faster.
             let found = found.into_iter().flatten();
             let best = found.reduce(|best, next| if next.worth > best.worth { next } else { best });
@@ -184,35 +184,35 @@ impl<'a> SetSearch<'a> {
         None
     }
 
-    fn root(&self, given: &[usize]) -> Node {
+    fn root(&self, given: &[usize]) -> SearchNode {
         let mut union = self.problem.evidence.nothing();
         given.iter().for_each(|&item| union.add(self.problem.evidence, item));
         self.node(given.to_vec(), union)
     }
 
-    fn node(&self, chosen: Vec<usize>, union: Union) -> Node {
+    fn node(&self, chosen: Vec<usize>, union: Union) -> SearchNode {
         let evidence = self.problem.evidence;
         let states = self.question.all.iter().map(|one| one.state(evidence, &union)).collect();
         let lacks = self.sum.as_ref().map_or(0, |sum| sum.lacks(&chosen));
-        Node { cost: self.problem.cost_of(&chosen), chosen, union, states, lacks }
+        SearchNode { cost: self.problem.cost_of(&chosen), chosen, union, states, lacks }
     }
 
-    fn may_join(&self, node: &Node, item: usize) -> bool {
+    fn may_join(&self, node: &SearchNode, item: usize) -> bool {
         self.limits.afford(node.cost + self.problem.cost[item]) && self.problem.may_join(&node.chosen, item)
     }
 
     /// The candidates that may join a set that is given. `table` has their overlaps before anything is chosen.
     fn candidates_of<'t>(
         &self,
-        node: &Node,
+        node: &SearchNode,
         left: usize,
         items: &[usize],
         table: Option<&'t OverlapTable>,
     ) -> Candidates<'t> {
         let items: Vec<usize> = items.iter().copied().filter(|&item| self.may_join(node, item)).collect();
-        let adds = self.weighed(node, left, &items);
+        let adds = self.weigh_items(node, left, &items);
         let above = table.map(|table| {
-            let alone = self.weighed(&self.root(&[]), left, &items);
+            let alone = self.weigh_items(&self.root(&[]), left, &items);
             let less = (0..self.tabled).map(|j| differences(&alone[j].gains, &adds[j].gains)).collect();
             Above { table, at: items.clone(), less }
         });
@@ -220,7 +220,7 @@ impl<'a> SetSearch<'a> {
     }
 
     /// What candidates add to a node and take from it at most.
-    fn weighed(&self, node: &Node, left: usize, items: &[usize]) -> Vec<Adds> {
+    fn weigh_items(&self, node: &SearchNode, left: usize, items: &[usize]) -> Vec<Adds> {
         let mut found = vec![(Vec::new(), Vec::new()); self.question.all.len()];
         for &item in items {
             self.weigh(node, item, &mut found);
@@ -229,7 +229,7 @@ impl<'a> SetSearch<'a> {
     }
 
     /// Adds to gains and losses what a candidate does to each inequality of a node.
-    fn weigh(&self, node: &Node, item: usize, found: &mut [(Vec<i64>, Vec<i64>)]) {
+    fn weigh(&self, node: &SearchNode, item: usize, found: &mut [(Vec<i64>, Vec<i64>)]) {
         let evidence = self.problem.evidence;
         let all = self.question.all.iter().zip(&node.states).zip(found);
         for ((one, state), (gains, losses)) in all {
@@ -239,31 +239,31 @@ impl<'a> SetSearch<'a> {
     }
 
     /// A set, if it is worth more than what is known.
-    fn judge(&self, set: &[usize]) -> Option<Found> {
-        let found = self.problem.found(set)?;
+    fn judge(&self, set: &[usize]) -> Option<FoundSet> {
+        let found = self.problem.evaluate(set)?;
         self.question.beaten.is_none_or(|beaten| found.worth > beaten).then_some(found)
     }
 
     /// The set of a node itself.
-    fn judge_node(&self, node: &Node) -> Option<Found> {
+    fn judge_node(&self, node: &SearchNode) -> Option<FoundSet> {
         let passes = self.question.all.iter().zip(&node.states).all(|(one, state)| state.value >= one.least);
         (passes && !node.chosen.is_empty()).then(|| self.judge(&node.chosen)).flatten()
     }
 
     /// What a candidate adds to the sum of cuts.
-    fn in_sum(&self, item: usize) -> i64 {
+    fn cut_gain(&self, item: usize) -> i64 {
         self.sum.as_ref().map_or(0, |sum| sum.added[item])
     }
 
     /// The most that so many candidates add to the sum of cuts.
     fn most_in_sum(&self, left: usize, items: &[usize]) -> i64 {
         let mut top = vec![0; left];
-        items.iter().for_each(|&item| insert(&mut top, self.in_sum(item)));
+        items.iter().for_each(|&item| insert(&mut top, self.cut_gain(item)));
         top.iter().sum()
     }
 
     /// Whether so many more of some candidates, which are sorted, may pass every inequality.
-    fn may_pass(&self, node: &Node, left: usize, candidates: &Candidates, of: Range<usize>) -> bool {
+    fn may_pass(&self, node: &SearchNode, left: usize, candidates: &Candidates, of: Range<usize>) -> bool {
         if self.most_in_sum(left, &candidates.items[of.clone()]) < node.lacks {
             return false;
         }
@@ -276,12 +276,12 @@ impl<'a> SetSearch<'a> {
     }
 
     /// The candidates that may be in a set that passes, by what is known of their pairs; they stay sorted.
-    fn pruned<'t>(&self, node: &Node, left: usize, candidates: Candidates<'t>) -> Candidates<'t> {
+    fn prune<'t>(&self, node: &SearchNode, left: usize, candidates: Candidates<'t>) -> Candidates<'t> {
         let budgets = Budget::after_each(self.problem, self.limits, &node.chosen, node.cost, left - 1);
         let number = |i: usize| Budget::number(&budgets, self.problem, candidates.items[i]);
         let others = self.most_in_sum(left - 1, &candidates.items);
         let mut alive: Vec<usize> = (0..candidates.items.len())
-            .filter(|&i| self.in_sum(candidates.items[i]) + others >= node.lacks)
+            .filter(|&i| self.cut_gain(candidates.items[i]) + others >= node.lacks)
             .collect();
         for j in 0..self.question.all.len() {
             let (least, value) = (self.question.all[j].least, node.states[j].value);
@@ -309,18 +309,18 @@ impl<'a> SetSearch<'a> {
                 alive = alive.iter().copied().filter(passes).collect();
             }
         }
-        candidates.picked(&alive)
+        candidates.pick(&alive)
     }
 
     /// A set that is worth more, among a node and those with up to so many more of some candidates.
-    fn below(&self, node: &Node, left: usize, candidates: Candidates) -> Option<Found> {
+    fn search_children(&self, node: &SearchNode, left: usize, candidates: Candidates) -> Option<FoundSet> {
         if let Some(found) = self.judge_node(node) {
             return Some(found);
         }
         if left == 0 || (self.stop)() {
             return None;
         }
-        let candidates = self.pruned(node, left, candidates.sorted());
+        let candidates = self.prune(node, left, candidates.sort());
         match left {
             1 => candidates.items.iter().find_map(|&item| self.judge(&[&node.chosen[..], &[item]].concat())),
             2 => self.pairs(node, &candidates),
@@ -344,7 +344,7 @@ impl<'a> SetSearch<'a> {
                                 .for_each(|table| table.set(j, i, l, candidates.adds[j].gains[l] - gain));
                         }
                     }
-                    if let Some(found) = self.below_child(left, &candidates, table.as_ref(), child) {
+                    if let Some(found) = self.search_child(left, &candidates, table.as_ref(), child) {
                         return Some(found);
                     }
                 }
@@ -366,7 +366,7 @@ impl<'a> SetSearch<'a> {
     /// The node with one more candidate, and those after it that may join it; `None` if nothing below passes.
     fn child(
         &self,
-        node: &Node,
+        node: &SearchNode,
         left: usize,
         candidates: &Candidates,
         table: Option<&OverlapTable>,
@@ -390,7 +390,7 @@ impl<'a> SetSearch<'a> {
         };
         let needed = first.least - node.states[0].value - adds.charged[i];
         // What each adds beside this one at most.
-        let hint = |l: usize| adds.charged[l] - table.map_or(0, |table| table.of(0, i, l));
+        let hint = |l: usize| adds.charged[l] - table.map_or(0, |table| table.overlap(0, i, l));
         let most = {
             let budget = Budget::new(self.problem, self.limits, &chosen, cost, left - 1);
             let sorted =
@@ -400,18 +400,18 @@ impl<'a> SetSearch<'a> {
         if most < needed {
             return None;
         }
-        let lacks = node.lacks - self.in_sum(item) - self.most_in_sum(left - 2, &candidates.items[i + 1..]);
+        let lacks = node.lacks - self.cut_gain(item) - self.most_in_sum(left - 2, &candidates.items[i + 1..]);
         let mut top = vec![0; left - 2];
         (i + 1..candidates.items.len()).for_each(|l| insert(&mut top, hint(l)));
         let others: i64 = top.iter().sum();
         let mut hinted: Vec<(i64, usize)> = (i + 1..candidates.items.len())
             .map(|l| (hint(l), l))
             .filter(|&(hint, l)| {
-                hint + others >= needed && self.in_sum(candidates.items[l]) >= lacks && joins(l)
+                hint + others >= needed && self.cut_gain(candidates.items[l]) >= lacks && joins(l)
             })
             .collect();
         hinted.sort_by_key(|&(hint, l)| (std::cmp::Reverse(hint), l));
-        let child: &Node = union.get_or_insert_with(joined);
+        let child: &SearchNode = union.get_or_insert_with(joined);
         top.fill(0);
         let mut after = Vec::new();
         let mut found = vec![(Vec::new(), Vec::new()); self.question.all.len()];
@@ -431,28 +431,28 @@ impl<'a> SetSearch<'a> {
     }
 
     /// A set that is worth more, among a child and those below it.
-    fn below_child(
+    fn search_child(
         &self,
         left: usize,
         candidates: &Candidates,
         table: Option<&OverlapTable>,
         child: Child,
-    ) -> Option<Found> {
+    ) -> Option<FoundSet> {
         let Child { node, after, adds } = child;
         let above = table.map(|table| {
-            let before = |j: usize| picked(&candidates.adds[j].gains, &after);
+            let before = |j: usize| pick_all(&candidates.adds[j].gains, &after);
             let less = (0..self.tabled).map(|j| differences(&before(j), &adds[j].gains)).collect();
             Above { table, less, at: after.clone() }
         });
-        self.below(
+        self.search_children(
             &node,
             left - 1,
-            Candidates { items: picked(&candidates.items, &after), adds, is_sorted: false, above },
+            Candidates { items: pick_all(&candidates.items, &after), adds, is_sorted: false, above },
         )
     }
 
     /// A set that is worth more, among those with one or two more candidates.
-    fn pairs(&self, node: &Node, candidates: &Candidates) -> Option<Found> {
+    fn pairs(&self, node: &SearchNode, candidates: &Candidates) -> Option<FoundSet> {
         let (evidence, count) = (self.problem.evidence, self.question.all.len());
         let value = |j: usize| node.states[j].value;
         for (i, &item) in candidates.items.iter().enumerate() {
@@ -468,9 +468,9 @@ impl<'a> SetSearch<'a> {
                 return Some(found);
             }
             let mut fresh = None;
-            let lacks = node.lacks - self.in_sum(item);
+            let lacks = node.lacks - self.cut_gain(item);
             for l in i + 1..candidates.items.len() {
-                if self.in_sum(candidates.items[l]) < lacks {
+                if self.cut_gain(candidates.items[l]) < lacks {
                     continue;
                 }
                 let charged = |of: usize| candidates.adds[0].charged[of];
@@ -491,7 +491,7 @@ impl<'a> SetSearch<'a> {
                     continue;
                 }
                 if let Some(first) = self.question.all.first().filter(|first| first.is_plain()) {
-                    let fresh = fresh.get_or_insert_with(|| first.added(evidence, &node.union, item));
+                    let fresh = fresh.get_or_insert_with(|| first.added_bits(evidence, &node.union, item));
                     if first.overlap_exceeds(fresh, evidence, other, slack(0)) {
                         continue;
                     }

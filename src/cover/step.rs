@@ -9,7 +9,7 @@ use super::climb::{climb, climbs};
 use super::gap::{Gap, GapSearch, WeighedCuts};
 use super::mean::{MeanSearch, bounds_means};
 use super::pairs::PairCounts;
-use super::problem::{Found, Problem, SetLimits};
+use super::problem::{FoundSet, Problem, SetLimits};
 use super::question::question;
 use super::search::{Ahead, Shortcuts, complete, search};
 use super::worth::{Ratio, Worth};
@@ -22,7 +22,7 @@ pub struct FrontStep {
     /// The limits.
     pub limits: SetLimits,
     /// The best set that was found; none is worth more if that is proven.
-    pub best: Option<Found>,
+    pub best: Option<FoundSet>,
     /// What no set is worth more than.
     pub bound: Bound,
 }
@@ -31,7 +31,7 @@ impl FrontStep {
     /// What is known after this many seconds of search.
     fn state(&self, seconds: f64) -> SearchState {
         let best = self.best.as_ref().map(|best| best.worth.value());
-        let bound = best.and_then(|best| self.bound.above(best));
+        let bound = best.and_then(|best| self.bound.upper_score(best));
         SearchState { bound, seconds: Some(seconds), ..self.limits.state(best) }
     }
 }
@@ -52,10 +52,10 @@ pub enum Bound {
 
 impl Bound {
     /// The score that no set is above, given the best set's.
-    pub fn above(&self, best: f64) -> Option<f64> {
+    pub fn upper_score(&self, best: f64) -> Option<f64> {
         match self {
             Bound::Proven => Some(best),
-            Bound::AtMost(gaps) => Some(gaps.iter().map(Gap::above).sum::<f64>() / gaps.len() as f64),
+            Bound::AtMost(gaps) => Some(gaps.iter().map(Gap::upper_bound).sum::<f64>() / gaps.len() as f64),
             Bound::Searched(above) => Some(*above as f64 / MILLION as f64),
             Bound::Unknown => None,
         }
@@ -110,7 +110,7 @@ impl<'a> StepSearch<'a> {
         ends.truncate(POLISHED);
         for found in ends {
             let found = match problem.is_searchable() {
-                true => polished(problem, limits, kept, found, stop),
+                true => polish(problem, limits, kept, found, stop),
                 false => found,
             };
             known.insert(found.set, found.worth);
@@ -181,9 +181,9 @@ impl<'a> StepSearch<'a> {
         let (begin, limits) = (Instant::now(), self.step.limits);
         let StepSearch { problem, kept, progress, cuts, ahead, step, .. } = self;
         let pause = || progress.stops() || longest.is_some_and(|longest| begin.elapsed() > longest);
-        let mut improve = |found: Found| {
+        let mut improve = |found: FoundSet| {
             known.insert(found.set.clone(), found.worth);
-            let further = polished(problem, limits, *kept, found, &|| progress.stops());
+            let further = polish(problem, limits, *kept, found, &|| progress.stops());
             known.insert(further.set.clone(), further.worth);
             progress.show_search(&limits.state(Some(further.worth.value())));
             further
@@ -199,7 +199,7 @@ impl<'a> StepSearch<'a> {
                 // Of a mean any set will do: no inequality says which are better.
                 let is_found = AtomicBool::new(false);
                 let pause = || pause() || is_mean && is_found.load(Relaxed);
-                let mut improve = |found: Found| {
+                let mut improve = |found: FoundSet| {
                     is_found.store(true, Relaxed);
                     improve(found)
                 };
@@ -226,11 +226,11 @@ impl<'a> StepSearch<'a> {
         let above = (worth.numerator * MILLION).div_euclid(worth.denominator) + NEARLY;
         // No score is above one.
         let is_near = |bound: f64| bound <= above as f64 / MILLION as f64;
-        if above >= MILLION || step.bound.above(0.0).is_none_or(is_near) {
+        if above >= MILLION || step.bound.upper_score(0.0).is_none_or(is_near) {
             return false;
         }
         let by = Shortcuts { overlaps: *kept, cuts: cuts.as_ref() };
-        let (found, is_searched) = above_all(problem, step.limits, above, by, &|| progress.stops());
+        let (found, is_searched) = find_above(problem, step.limits, above, by, &|| progress.stops());
         if let Some(found) = &found {
             known.insert(found.set.clone(), found.worth);
             step.best = Some(found.clone());
@@ -248,9 +248,7 @@ impl<'a> StepSearch<'a> {
         let Some(best) = &self.step.best else { return };
         let (problem, limits) = (self.problem, self.step.limits);
         let found = match problem.goal.1 {
-            Across::Mean => {
-                GapSearch::of_each_moment(problem, limits, &best.set, stop).map(|all| (all, None))
-            }
+            Across::Mean => GapSearch::moment_bounds(problem, limits, &best.set, stop).map(|all| (all, None)),
             _ => GapSearch::new(problem, limits, stop)
                 .run(best.worth)
                 .map(|(gap, cuts)| (vec![gap], Some(cuts))),
@@ -270,22 +268,22 @@ impl<'a> StepSearch<'a> {
 }
 
 /// A set above a score in millionths, if one is found, and whether the search came to its end.
-pub(super) fn above_all(
+pub(super) fn find_above(
     problem: &Problem,
     limits: SetLimits,
     above: i128,
     by: Shortcuts,
     stop: &(dyn Fn() -> bool + Sync),
-) -> (Option<Found>, bool) {
+) -> (Option<FoundSet>, bool) {
     let worth = Worth::Exact(Ratio { numerator: above, denominator: MILLION });
     let is_found = AtomicBool::new(false);
-    let mut first = |found: Found| {
+    let mut first = |found: FoundSet| {
         is_found.store(true, Relaxed);
         found
     };
     let pause = || stop() || is_found.load(Relaxed);
     // Nobody has the set that is to be beaten.
-    let bar = Found { set: Vec::new(), worth };
+    let bar = FoundSet { set: Vec::new(), worth };
     let (best, is_searched) =
         search(problem, limits, Some(bar), by, &mut Ahead::default(), &pause, &mut first);
     (best.filter(|_| is_found.load(Relaxed)), is_searched || is_found.load(Relaxed))
@@ -295,10 +293,10 @@ pub(super) fn above_all(
 fn best_mean(
     problem: &Problem,
     limits: SetLimits,
-    mut best: Found,
+    mut best: FoundSet,
     pause: &(dyn Fn() -> bool + Sync),
-    improve: &mut dyn FnMut(Found) -> Found,
-) -> (Found, bool) {
+    improve: &mut dyn FnMut(FoundSet) -> FoundSet,
+) -> (FoundSet, bool) {
     while bounds_means(problem) {
         match MeanSearch::new(problem, limits, &best, pause).better() {
             Some(found) => best = improve(found),
@@ -324,25 +322,25 @@ pub fn best_within(
 }
 
 /// The best of the known sets within some limits.
-fn best_known(problem: &Problem, limits: SetLimits, known: &KnownSets) -> Option<Found> {
+fn best_known(problem: &Problem, limits: SetLimits, known: &KnownSets) -> Option<FoundSet> {
     let fits = |set: &Vec<usize>| set.len() <= limits.at_most && limits.afford(problem.cost_of(set));
-    let better = |a: &Found, b: &Found| {
-        let key = |found: &Found| (found.worth, std::cmp::Reverse(problem.cost_of(&found.set)));
+    let better = |a: &FoundSet, b: &FoundSet| {
+        let key = |found: &FoundSet| (found.worth, std::cmp::Reverse(problem.cost_of(&found.set)));
         key(a).cmp(&key(b)).then(b.set.len().cmp(&a.set.len())).then(b.set.cmp(&a.set))
     };
     let all =
-        known.iter().filter(|(set, _)| fits(set)).map(|(set, &worth)| Found { set: set.clone(), worth });
+        known.iter().filter(|(set, _)| fits(set)).map(|(set, &worth)| FoundSet { set: set.clone(), worth });
     all.max_by(better)
 }
 
 /// Changes one or two sensors of a set as long as that helps.
-pub fn polished(
+pub fn polish(
     problem: &Problem,
     limits: SetLimits,
     kept: Option<&PairCounts>,
-    mut best: Found,
+    mut best: FoundSet,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Found {
+) -> FoundSet {
     loop {
         best = climb(problem, limits, best.set.clone(), stop)
             .filter(|other| other.worth > best.worth)

@@ -10,9 +10,9 @@ use super::front::answer;
 use super::gap::GapSearch;
 use super::layout::BitLayout;
 use super::mean::bounds_means;
-use super::problem::{Found, Problem, SetLimits};
+use super::problem::{FoundSet, Problem, SetLimits};
 use super::search::{Ahead, Shortcuts, search};
-use super::step::{Bound, above_all, overlaps};
+use super::step::{Bound, find_above, overlaps};
 use super::worth::{Ratio, Worth};
 use crate::thorough::cases;
 use perirobot_march::metrics::{Across, Score};
@@ -29,12 +29,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    fn below(&mut self, n: u64) -> u64 {
+    fn number_below(&mut self, n: u64) -> u64 {
         self.bits() % n
     }
 
     fn one_in(&mut self, n: u64) -> bool {
-        self.below(n) == 0
+        self.number_below(n) == 0
     }
 }
 
@@ -44,16 +44,17 @@ const SCORES: [Score; 5] =
 /// Made-up evidence of some candidates of three sensors. The larger `thin`, the less each says.
 fn evidence(random: &mut Random, candidates: usize, noisy: bool, thin: u64) -> CandidateEvidence {
     let one_moment = |random: &mut Random| {
-        let voxels = [random.below(70), random.below(150)];
-        let parts: Vec<(usize, u64)> =
-            (0..random.below(5)).map(|part| ((part / 3) as usize, 1 + random.below(12))).collect();
+        let voxels = [random.number_below(70), random.number_below(150)];
+        let parts: Vec<(usize, u64)> = (0..random.number_below(5))
+            .map(|part| ((part / 3) as usize, 1 + random.number_below(12)))
+            .collect();
         (voxels, parts)
     };
-    let moments: Vec<_> = (0..1 + random.below(3)).map(|_| one_moment(random)).collect();
-    let layout = BitLayout::made_up(&moments, 1 + random.below(4));
-    let items = (0..candidates).map(|i| [(random.below(3)) as usize, i]).collect();
+    let moments: Vec<_> = (0..1 + random.number_below(3)).map(|_| one_moment(random)).collect();
+    let layout = BitLayout::made_up(&moments, 1 + random.number_below(4));
+    let items = (0..candidates).map(|i| [(random.number_below(3)) as usize, i]).collect();
     let planes = (0..candidates).map(|_| {
-        let (some, clear) = (thin * (2 + random.below(4)), thin * (1 + random.below(4)));
+        let (some, clear) = (thin * (2 + random.number_below(4)), thin * (1 + random.number_below(4)));
         let mut planes: [Vec<u64>; 6] =
             std::array::from_fn(|plane| vec![0; layout.words[super::layout::SPACE_OF[plane]]]);
         for moment in &layout.moments {
@@ -95,45 +96,50 @@ fn evidence(random: &mut Random, candidates: usize, noisy: bool, thin: u64) -> C
 fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Across) -> Problem<'a> {
     let count = evidence.count();
     let priced = random.one_in(2);
-    let cost: Vec<u64> = (0..count).map(|_| if priced { 1 + random.below(4) } else { 0 }).collect();
+    let cost: Vec<u64> = (0..count).map(|_| if priced { 1 + random.number_below(4) } else { 0 }).collect();
     let always: Vec<usize> =
-        if random.one_in(4) { vec![random.below(count as u64) as usize] } else { Vec::new() };
+        if random.one_in(4) { vec![random.number_below(count as u64) as usize] } else { Vec::new() };
     let fixed: u64 = always.iter().map(|&item| cost[item]).sum();
     let mut near = vec![vec![0u64; 1]; if random.one_in(2) { count } else { 0 }];
     if !near.is_empty() {
         for _ in 0..count {
-            let [a, b] = [random.below(count as u64) as usize, random.below(count as u64) as usize];
+            let [a, b] =
+                [random.number_below(count as u64) as usize, random.number_below(count as u64) as usize];
             if a != b {
                 near[a][0] |= 1 << b;
                 near[b][0] |= 1 << a;
             }
         }
     }
-    let require = (0..if random.one_in(3) { 1 + random.below(2) } else { 0 }).map(|_| {
-        let over = [Across::Pooled, Across::Worst, Across::Mean][random.below(3) as usize];
-        (SCORES[random.below(5) as usize], over, Ratio::from_f64(random.below(80) as f64 / 100.0))
+    let require = (0..if random.one_in(3) { 1 + random.number_below(2) } else { 0 }).map(|_| {
+        let over = [Across::Pooled, Across::Worst, Across::Mean][random.number_below(3) as usize];
+        (
+            SCORES[random.number_below(5) as usize],
+            over,
+            Ratio::from_f64(random.number_below(80) as f64 / 100.0),
+        )
     });
     let require = require.collect();
     Problem {
         odds: None,
         evidence,
-        goal: (SCORES[random.below(5) as usize], over),
+        goal: (SCORES[random.number_below(5) as usize], over),
         require,
         limits: SetLimits {
-            at_most: (1 + random.below(5) as usize).max(always.len()),
-            budget: priced.then(|| fixed + 1 + random.below(10)),
+            at_most: (1 + random.number_below(5) as usize).max(always.len()),
+            budget: priced.then(|| fixed + 1 + random.number_below(10)),
         },
         cost,
         always,
         near,
         most: (0..3)
-            .map(|_| if random.one_in(3) { 1 + random.below(2) as usize } else { usize::MAX })
+            .map(|_| if random.one_in(3) { 1 + random.number_below(2) as usize } else { usize::MAX })
             .collect(),
     }
 }
 
 /// The best worth within some limits, from all sets.
-fn by_trying(problem: &Problem, limits: SetLimits) -> Option<Worth> {
+fn best_by_trial(problem: &Problem, limits: SetLimits) -> Option<Worth> {
     let allowed = |set: &Vec<usize>| {
         let joined = set.iter().enumerate().all(|(number, &item)| {
             problem.always.contains(&item) || {
@@ -151,7 +157,7 @@ fn by_trying(problem: &Problem, limits: SetLimits) -> Option<Worth> {
     let all = 0..1usize << problem.evidence.count();
     let sets =
         all.map(|bits| (0..problem.evidence.count()).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>());
-    sets.filter(allowed).filter_map(|set| problem.found(&set)).map(|found| found.worth).max()
+    sets.filter(allowed).filter_map(|set| problem.evaluate(&set)).map(|found| found.worth).max()
 }
 
 fn distinct(mut items: Vec<usize>) -> Vec<usize> {
@@ -166,11 +172,11 @@ fn the_answer_is_that_of_trying_every_set() {
     let (mut steps, mut proven_best, mut none, mut by_search) = (0, 0, 0, 0);
     for case in 0..500 {
         let noisy = case % 2 == 1;
-        let candidates = 3 + random.below(7) as usize;
+        let candidates = 3 + random.number_below(7) as usize;
         let evidence = evidence(&mut random, candidates, noisy, 1);
-        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let over = [Across::Pooled, Across::Worst][random.number_below(2) as usize];
         let problem = problem(&mut random, &evidence, over);
-        let expected = by_trying(&problem, problem.limits);
+        let expected = best_by_trial(&problem, problem.limits);
         let found = match answer(&problem, &|| None) {
             Err(error) => {
                 assert_eq!(expected, None, "case {case}: {error:?}: {problem:?}");
@@ -183,10 +189,14 @@ fn the_answer_is_that_of_trying_every_set() {
         let whole = largest.clone().find(|step| step.limits == problem.limits).unwrap();
         assert_eq!(whole.best.as_ref().map(|best| best.worth), expected, "case {case}: {problem:?}");
         for step in &found.steps {
-            let Found { set, worth } = step.best.as_ref().unwrap();
+            let FoundSet { set, worth } = step.best.as_ref().unwrap();
             assert_eq!(step.bound, Bound::Proven);
-            assert_eq!(Some(*worth), by_trying(&problem, step.limits), "case {case}: {step:?}: {problem:?}");
-            assert_eq!(problem.found(set).unwrap().worth, *worth, "case {case}");
+            assert_eq!(
+                Some(*worth),
+                best_by_trial(&problem, step.limits),
+                "case {case}: {step:?}: {problem:?}"
+            );
+            assert_eq!(problem.evaluate(set).unwrap().worth, *worth, "case {case}");
             assert!(set.len() <= step.limits.at_most && step.limits.afford(problem.cost_of(set)));
             steps += 1;
         }
@@ -201,7 +211,7 @@ fn the_answer_is_that_of_trying_every_set() {
                 let fewer = found.steps.iter().filter(|step| step.limits.at_most < below.at_most);
                 let fewer = fewer.filter_map(|step| step.best.as_ref());
                 let fewer = fewer.filter(|best| below.afford(problem.cost_of(&best.set)));
-                assert_eq!(by_trying(&problem, below), fewer.map(|best| best.worth).max(), "case {case}");
+                assert_eq!(best_by_trial(&problem, below), fewer.map(|best| best.worth).max(), "case {case}");
             }
         }
         proven_best += 1;
@@ -220,14 +230,14 @@ fn a_search_from_a_poor_set_ends_at_the_best() {
     let mut improved = 0;
     for case in 0..600 {
         let evidence = evidence(&mut random, 9, case % 2 == 1, 1);
-        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let over = [Across::Pooled, Across::Worst][random.number_below(2) as usize];
         let problem = problem(&mut random, &evidence, over);
-        let expected = by_trying(&problem, problem.limits);
-        let poor = (0..9).filter_map(|item| problem.found(&[item])).min_by_key(|found| found.worth);
+        let expected = best_by_trial(&problem, problem.limits);
+        let poor = (0..9).filter_map(|item| problem.evaluate(&[item])).min_by_key(|found| found.worth);
         let known =
             poor.filter(|_| problem.always.is_empty() && problem.require.is_empty() && problem.cost[0] == 0);
         let mut last = known.as_ref().map(|known| known.worth);
-        let mut keep = |found: Found| {
+        let mut keep = |found: FoundSet| {
             assert!(last.is_none_or(|last| found.worth > last), "case {case}");
             last = Some(found.worth);
             improved += 1;
@@ -251,15 +261,15 @@ fn a_search_that_is_stopped_again_and_again_ends_at_the_best() {
     let mut random = Random(29);
     let (mut pauses, mut with_cuts, mut improved) = (0, 0, 0);
     for case in 0..cases(12, 60) {
-        let count = 40 + random.below(20) as usize;
+        let count = 40 + random.number_below(20) as usize;
         let evidence = evidence(&mut random, count, case % 2 == 1, 3);
-        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let over = [Across::Pooled, Across::Worst][random.number_below(2) as usize];
         let problem =
             Problem { always: Vec::new(), near: Vec::new(), ..problem(&mut random, &evidence, over) };
         let at_most = 3 + usize::from(case % 8 < 2);
         let limits = SetLimits { at_most, ..problem.limits };
-        let expected = by_joining(&problem, limits, &mut Vec::new());
-        let first = (0..count).filter_map(|item| problem.found(&[item])).min_by_key(|found| found.worth);
+        let expected = best_by_joining(&problem, limits, &mut Vec::new());
+        let first = (0..count).filter_map(|item| problem.evaluate(&[item])).min_by_key(|found| found.worth);
         let mut best = first.filter(|found| limits.afford(problem.cost_of(&found.set)));
         let gap = best.as_ref().and_then(|best| GapSearch::new(&problem, limits, &|| false).run(best.worth));
         with_cuts += usize::from(gap.is_some());
@@ -269,7 +279,7 @@ fn a_search_that_is_stopped_again_and_again_ends_at_the_best() {
         loop {
             let asked = AtomicUsize::new(0);
             let stop = || asked.fetch_add(1, Relaxed) > longest;
-            let mut keep = |found: Found| {
+            let mut keep = |found: FoundSet| {
                 improved += 1;
                 found
             };
@@ -313,7 +323,7 @@ fn false_alarms_are_no_overlap() {
         near: Vec::new(),
         most: vec![usize::MAX],
     };
-    let known = problem.found(&[0, 2, 3, 4]);
+    let known = problem.evaluate(&[0, 2, 3, 4]);
     let by = Shortcuts::default();
     let (found, proven) =
         search(&problem, limits, known, by, &mut Ahead::default(), &|| false, &mut |found| found);
@@ -322,15 +332,15 @@ fn false_alarms_are_no_overlap() {
 }
 
 /// The best worth of all sets that have some candidates and others after the last one.
-fn by_joining(problem: &Problem, limits: SetLimits, set: &mut Vec<usize>) -> Option<Worth> {
-    let mut best = problem.found(set).filter(|_| !set.is_empty()).map(|found| found.worth);
+fn best_by_joining(problem: &Problem, limits: SetLimits, set: &mut Vec<usize>) -> Option<Worth> {
+    let mut best = problem.evaluate(set).filter(|_| !set.is_empty()).map(|found| found.worth);
     if set.len() == limits.at_most {
         return best;
     }
     for item in set.last().map_or(0, |last| last + 1)..problem.evidence.count() {
         if limits.afford(problem.cost_of(set) + problem.cost[item]) && problem.may_join(set, item) {
             set.push(item);
-            best = best.max(by_joining(problem, limits, set));
+            best = best.max(best_by_joining(problem, limits, set));
             set.pop();
         }
     }
@@ -364,10 +374,10 @@ fn no_set_is_above_what_cuts_say() {
     let (mut shown, mut near, mut refused) = (0, 0, [0; 4]);
     for case in 0..cases(24, 80) {
         let evidence = evidence(&mut random, 9, case % 2 == 1, 1);
-        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let over = [Across::Pooled, Across::Worst][random.number_below(2) as usize];
         let problem = problem(&mut random, &evidence, over);
-        let Some(best) = by_trying(&problem, problem.limits) else { continue };
-        let poor = (0..9).filter_map(|item| problem.found(&[item])).map(|found| found.worth).min();
+        let Some(best) = best_by_trial(&problem, problem.limits) else { continue };
+        let poor = (0..9).filter_map(|item| problem.evaluate(&[item])).map(|found| found.worth).min();
         let known = poor.unwrap_or(best).min(best);
         let Some((gap, _)) = GapSearch::new(&problem, problem.limits, &|| false).run(known) else { continue };
         assert!(gap.above >= Ratio::from_f64(best.value() - 1e-9), "case {case}: {:?} < {best:?}", gap.above);
@@ -424,9 +434,9 @@ fn sets_above_a_score_are_found_where_there_are_any() {
     let (mut found, mut none) = (0, 0);
     for case in 0..200 {
         let evidence = evidence(&mut random, 8, case % 2 == 1, 1);
-        let over = [Across::Pooled, Across::Worst][random.below(2) as usize];
+        let over = [Across::Pooled, Across::Worst][random.number_below(2) as usize];
         let problem = problem(&mut random, &evidence, over);
-        let Some(Worth::Exact(best)) = by_trying(&problem, problem.limits) else { continue };
+        let Some(Worth::Exact(best)) = best_by_trial(&problem, problem.limits) else { continue };
         let kept = overlaps(&problem);
         let by = Shortcuts { overlaps: kept.as_ref(), cuts: None };
         // At the best score itself there is no set above, a millionth below there may be.
@@ -435,12 +445,12 @@ fn sets_above_a_score_are_found_where_there_are_any() {
         for above in
             [millionths + 1, millionths - 1, millionths - 100_000].map(|above| above.clamp(0, 999_999))
         {
-            let (set, is_searched) = above_all(&problem, problem.limits, above, by, &|| false);
+            let (set, is_searched) = find_above(&problem, problem.limits, above, by, &|| false);
             assert!(is_searched);
             let least = Ratio { numerator: above, denominator: 1_000_000 };
             assert_eq!(set.is_some(), best > least, "case {case}: {above} {best:?}: {problem:?}");
             if let Some(set) = set {
-                assert_eq!(problem.found(&set.set).map(|again| again.worth), Some(set.worth));
+                assert_eq!(problem.evaluate(&set.set).map(|again| again.worth), Some(set.worth));
                 assert!(set.worth > Worth::Exact(least));
                 found += 1;
             } else {
@@ -457,10 +467,10 @@ fn the_best_mean_is_that_of_trying_every_set() {
     let mut random = Random(37);
     let (mut proven, mut open, mut several) = (0, 0, 0);
     for case in 0..300 {
-        let candidates = 3 + random.below(7) as usize;
+        let candidates = 3 + random.number_below(7) as usize;
         let evidence = evidence(&mut random, candidates, case % 2 == 1, 1);
         let problem = problem(&mut random, &evidence, Across::Mean);
-        let expected = by_trying(&problem, problem.limits);
+        let expected = best_by_trial(&problem, problem.limits);
         let Ok(found) = answer(&problem, &|| None) else {
             assert_eq!(expected, None, "case {case}: {problem:?}");
             continue;
@@ -479,7 +489,7 @@ fn the_best_mean_is_that_of_trying_every_set() {
             assert_eq!(step.bound, Bound::Proven, "case {case}");
             assert_eq!(
                 Some(best.worth),
-                by_trying(&problem, step.limits),
+                best_by_trial(&problem, step.limits),
                 "case {case}: {step:?}: {problem:?}"
             );
             proven += 1;
@@ -503,9 +513,9 @@ fn no_set_is_above_the_bound_of_a_mean() {
             continue;
         };
         let set = &step.best.as_ref().unwrap().set;
-        let Some(gaps) = GapSearch::of_each_moment(&problem, step.limits, set, &|| false) else { continue };
-        let best = by_trying(&problem, step.limits).unwrap().value();
-        let above = Bound::AtMost(gaps.clone()).above(0.0).unwrap();
+        let Some(gaps) = GapSearch::moment_bounds(&problem, step.limits, set, &|| false) else { continue };
+        let best = best_by_trial(&problem, step.limits).unwrap().value();
+        let above = Bound::AtMost(gaps.clone()).upper_score(0.0).unwrap();
         assert!(above >= best - 1e-9, "case {case}: {above} < {best}");
         near += usize::from(above < best + 0.1);
         let asked = CutLimits {

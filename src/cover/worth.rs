@@ -29,7 +29,7 @@ impl Worth {
                 counts.iter().filter_map(|counts| Ratio::from_score(score, counts)).min().map(Worth::Exact)
             }
             Across::Mean => {
-                let values: Vec<f64> = counts.iter().filter_map(|counts| score.of(counts)).collect();
+                let values: Vec<f64> = counts.iter().filter_map(|counts| score.evaluate(counts)).collect();
                 (!values.is_empty()).then(|| Worth::Mean(values.iter().sum::<f64>() / values.len() as f64))
             }
         }

@@ -49,20 +49,21 @@ impl JsonFile {
         let again = format!("run `perirobot {}` again", self.command);
         if !path.exists() {
             let what = format!("was written by an older perirobot, which wrote no {}", self.name);
-            let old = Issue::unsupported(what).wanted(again).at(&table);
+            let old = Issue::unsupported(what).with_advice(again).with_place(&table);
             return if table.exists() { Err(old.into()) } else { Ok(None) };
         }
         let bytes = read_regular(&path)?;
         let Head { format } = self.parse(&bytes, &path, &again)?;
         if format != self.format {
             let what = format!("has format {format}, and this perirobot reads format {}", self.format);
-            return Err(Issue::unsupported(what).wanted(again).at(&path).into());
+            return Err(Issue::unsupported(what).with_advice(again).with_place(&path).into());
         }
         self.parse(&bytes, &path, &again).map(Some)
     }
 
     fn parse<T: DeserializeOwned>(&self, bytes: &[u8], path: &Path, again: &str) -> Result<T> {
-        serde_json::from_slice(bytes).map_err(|e| json_issue(&e).cure(again.to_string()).at(path).into())
+        serde_json::from_slice(bytes)
+            .map_err(|e| json_issue(&e).cure(again.to_string()).with_place(path).into())
     }
 }
 

@@ -51,7 +51,7 @@ impl From<Issue> for Error {
 impl Error {
     /// Bad input at a place, as a sentence about it.
     pub fn input(place: impl Into<Site>, what: impl Into<Words>) -> Self {
-        Issue::says(what).at(place).into()
+        Issue::says(what).with_place(place).into()
     }
 
     /// A device that failed, or gave results that cannot be right.
@@ -74,8 +74,8 @@ impl Error {
 
     /// The same, with what would be right.
     #[must_use]
-    pub fn wanted(self, wanted: impl Into<Words>) -> Self {
-        self.map(|issue| issue.wanted(wanted))
+    pub fn with_advice(self, wanted: impl Into<Words>) -> Self {
+        self.map(|issue| issue.with_advice(wanted))
     }
 
     /// The same, with what helps otherwise.
@@ -99,19 +99,19 @@ impl Error {
 
     /// The same with the place, if it is bad input; other errors do not belong to a place in a file.
     #[must_use]
-    pub fn at(self, place: impl Into<Site>) -> Self {
+    pub fn with_place(self, place: impl Into<Site>) -> Self {
         match self {
-            Error::Input(_) | Error::Storage(_) => self.map(|issue| issue.at(place)),
+            Error::Input(_) | Error::Storage(_) => self.map(|issue| issue.with_place(place)),
             other => other,
         }
     }
 
     /// A file that cannot be read or written: bad input, unless the cause may go away by itself.
     pub fn io(path: &Path, doing: impl Into<Words>, source: std::io::Error) -> Self {
-        let issue = Issue::io(doing, &source).at(path);
+        let issue = Issue::io(doing, &source).with_place(path);
         match Error::may_pass(&source) {
             false => issue.into(),
-            true => Error::Storage(issue.wanted("That may pass: run the same command again")),
+            true => Error::Storage(issue.with_advice("That may pass: run the same command again")),
         }
     }
 
@@ -150,7 +150,7 @@ impl Error {
     /// A file of a sweep that cannot be written to the disk.
     pub fn storage(path: &Path, source: std::io::Error) -> Self {
         let cure = "What is finished is kept: mend that and run the same command again";
-        Error::Storage(Issue::io("cannot be written", &source).at(path).wanted(cure))
+        Error::Storage(Issue::io("cannot be written", &source).with_place(path).with_advice(cure))
     }
 }
 

@@ -78,11 +78,11 @@ impl Gates {
     }
 
     /// The gates of a ray with `z_q15` of its length along the sensor's axis: its ranges as distances along it.
-    pub fn of_ray(&self, z_q15: i32) -> Gates {
+    pub fn ray_gates(&self, z_q15: i32) -> Gates {
         let slant = self.slant(z_q15);
         Gates {
-            range_min_q16: along_q16(self.range_min_q16, slant.period_q16),
-            range_max_q16: along_q16(self.range_max_q16, slant.period_q16),
+            range_min_q16: ray_range_q16(self.range_min_q16, slant.period_q16),
+            range_max_q16: ray_range_q16(self.range_max_q16, slant.period_q16),
             along_axis: false,
             ..*self
         }
@@ -105,8 +105,8 @@ impl Slant {
     }
 
     /// What a depth is along the ray ([`along_q16`]).
-    pub fn along_q16(&self, depth_q16: u32) -> u32 {
-        along_q16(depth_q16, self.period_q16)
+    pub fn ray_range_q16(&self, depth_q16: u32) -> u32 {
+        ray_range_q16(depth_q16, self.period_q16)
     }
 }
 
@@ -120,7 +120,7 @@ pub fn axial_q16(z_q15: i32, along_axis: bool) -> u32 {
 /// How far along a ray a depth is: ⌊depth · period / 2¹⁶⌋ for the period of its slant, and at most [`MAX_RANGE_VOXELS`], as the
 /// depth.
 #[inline(always)]
-pub fn along_q16(depth_q16: u32, period_q16: u32) -> u32 {
+pub fn ray_range_q16(depth_q16: u32, period_q16: u32) -> u32 {
     let along_q16 = (depth_q16 >> 16) * period_q16 + first_q16(depth_q16 & 0xffff, period_q16);
     along_q16.min(MAX_RANGE_VOXELS << 16)
 }
@@ -128,7 +128,7 @@ pub fn along_q16(depth_q16: u32, period_q16: u32) -> u32 {
 /// The standard deviation along a ray whose depth has `std_q16`: at most [`MAX_STD_VOXELS`].
 #[inline(always)]
 pub fn std_along_q16(std_q16: u32, period_q16: u32) -> u32 {
-    along_q16(std_q16, period_q16).min(MAX_STD_VOXELS << 16)
+    ray_range_q16(std_q16, period_q16).min(MAX_STD_VOXELS << 16)
 }
 
 /// A ray on its way: the voxel it is in and when it next crosses a boundary of each axis.

@@ -78,7 +78,7 @@ impl Confusion {
     }
 
     /// The same labels with a detection.
-    pub fn with(self, detection: Detection) -> Self {
+    pub fn with_detection(self, detection: Detection) -> Self {
         Confusion { detection, ..self }
     }
 
@@ -86,7 +86,7 @@ impl Confusion {
     pub fn plus(&self, other: &Confusion) -> Confusion {
         let (a, b) = (self.counts(), other.counts());
         let labels = Confusion::from_counts(std::array::from_fn(|i| a[i] + b[i]));
-        labels.with(self.detection.plus(&other.detection))
+        labels.with_detection(self.detection.plus(&other.detection))
     }
 
     /// Voxels of the region.
@@ -206,7 +206,7 @@ mod tests {
             parts_detected: 11,
             ..Default::default()
         };
-        let of = Confusion::from_counts(counts).with(detection);
+        let of = Confusion::from_counts(counts).with_detection(detection);
         assert_eq!((of.human_claimed(), of.human_seen()), (Some(7.0 / 24.0), Some(5.0 / 24.0)));
         assert_eq!((of.people_detected(), of.parts_detected()), (Some(0.75), Some(0.55)));
         assert_eq!(of.plus(&of).detection.counts(), detection.counts().map(|n| 2 * n));

@@ -16,7 +16,7 @@ use pyo3::types::PyCapsule;
 
 /// A column as Python has it.
 #[derive(FromPyObject)]
-pub(crate) enum Given<'py> {
+pub(crate) enum GivenColumn<'py> {
     /// Whole numbers.
     Counts(PyReadonlyArray1<'py, i64>),
     /// Scores, NaN where there is no value.
@@ -25,16 +25,16 @@ pub(crate) enum Given<'py> {
     Names(PyReadonlyArray1<'py, i32>, Vec<String>),
 }
 
-impl Given<'_> {
+impl GivenColumn<'_> {
     /// The same of Arrow: a score without a value is null, names are a dictionary.
     fn array(self) -> Result<ArrayRef, ArrowError> {
         Ok(match self {
-            Given::Counts(all) => Arc::new(Int64Array::from(all.as_array().to_vec())),
-            Given::Scores(all) => {
+            GivenColumn::Counts(all) => Arc::new(Int64Array::from(all.as_array().to_vec())),
+            GivenColumn::Scores(all) => {
                 let value = |&value: &f64| (!value.is_nan()).then_some(value);
                 Arc::new(all.as_array().iter().map(value).collect::<Float64Array>())
             }
-            Given::Names(of, all) => {
+            GivenColumn::Names(of, all) => {
                 let of = Int32Array::from(of.as_array().to_vec());
                 Arc::new(DictionaryArray::<Int32Type>::try_new(of, Arc::new(StringArray::from(all)))?)
             }
@@ -45,7 +45,7 @@ impl Given<'_> {
 /// A stream of one batch with these columns.
 pub(crate) fn stream<'py>(
     py: Python<'py>,
-    columns: Vec<(String, Given<'py>)>,
+    columns: Vec<(String, GivenColumn<'py>)>,
 ) -> PyResult<Bound<'py, PyCapsule>> {
     let wrong = |e: ArrowError| PyValueError::new_err(e.to_string());
     let arrays = columns.into_iter().map(|(name, column)| Ok((name, column.array()?, true)));

@@ -17,7 +17,7 @@ const MOST_THREADS: i64 = 1024;
 pub(crate) type BackendWords = (String, Option<String>, Option<i64>);
 
 /// The backend that is named, and its fallbacks; a warning if that is not the GPU that is there.
-pub(crate) fn opened(words: &BackendWords, listener: &Listener) -> Result<ChosenBackends> {
+pub(crate) fn open(words: &BackendWords, listener: &Listener) -> Result<ChosenBackends> {
     let (backends, unused) = ChosenBackends::open(&choice(words)?)?;
     if let Some(reason) = unused {
         listener.warns_of_device(format!("{reason}; using the CPU instead"));
@@ -75,7 +75,7 @@ impl LastBackends {
 
 impl OpenBackends {
     /// Does a job with the backend that is named, which is opened unless it is open.
-    pub(crate) fn with<T>(
+    pub(crate) fn use_backend<T>(
         self,
         words: BackendWords,
         listener: &Listener,
@@ -83,7 +83,7 @@ impl OpenBackends {
     ) -> Result<(T, OpenBackends)> {
         let mut backends = match self.0.filter(|(of, _)| *of == words) {
             Some((_, backends)) => backends,
-            None => KeptBackends::new(opened(&words, listener)?),
+            None => KeptBackends::new(open(&words, listener)?),
         };
         let done = job(&mut backends)?;
         Ok((done, OpenBackends(Some((words, backends)))))

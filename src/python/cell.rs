@@ -18,7 +18,7 @@ pub(crate) fn map(voxels: ArrayView3<bool>, voxel_size_m: f64, key: [i32; 3]) ->
             KEYS.start,
             KEYS.end - 1
         );
-        return Err(Error::from(Issue::too_large(what).at("cell")));
+        return Err(Error::from(Issue::too_large(what).with_place("cell")));
     }
     let is_set = |[x, y, z]: [i32; 3]| {
         let at = [x - key[0], y - key[1], z - key[2]].map(|n| n as usize);

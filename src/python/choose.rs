@@ -11,7 +11,7 @@ use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::check::ONE_IN;
 
-use crate::backends::{BackendWords, opened};
+use crate::backends::{BackendWords, open};
 use crate::watch::Listener;
 
 /// Finds the best sets, and writes what `perirobot choose` writes: the answer, and a sweep of its sets.
@@ -26,7 +26,7 @@ pub(crate) fn search(
     let choosing = Choosing::new(study, asked(study)?, worlds, MEMORY_BYTES)?;
     let folder = choosing.open(out)?;
     let casting = choosing.begin_casting(None, false)?;
-    let mut backends = opened(words, listener)?;
+    let mut backends = open(words, listener)?;
     let prepare_s = begin.elapsed().as_secs_f64();
     listener.begins("poses", casting.total());
     let evidence = choosing.cast(casting, &mut backends, ONE_IN, listener)?.evidence;
@@ -54,7 +54,7 @@ pub(crate) fn check(
     let choosing = Choosing::new(study, asked(study)?, worlds, MEMORY_BYTES)?;
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;
-    let mut backends = opened(words, listener)?;
+    let mut backends = open(words, listener)?;
     listener.begins("poses", casting.total());
     let evidence = choosing.cast(casting, &mut backends, ONE_IN, listener)?.evidence;
     listener.begins("steps", claims.steps() as u64);
@@ -66,6 +66,6 @@ pub(crate) fn check(
 fn asked(study: &Study) -> Result<&Choose> {
     study.choose.as_ref().ok_or_else(|| {
         let wanted = "say what is looked for, as in objective=\"f1\", region=\"robot\", at_most=3";
-        Error::from(Issue::missing("choose").at(&study.path)).wanted(wanted)
+        Error::from(Issue::missing("choose").with_place(&study.path)).with_advice(wanted)
     })
 }

@@ -6,7 +6,7 @@ use pyo3::PyErr;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 
 /// The exception for an error.
-pub(crate) fn raised(error: &Error) -> PyErr {
+pub(crate) fn to_exception(error: &Error) -> PyErr {
     let words = error.issue().to_text(&name);
     match error {
         Error::Input(_) => PyValueError::new_err(words),

@@ -5,7 +5,7 @@ use numpy::ndarray::{Array6, ArrayView1, ArrayView2};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
-use perirobot_scene::pose::{Frame, Pose};
+use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::run_on;
@@ -21,7 +21,7 @@ const ROUNDED: f64 = 1e-3;
 
 /// Poses of rows: x, y, z in metres and the quaternion w, x, y, z, or the 16 numbers of a matrix that leads from the
 /// sensor's frame to the world.
-pub(crate) fn poses(rows: ArrayView2<f64>, frame: Frame) -> Result<Vec<Pose>, Issue> {
+pub(crate) fn poses(rows: ArrayView2<f64>, frame: RotationFrame) -> Result<Vec<Pose>, Issue> {
     let one = |(number, row): (usize, ArrayView1<f64>)| {
         let row = row.to_vec();
         let pose = match row[..] {
@@ -30,18 +30,18 @@ pub(crate) fn poses(rows: ArrayView2<f64>, frame: Frame) -> Result<Vec<Pose>, Is
             _ => matrix(&row, frame),
         };
         pose.map_err(|wanted| {
-            Issue::says(format!("is {row:?}")).wanted(wanted).at(format!("poses[{number}]"))
+            Issue::says(format!("is {row:?}")).with_advice(wanted).with_place(format!("poses[{number}]"))
         })
     };
     rows.outer_iter().enumerate().map(one).collect()
 }
 
-fn quaternion(at: DVec3, wxyz: [f64; 4], frame: Frame) -> Result<Pose, &'static str> {
+fn quaternion(at: DVec3, wxyz: [f64; 4], frame: RotationFrame) -> Result<Pose, &'static str> {
     let pose = Pose::from_quaternion(at, wxyz, frame);
     pose.map_err(|_| "must be x, y, z in metres and a quaternion w, x, y, z of length 1 (within 0.001)")
 }
 
-fn matrix(row: &[f64], frame: Frame) -> Result<Pose, &'static str> {
+fn matrix(row: &[f64], frame: RotationFrame) -> Result<Pose, &'static str> {
     let rotation = DMat3::from_cols_array(&std::array::from_fn(|i| row[4 * (i % 3) + i / 3]));
     let product = rotation.transpose() * rotation;
     if !product.abs_diff_eq(DMat3::IDENTITY, ROUNDED) || rotation.determinant() < 0.0 {
@@ -52,7 +52,7 @@ fn matrix(row: &[f64], frame: Frame) -> Result<Pose, &'static str> {
     if row[12..] != [0.0, 0.0, 0.0, 1.0] {
         return Err("its last row must be 0, 0, 0, 1, and its last column x, y, z in metres and 1");
     }
-    Ok(Pose::turned(DVec3::new(row[3], row[7], row[11]), rotation, frame))
+    Ok(Pose::from_rotation(DVec3::new(row[3], row[7], row[11]), rotation, frame))
 }
 
 /// The counts of a study whose combinations have one choice each, in so many representations: combinations, moments, repeats,

@@ -67,21 +67,21 @@ pub(crate) fn save(
     let home = study.path.parent().unwrap_or(Path::new(""));
     let mut all: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     for (path, bytes) in files {
-        let name = if *path == study.path { Path::new(STUDY) } else { below(home, path)? };
+        let name = if *path == study.path { Path::new(STUDY) } else { relative_to_home(home, path)? };
         all.push((out.join(name), bytes.strip_prefix(IN_MEMORY.as_bytes()).unwrap_or(bytes).to_vec()));
     }
     for file in study.sources.read_files() {
         let path = home.join(&file.path);
         if files.iter().all(|(known, _)| *known != path) {
             let bytes = std::fs::read(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
-            all.push((out.join(below(home, &path)?), bytes));
+            all.push((out.join(relative_to_home(home, &path)?), bytes));
         }
     }
     // Nothing is written unless all can be.
     for (target, bytes) in &all {
         if target.exists() && std::fs::read(target).ok().as_ref() != Some(bytes) {
             let what = Error::input(target, "is there already, and is another file");
-            return Err(what.wanted("name a new folder"));
+            return Err(what.with_advice("name a new folder"));
         }
     }
     for (target, bytes) in &all {
@@ -94,11 +94,11 @@ pub(crate) fn save(
 }
 
 /// A path from a folder above it.
-fn below<'a>(home: &Path, path: &'a Path) -> Result<&'a Path> {
+fn relative_to_home<'a>(home: &Path, path: &'a Path) -> Result<&'a Path> {
     let inside = path.strip_prefix(home).ok();
     let is_below = |inside: &&Path| inside.components().all(|part| matches!(part, Component::Normal(_)));
     inside.filter(is_below).ok_or_else(|| {
         let cure = "name scenes and files so that they lie in the folder of the study or below";
-        Error::from(Issue::says("lies outside of the study's folder").wanted(cure).at(path))
+        Error::from(Issue::says("lies outside of the study's folder").with_advice(cure).with_place(path))
     })
 }

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use perirobot_decide::choose::as_swept;
-use perirobot_decide::judge::{Among, Judging, chosen_sets, forget, leaders, requires_something};
+use perirobot_decide::judge::{Judging, LeaderScope, chosen_sets, forget, leaders, requires_something};
 use perirobot_march::Result;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::Results;
 
-use crate::backends::{BackendWords, opened};
+use crate::backends::{BackendWords, open};
 use crate::watch::Listener;
 
 /// Judges the sets that were chosen into a folder, and writes what `perirobot judge` writes. Once a sweep has taken their
@@ -26,7 +26,7 @@ pub(crate) fn judge(
     let (study, worlds) = as_swept(folder, study.clone(), worlds.to_vec())?;
     let choices = match chosen_sets(folder, &results)? {
         Some(sets) => sets,
-        None => leaders(&study.requirements, &results, 1, Among::default())?,
+        None => leaders(&study.requirements, &results, 1, LeaderScope::default())?,
     };
     let judging = Judging::new(&study, &worlds, &results, &choices)?;
     warnings.iter().chain(&judging.warnings).for_each(|warning| listener.warns_of_study(warning.clone()));
@@ -35,7 +35,7 @@ pub(crate) fn judge(
     }
     forget(folder, None)?;
     listener.begins("cases", judging.total());
-    let judged = judging.judged(&|| opened(words, listener), listener)?;
+    let judged = judging.judge(&|| open(words, listener), listener)?;
     judged.warnings.iter().for_each(|warning| listener.warns_of_study(warning.clone()));
     judging.write(folder, &judged)
 }

@@ -39,7 +39,7 @@ pub(crate) fn all(
         };
         let choices: Vec<Choice> = of_one.iter().map(choice).collect();
         let world = &worlds[of_one[0].0];
-        let seen = viewer.over_grid(world, &choices)?;
+        let seen = viewer.view_grid(world, &choices)?;
         all.extend(seen.iter().map(|view| (world.grid.size, view.label_bytes())));
         listener.advance(of_one.len() as u64);
     }

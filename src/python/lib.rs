@@ -72,7 +72,7 @@ fn cell_map<'py>(
 #[pyfunction]
 fn arrow_stream<'py>(
     py: Python<'py>,
-    columns: Vec<(String, arrow::Given<'py>)>,
+    columns: Vec<(String, arrow::GivenColumn<'py>)>,
 ) -> PyResult<Bound<'py, PyCapsule>> {
     arrow::stream(py, columns)
 }

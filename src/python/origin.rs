@@ -11,7 +11,7 @@ use pyo3::FromPyObject;
 const STUDY: &str = "(study)";
 
 /// A file of a study, and what is brought in beside it.
-pub(crate) struct Origin {
+pub(crate) struct FileOrigin {
     path: PathBuf,
     overrides: Overrides,
     packages: Vec<(String, PathBuf)>,
@@ -24,14 +24,14 @@ pub(crate) struct Origin {
 
 /// A file in memory.
 #[derive(FromPyObject)]
-pub(crate) enum File {
+pub(crate) enum MemoryFile {
     /// Its keys, as JSON.
     Keys(String),
     /// Whatever it is.
     Bytes(Vec<u8>),
 }
 
-impl Origin {
+impl FileOrigin {
     /// A file on the disk.
     pub(crate) fn file(
         path: PathBuf,
@@ -39,18 +39,18 @@ impl Origin {
         packages: Vec<(String, PathBuf)>,
         allow_outside: bool,
         xacro: bool,
-    ) -> Origin {
-        Origin { path, overrides, packages, allow_outside, xacro, files: Vec::new() }
+    ) -> FileOrigin {
+        FileOrigin { path, overrides, packages, allow_outside, xacro, files: Vec::new() }
     }
 
     /// Keys as JSON, beside files in memory that are named from a folder.
-    pub(crate) fn memory(keys: &str, folder: &Path, files: Vec<(PathBuf, File)>) -> Result<Origin> {
-        let mut origin = Origin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false, false);
+    pub(crate) fn memory(keys: &str, folder: &Path, files: Vec<(PathBuf, MemoryFile)>) -> Result<FileOrigin> {
+        let mut origin = FileOrigin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false, false);
         origin.files.push((origin.path.clone(), text("keys", keys)?));
         for (name, file) in files {
             let bytes = match file {
-                File::Keys(keys) => text(&name.display().to_string(), &keys)?,
-                File::Bytes(bytes) => bytes,
+                MemoryFile::Keys(keys) => text(&name.display().to_string(), &keys)?,
+                MemoryFile::Bytes(bytes) => bytes,
             };
             origin.files.push((folder.join(name), bytes));
         }
@@ -60,7 +60,7 @@ impl Origin {
     /// Reads and checks the study.
     pub(crate) fn read(&self) -> Result<Study> {
         let named = self.packages.iter().map(|(name, folder)| (name.as_str(), folder.as_path()));
-        let beside = Sources::beside(&self.path);
+        let beside = Sources::from_main(&self.path);
         let sources = named.clone().fold(beside, |all, (name, folder)| all.with_package(name, folder));
         let sources =
             self.files.iter().fold(sources, |all, (path, bytes)| all.with_file(path, bytes.clone()));

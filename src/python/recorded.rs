@@ -4,16 +4,16 @@ use std::path::Path;
 
 use glam::DVec3;
 use numpy::ndarray::ArrayView3;
-use perirobot_decide::view::{Names as Wanted, RecordedMap, View, find_scene};
+use perirobot_decide::view::{ChoiceSelector as Wanted, RecordedMap, View, find_scene};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_scene::recording::{Anchor, Asked, Recording};
+use perirobot_scene::recording::{Anchor, Recording, RecordingSelection};
 use perirobot_scene::source::Sources;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::Row;
 
-use crate::table::{Column, Columns, Names, columns};
+use crate::table::{ArrayColumn, Columns, NameTable, columns};
 
 /// Where and when something was recorded, and which region is asked: the pose of its frame, scene, snapshot, region.
 pub(crate) type RecordedWords = (Vec<f64>, Option<String>, usize, Option<String>);
@@ -28,8 +28,8 @@ pub(crate) fn file(
     warn: impl FnMut(String),
 ) -> Result<Recording> {
     let sensor_m = sensor_m.map(DVec3::from_array);
-    let asked = Asked { sensor_m, topic: topic.as_deref(), message: *message };
-    let sources = Sources::beside(path).allow_outside();
+    let asked = RecordingSelection { sensor_m, topic: topic.as_deref(), message: *message };
+    let sources = Sources::from_main(path).allow_outside();
     let recording = Recording::read(path, asked, &sources)?;
     sources.take_remarks().into_iter().for_each(warn);
     Ok(recording)
@@ -39,8 +39,8 @@ pub(crate) fn file(
 pub(crate) fn labels(labels: ArrayView3<u8>, origin_m: [f64; 3], voxel_size_m: f64) -> Result<Recording> {
     let shape = labels.shape().try_into().expect("there are three axes");
     let label = |[x, y, z]: [usize; 3]| labels[[x, y, z]];
-    let read = Recording::of_labels(shape, &label, DVec3::from_array(origin_m), voxel_size_m);
-    read.map_err(|issue| issue.at("recorded").into())
+    let read = Recording::from_labels(shape, &label, DVec3::from_array(origin_m), voxel_size_m);
+    read.map_err(|issue| issue.with_place("recorded").into())
 }
 
 /// The rows of a recording, as `results.csv` has them, and why it does not call occupied what is there.
@@ -69,7 +69,7 @@ pub(crate) fn score(
 /// Why voxels of the rows' regions are overlooked: region, reason, what hides them, how many, and of those a person's.
 fn reasons(map: &RecordedMap, view: &View, rows: &[Row]) -> Columns {
     let (mut words, mut counts) = ([(); 3].map(|()| Vec::new()), [(); 2].map(|()| Vec::new()));
-    let overlooked = map.overlooked(view);
+    let overlooked = map.find_overlooked(view);
     for Row { region, .. } in rows {
         let region = &view.world.regions[*region];
         for one in &overlooked {
@@ -89,13 +89,13 @@ fn reasons(map: &RecordedMap, view: &View, rows: &[Row]) -> Columns {
     }
     let words = ["region", "reason", "object"].into_iter().zip(words);
     let counts = ["voxels_occupied", "voxels_human"].into_iter().zip(counts);
-    let words = words.map(|(name, all)| (name, Names::new(all.into_iter()).column()));
-    words.chain(counts.map(|(name, all)| (name, Column::Counts(all)))).collect()
+    let words = words.map(|(name, all)| (name, NameTable::new(all.into_iter()).column()));
+    words.chain(counts.map(|(name, all)| (name, ArrayColumn::Counts(all)))).collect()
 }
 
 /// Where a frame stands: x, y, z and the yaw in degrees, or x, y, z and a quaternion.
 fn anchor(numbers: &[f64]) -> Result<Anchor> {
-    Anchor::of_numbers(numbers).ok_or_else(|| {
+    Anchor::from_numbers(numbers).ok_or_else(|| {
         let rule =
             "must be x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion of length 1, qw, qx, qy, qz, within 1e8";
         Error::from(Issue::value("pose", format!("{numbers:?}"), rule))

@@ -5,11 +5,11 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::ndarray::ArrayView2;
 use numpy::{IntoPyArray, PyArray3, PyArray6, PyReadonlyArray2, PyReadonlyArray3};
-use perirobot_decide::view::{Choice, Names, find};
+use perirobot_decide::view::{Choice, ChoiceSelector, find};
 use perirobot_march::Error;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::Issue;
-use perirobot_scene::pose::{Frame, Pose};
+use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_scene::source;
 use perirobot_study::study::Overrides;
 use perirobot_study::world::World;
@@ -19,9 +19,9 @@ use perirobot_sweep::sweep;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::backends::{BackendWords, LastBackends, opened};
-use crate::error::raised;
-use crate::origin::{File, Origin, table};
+use crate::backends::{BackendWords, LastBackends, open};
+use crate::error::to_exception;
+use crate::origin::{FileOrigin, MemoryFile, table};
 use crate::recorded::{AskedWords, RecordedWords};
 use crate::table::{Columns, columns};
 use crate::watch::{run, warn};
@@ -66,12 +66,12 @@ impl Study {
         xacro: bool,
     ) -> PyResult<Study> {
         let overrides = Overrides { voxel_size_m, noiseless };
-        let origin = Origin::file(path, overrides, packages, allow_outside, xacro);
-        Study::made(py, || Ok(origin))
+        let origin = FileOrigin::file(path, overrides, packages, allow_outside, xacro);
+        Study::read_checked(py, || Ok(origin))
     }
 
     /// The same study after it was pickled: its files must be those of that time, now and when they are read.
-    fn after(&self, before: Vec<ReadFile>) -> PyResult<Study> {
+    fn restore(&self, before: Vec<ReadFile>) -> PyResult<Study> {
         let (study, files) = (self.study.clone(), self.files.clone());
         let study = Study { study, files, before, worlds: Arc::default(), backends: LastBackends::default() };
         study.check_files()?;
@@ -97,8 +97,13 @@ impl Study {
 
     /// Checks a study whose keys are given as JSON, beside files in memory that are named from a folder.
     #[staticmethod]
-    fn of(py: Python<'_>, keys: &str, folder: PathBuf, files: Vec<(PathBuf, File)>) -> PyResult<Study> {
-        Study::made(py, || Origin::memory(keys, &folder, files))
+    fn from_keys(
+        py: Python<'_>,
+        keys: &str,
+        folder: PathBuf,
+        files: Vec<(PathBuf, MemoryFile)>,
+    ) -> PyResult<Study> {
+        Study::read_checked(py, || FileOrigin::memory(keys, &folder, files))
     }
 
     /// The same study with some keys of `[choose]`, given as JSON, instead of its own.
@@ -216,7 +221,7 @@ impl Study {
         let worlds = self.worlds(py)?;
         run(py, progress.as_ref(), |listener| {
             listener.begins("poses", jobs(&self.study));
-            let mut backends = opened(&backend, listener)?;
+            let mut backends = open(&backend, listener)?;
             let rows = sweep::run_on(&self.study, worlds, &mut backends, listener)?;
             Ok(columns((&self.study).into(), &rows))
         })
@@ -251,12 +256,12 @@ impl Study {
         let worlds = self.worlds(py)?;
         let each = poses.iter().map(|(sensor, rows)| Ok((sensor, self.sensor(sensor)?, rows.as_array())));
         let each: Vec<(&String, usize, ArrayView2<f64>)> = each.collect::<PyResult<_>>()?;
-        let frame = if is_optical { Frame::Optical } else { Frame::Link };
+        let frame = if is_optical { RotationFrame::Optical } else { RotationFrame::Link };
         let open = self.backends.take();
         let (counts, open) = run(py, None, |listener| {
             let poses = each.into_iter().map(|(name, sensor, rows)| {
                 let poses = evaluate::poses(rows, frame);
-                Ok((sensor, poses.map_err(|issue| issue.at(format!("sensor {name:?}")))?))
+                Ok((sensor, poses.map_err(|issue| issue.with_place(format!("sensor {name:?}")))?))
             });
             let poses: Vec<(usize, Vec<Pose>)> = poses.collect::<perirobot_march::Result<_>>()?;
             let study = self.study.elsewhere(&poses)?;
@@ -264,7 +269,7 @@ impl Study {
             let ways = poses.iter().map(ways).product();
             worlds.iter().try_for_each(|world| world.examine_sensors(&study))?;
             let moved: Vec<World> = worlds.iter().map(|world| world.with_sensors(&study.sensors)).collect();
-            open.with(backend, listener, |backends| {
+            open.use_backend(backend, listener, |backends| {
                 evaluate::counts((&study, ways), &moved, backends, listener)
             })
         })?;
@@ -275,9 +280,9 @@ impl Study {
     /// Finds a choice of poses in a world by its names.
     fn find(&self, py: Python<'_>, words: ChoiceWords) -> PyResult<View> {
         let (poses, combination, representation, scene, snapshot, repeat) = words;
-        let names = Names { poses, combination, representation, scene, snapshot, repeat };
+        let names = ChoiceSelector { poses, combination, representation, scene, snapshot, repeat };
         let worlds = self.worlds(py)?;
-        let (world, choice) = find(&self.study, worlds, &names).map_err(|error| raised(&error))?;
+        let (world, choice) = find(&self.study, worlds, &names).map_err(|error| to_exception(&error))?;
         let number = worlds.iter().position(|other| std::ptr::eq(other, world));
         let Choice { combination, choice, representation, repeat } = choice;
         Ok((number.expect("it is one of them"), [combination, choice, representation, repeat]))
@@ -303,7 +308,7 @@ impl Study {
         let worlds = self.worlds(py)?;
         let open = self.backends.take();
         let (all, open) = run(py, progress.as_ref(), |listener| {
-            open.with(backend, listener, |backends| {
+            open.use_backend(backend, listener, |backends| {
                 let mut backend = backends.open(Fallback::None)?;
                 let all = labels::all(&self.study, worlds, &views, &mut *backend, listener)?;
                 backends.take_back(backend);
@@ -317,9 +322,9 @@ impl Study {
 
 impl Study {
     /// Reads and checks what comes from somewhere.
-    fn made(
+    fn read_checked(
         py: Python<'_>,
-        origin: impl FnOnce() -> perirobot_march::Result<Origin> + Send,
+        origin: impl FnOnce() -> perirobot_march::Result<FileOrigin> + Send,
     ) -> PyResult<Study> {
         let (study, files) = run(py, None, |_| {
             let origin = origin()?;
@@ -337,8 +342,9 @@ impl Study {
         match self.before.iter().find(differs) {
             None => Ok(()),
             Some((path, _)) => {
-                let what = Issue::says("has changed since the study was pickled").wanted("pickle it again");
-                Err(raised(&Error::from(what.at(path.as_str()))))
+                let what =
+                    Issue::says("has changed since the study was pickled").with_advice("pickle it again");
+                Err(to_exception(&Error::from(what.with_place(path.as_str()))))
             }
         }
     }

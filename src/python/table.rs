@@ -14,10 +14,10 @@ use perirobot_sweep::sweep::Row;
 use pyo3::prelude::*;
 
 /// The columns of a table, by their names and in its order.
-pub(crate) type Columns = Vec<(&'static str, Column)>;
+pub(crate) type Columns = Vec<(&'static str, ArrayColumn)>;
 
 /// A column.
-pub(crate) enum Column {
+pub(crate) enum ArrayColumn {
     /// Whole numbers; int64 in Python.
     Counts(Vec<i64>),
     /// Scores, NaN where there is no value; float64 in Python.
@@ -26,16 +26,16 @@ pub(crate) enum Column {
     Names(Vec<i32>, Vec<String>),
 }
 
-impl<'py> IntoPyObject<'py> for Column {
+impl<'py> IntoPyObject<'py> for ArrayColumn {
     type Target = PyAny;
     type Output = Bound<'py, PyAny>;
     type Error = PyErr;
 
     fn into_pyobject(self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self {
-            Column::Counts(all) => Ok(all.into_pyarray(py).into_any()),
-            Column::Scores(all) => Ok(all.into_pyarray(py).into_any()),
-            Column::Names(of, all) => Ok((of.into_pyarray(py), all).into_pyobject(py)?.into_any()),
+            ArrayColumn::Counts(all) => Ok(all.into_pyarray(py).into_any()),
+            ArrayColumn::Scores(all) => Ok(all.into_pyarray(py).into_any()),
+            ArrayColumn::Names(of, all) => Ok((of.into_pyarray(py), all).into_pyobject(py)?.into_any()),
         }
     }
 }
@@ -78,14 +78,15 @@ impl From<&Subject> for Titles {
 
 /// The columns of `results.csv`.
 pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
-    let counts =
-        |number: &dyn Fn(&Row) -> u64| Column::Counts(rows.iter().map(|row| number(row) as i64).collect());
-    let named = |names: Names, number: &dyn Fn(&Row) -> usize| {
-        Column::Names(rows.iter().map(|row| names.of[number(row)]).collect(), names.all)
+    let counts = |number: &dyn Fn(&Row) -> u64| {
+        ArrayColumn::Counts(rows.iter().map(|row| number(row) as i64).collect())
+    };
+    let named = |names: NameTable, number: &dyn Fn(&Row) -> usize| {
+        ArrayColumn::Names(rows.iter().map(|row| names.of[number(row)]).collect(), names.all)
     };
     let Titles { scenes, regions, combinations } = titles;
-    let choices = before(combinations.iter().map(|(_, poses, _)| poses.len()));
-    let firsts = before(combinations.iter().map(|(.., ways)| ways.len()));
+    let choices = running_totals(combinations.iter().map(|(_, poses, _)| poses.len()));
+    let firsts = running_totals(combinations.iter().map(|(.., ways)| ways.len()));
     let (mut names, mut poses, mut ways) = (Vec::new(), Vec::new(), Vec::new());
     for (name, of_poses, of_ways) in combinations {
         names.push(name);
@@ -93,16 +94,16 @@ pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
         ways.extend(of_ways);
     }
     let mut columns: Columns = vec![
-        ("scene", named(Names::new(scenes.into_iter()), &|row| row.scene)),
+        ("scene", named(NameTable::new(scenes.into_iter()), &|row| row.scene)),
         ("snapshot", counts(&|row| row.snapshot as u64)),
         ("repeat", counts(&|row| row.repeat as u64)),
-        ("combination", named(Names::new(names.into_iter()), &|row| row.combination)),
-        ("poses", named(Names::new(poses.into_iter()), &|row| choices[row.combination] + row.choice)),
+        ("combination", named(NameTable::new(names.into_iter()), &|row| row.combination)),
+        ("poses", named(NameTable::new(poses.into_iter()), &|row| choices[row.combination] + row.choice)),
         (
             "representation",
-            named(Names::new(ways.into_iter()), &|row| firsts[row.combination] + row.representation),
+            named(NameTable::new(ways.into_iter()), &|row| firsts[row.combination] + row.representation),
         ),
-        ("region", named(Names::new(regions.into_iter()), &|row| row.region)),
+        ("region", named(NameTable::new(regions.into_iter()), &|row| row.region)),
     ];
     for (number, name) in COUNT_COLUMNS.into_iter().enumerate() {
         columns.push((name, counts(&|row| row.counts.counts()[number])));
@@ -110,23 +111,23 @@ pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
     for (number, name) in DETECTION_COLUMNS.into_iter().enumerate() {
         columns.push((name, counts(&|row| row.counts.detection.counts()[number])));
     }
-    let missed = Names::new(rows.iter().map(|row| row.counts.detection.missed_names()));
+    let missed = NameTable::new(rows.iter().map(|row| row.counts.detection.missed_names()));
     columns.push((MISSED_COLUMN, missed.column()));
     for score in scores() {
-        let value = |row: &Row| score.of(&row.counts).unwrap_or(f64::NAN);
-        columns.push((score.name(), Column::Scores(rows.iter().map(value).collect())));
+        let value = |row: &Row| score.evaluate(&row.counts).unwrap_or(f64::NAN);
+        columns.push((score.name(), ArrayColumn::Scores(rows.iter().map(value).collect())));
     }
     columns
 }
 
 /// Names, each once, and the number of each that was asked for.
-pub(crate) struct Names {
+pub(crate) struct NameTable {
     all: Vec<String>,
     of: Vec<i32>,
 }
 
-impl Names {
-    pub(crate) fn new(names: impl Iterator<Item = String>) -> Names {
+impl NameTable {
+    pub(crate) fn new(names: impl Iterator<Item = String>) -> NameTable {
         let (mut known, mut all) = (HashMap::new(), Vec::new());
         let of = names.map(|name| {
             *known.entry(name).or_insert_with_key(|name| {
@@ -135,17 +136,17 @@ impl Names {
             })
         });
         let of = of.collect();
-        Names { all, of }
+        NameTable { all, of }
     }
 
     /// All that were asked for.
-    pub(crate) fn column(self) -> Column {
-        Column::Names(self.of, self.all)
+    pub(crate) fn column(self) -> ArrayColumn {
+        ArrayColumn::Names(self.of, self.all)
     }
 }
 
 /// How many there are before each.
-fn before(counts: impl Iterator<Item = usize>) -> Vec<usize> {
+fn running_totals(counts: impl Iterator<Item = usize>) -> Vec<usize> {
     let sum = |sum: &mut usize, count| Some(std::mem::replace(sum, *sum + count));
     counts.scan(0, sum).collect()
 }

@@ -13,7 +13,7 @@ use perirobot_march::Result;
 use perirobot_march::progress::{Fault, Progress, SearchState};
 use pyo3::prelude::*;
 
-use crate::error::raised;
+use crate::error::to_exception;
 use crate::process;
 
 /// Why a job ends that Python stopped; what Python raised is told instead.
@@ -51,7 +51,7 @@ pub(crate) fn run<T: Send>(
     job: impl FnOnce(&Listener) -> Result<T> + Send,
 ) -> PyResult<T> {
     let listener = &Listener::default();
-    let threads = process::threads().map_err(|error| raised(&error))?;
+    let threads = process::threads().map_err(|error| to_exception(&error))?;
     let mut done = None;
     let mut told = py.detach(|| {
         threads.in_place_scope(|scope| {
@@ -79,7 +79,7 @@ pub(crate) fn run<T: Send>(
         Err(_) => drop(listener.pass_on(py, progress)),
     }
     told?;
-    done.expect("the job has ended").map_err(|error| raised(&error))
+    done.expect("the job has ended").map_err(|error| to_exception(&error))
 }
 
 impl Listener {

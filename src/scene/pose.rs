@@ -22,7 +22,7 @@ pub struct Pose {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
-pub enum Frame {
+pub enum RotationFrame {
     /// x forward, y left, z up.
     #[default]
     Link,
@@ -81,7 +81,7 @@ impl Pose {
         let right = forward.cross(up).normalize();
         let base = DMat3::from_cols(right, forward.cross(right), forward);
         let world_from_optical = about_z(pan_rad) * base * about_x(tilt_rad);
-        Pose::turned(position_m, world_from_optical, Frame::Optical)
+        Pose::from_rotation(position_m, world_from_optical, RotationFrame::Optical)
     }
 
     /// A pose that stands upright: z is world z, x the horizontal part of a facing (world x where that is vertical),
@@ -91,7 +91,7 @@ impl Pose {
         let flat = DVec3::new(forward.x, forward.y, 0.0);
         let x = if is_vertical(forward) { DVec3::X } else { flat.normalize() };
         let base = DMat3::from_cols(x, DVec3::Z.cross(x), DVec3::Z);
-        Pose::turned(position_m, about_z(pan_rad) * base, Frame::Link)
+        Pose::from_rotation(position_m, about_z(pan_rad) * base, RotationFrame::Link)
     }
 
     /// The same pose elsewhere, panned about world z and tilted about its own right.
@@ -100,14 +100,14 @@ impl Pose {
             return Pose { position_m, ..*self };
         }
         let world_from_optical = about_z(pan_rad) * self.optical() * about_x(tilt_rad);
-        Pose::turned(position_m, world_from_optical, Frame::Optical)
+        Pose::from_rotation(position_m, world_from_optical, RotationFrame::Optical)
     }
 
     /// A pose from the rotation of one of its frames.
-    pub fn turned(position_m: DVec3, rotation: DMat3, frame: Frame) -> Self {
+    pub fn from_rotation(position_m: DVec3, rotation: DMat3, frame: RotationFrame) -> Self {
         let link = match frame {
-            Frame::Link => rotation,
-            Frame::Optical => rotation * LINK_FROM_OPTICAL.transpose(),
+            RotationFrame::Link => rotation,
+            RotationFrame::Optical => rotation * LINK_FROM_OPTICAL.transpose(),
         };
         // One sign for each rotation, so that a table of poses reads the same however it was made.
         let q = DQuat::from_mat3(&link).normalize();
@@ -119,7 +119,7 @@ impl Pose {
     ///
     /// # Errors
     /// For other lengths, and numbers that are not finite.
-    pub fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: Frame) -> Result<Self, Issue> {
+    pub fn from_quaternion(position_m: DVec3, wxyz: [f64; 4], frame: RotationFrame) -> Result<Self, Issue> {
         let q = DQuat::from_xyzw(wxyz[1], wxyz[2], wxyz[3], wxyz[0]);
         let length = q.length();
         if !length.is_finite() || length < 1e-9 {
@@ -129,12 +129,12 @@ impl Pose {
             let what = format!("must have a length of 1 within {FROM_UNIT}, and has {length:.4}");
             let [w, x, y, z] = wxyz.map(|part| part / length);
             let cure = format!("of length 1 it is w = {w:.6}, x = {x:.6}, y = {y:.6}, z = {z:.6}");
-            return Err(Issue::says(what).wanted(cure));
+            return Err(Issue::says(what).with_advice(cure));
         }
         let q = if (length - 1.0).abs() < 1e-12 { q } else { q / length };
         Ok(match frame {
-            Frame::Link => Pose { position_m, rotation: q },
-            Frame::Optical => Pose::turned(position_m, DMat3::from_quat(q), frame),
+            RotationFrame::Link => Pose { position_m, rotation: q },
+            RotationFrame::Optical => Pose::from_rotation(position_m, DMat3::from_quat(q), frame),
         })
     }
 
@@ -199,12 +199,16 @@ mod tests {
     #[test]
     fn every_way_of_saying_a_rotation_agrees() {
         let facing = Pose::facing(DVec3::ONE, DVec3::new(0.0, -1.0, 0.0), 0.0, 0.0);
-        let rpy = Pose::turned(DVec3::ONE, from_rpy([0.0, 0.0, (-90f64).to_radians()]), Frame::Link);
+        let rpy =
+            Pose::from_rotation(DVec3::ONE, from_rpy([0.0, 0.0, (-90f64).to_radians()]), RotationFrame::Link);
         let half = 0.5f64.sqrt();
-        let link = Pose::from_quaternion(DVec3::ONE, [half, 0.0, 0.0, -half], Frame::Link).unwrap();
-        let optical =
-            Pose::from_quaternion(DVec3::ONE, [0.0, 0.0, -half * 1.0009, half * 1.0009], Frame::Optical)
-                .unwrap();
+        let link = Pose::from_quaternion(DVec3::ONE, [half, 0.0, 0.0, -half], RotationFrame::Link).unwrap();
+        let optical = Pose::from_quaternion(
+            DVec3::ONE,
+            [0.0, 0.0, -half * 1.0009, half * 1.0009],
+            RotationFrame::Optical,
+        )
+        .unwrap();
         for other in [rpy, link, optical] {
             assert_eq!(columns(other.optical()), columns(facing.optical()));
         }
@@ -221,7 +225,8 @@ mod tests {
             ),
             ([0.5, 0.0, 0.0, 0.5], "has 0.7071: of length 1 it is w = 0.707107, x = 0.000000, y = 0"),
         ] {
-            let found = Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link).unwrap_err().to_string();
+            let found =
+                Pose::from_quaternion(DVec3::ZERO, wxyz, RotationFrame::Link).unwrap_err().to_string();
             assert!(found.contains(expected), "{wxyz:?}: {found}");
         }
     }

@@ -1,7 +1,7 @@
 //! Quotes words for a POSIX shell, for commands that are printed or written into scripts.
 
 /// A word: plain where that is safe, else between single quotes.
-pub fn quoted(word: &str) -> String {
+pub fn quote(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./:@%+,-".contains(c);
     match !word.is_empty() && word.chars().all(plain) {
         true => word.into(),
@@ -22,7 +22,7 @@ pub fn is_hidden(c: char) -> bool {
 
 /// A command of several words.
 pub fn command(words: &[impl AsRef<str>]) -> String {
-    words.iter().map(|word| quoted(word.as_ref())).collect::<Vec<_>>().join(" ")
+    words.iter().map(|word| quote(word.as_ref())).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

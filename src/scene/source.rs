@@ -72,7 +72,7 @@ struct Record {
 
 impl Sources {
     /// The file itself and what lies in its folder or below.
-    pub fn beside(main: &Path) -> Sources {
+    pub fn from_main(main: &Path) -> Sources {
         let (given, record, failed) = Default::default();
         let packages = Vec::new();
         Sources { main: main.into(), packages, outside: false, xacro: false, given, record, failed }
@@ -128,7 +128,7 @@ impl Sources {
     /// # Errors
     /// As [`Sources::bytes`], and when the text is in UTF-16 or UTF-32.
     pub(crate) fn bytes_of_text(&self, path: &Path) -> Result<Vec<u8>> {
-        strip_mark(self.bytes(path)?).map_err(|issue| issue.at(path).into())
+        strip_mark(self.bytes(path)?).map_err(|issue| issue.with_place(path).into())
     }
 
     /// Keeps what a reader did with a file that its user may not expect, for a warning.
@@ -161,7 +161,7 @@ impl Sources {
 
     /// Turns an error about files into one of the disk if a file could not be read for a reason that may go
     /// away, since the input may then be right.
-    pub fn judged(&self, problems: Vec<Error>) -> Vec<Error> {
+    pub fn classify(&self, problems: Vec<Error>) -> Vec<Error> {
         let of_storage = |issue| match issue {
             Error::Input(issue) => Error::Storage(issue),
             other => other,
@@ -192,7 +192,7 @@ impl Sources {
                 Error::input(path, format!("is a link to {}, which is not there", target.display()))
             }
             _ if Error::is_link_loop(&e) => Error::input(path, "is behind links that lead in a circle")
-                .wanted("put the file there, or mend the link"),
+                .with_advice("put the file there, or mend the link"),
             _ if e.kind() == ErrorKind::NotFound => self.with_nearest(path, unreadable(e)),
             _ => unreadable(e),
         })?;
@@ -204,16 +204,17 @@ impl Sources {
         let length = check(path, &file.metadata().map_err(unreadable)?, most_bytes)?;
         let mut bytes = Vec::new();
         bytes.try_reserve_exact(length as usize + 1).map_err(|e| {
-            Issue::too_large(format!("has {length} bytes, for which there is no memory: {e}")).at(path)
+            Issue::too_large(format!("has {length} bytes, for which there is no memory: {e}"))
+                .with_place(path)
         })?;
         // Reading one byte more than its length shows whether it has grown.
         file.take(length + 1).read_to_end(&mut bytes).map_err(unreadable)?;
         if bytes.len() as u64 != length {
-            return Err(changed(path));
+            return Err(changed_file(path));
         }
         if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
             return Err(Error::input(path, "is a pointer of Git LFS, not the file itself")
-                .wanted("run `git lfs pull`"));
+                .with_advice("run `git lfs pull`"));
         }
         self.note(path, place, &bytes)?;
         log::info!("read {}: {} bytes", path.display(), bytes.len());
@@ -277,10 +278,10 @@ impl Sources {
             self.main.display()
         );
         let cure = Words::from("put it there, name its folder with ")
-            + Argument("package").to("NAME=DIR")
+            + Argument("package").with_value("NAME=DIR")
             + " if it is of a robot's package, or allow all files with "
             + Argument("allow outside");
-        Err(Error::input(path, what).wanted(cure))
+        Err(Error::input(path, what).with_advice(cure))
     }
 
     fn note(&self, path: &Path, place: PathBuf, bytes: &[u8]) -> Result<()> {
@@ -289,7 +290,7 @@ impl Sources {
         let name = self.name(path);
         let before = [record.by_place.get(&place), record.by_name.get(&name)];
         if before.into_iter().flatten().any(|before| *before != sha256) {
-            return Err(changed(path));
+            return Err(changed_file(path));
         }
         record.by_place.insert(place, sha256.clone());
         record.by_name.insert(name, sha256);
@@ -314,7 +315,7 @@ fn split(name: &str) -> (&str, &str) {
 }
 
 fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String> {
-    text::utf8(bytes).map_err(|issue| issue.at(path).into())
+    text::utf8(bytes).map_err(|issue| issue.with_place(path).into())
 }
 
 /// The path with the slashes of this system, if only that is there: programs of Windows write backslashes.
@@ -336,17 +337,19 @@ fn check(path: &Path, metadata: &Metadata, most_bytes: u64) -> Result<u64> {
         length if length > most_bytes => {
             let most = most_bytes >> 20;
             Err(Issue::too_large(format!("has {length} bytes"))
-                .wanted(format!("at most {most} MiB are read"))
-                .at(path)
+                .with_advice(format!("at most {most} MiB are read"))
+                .with_place(path)
                 .into())
         }
         length => Ok(length),
     }
 }
 
-fn changed(path: &Path) -> Error {
+fn changed_file(path: &Path) -> Error {
     Error::from(
-        Issue::says("changed while it was being read").wanted("run again when nothing writes to it").at(path),
+        Issue::says("changed while it was being read")
+            .with_advice("run again when nothing writes to it")
+            .with_place(path),
     )
 }
 

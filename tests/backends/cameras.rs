@@ -51,7 +51,7 @@ fn seen(seed: u64) -> Case {
         let axis = random.below(3) as usize;
         wall.min[axis] = random.below(wall.size[axis]) as i32;
         wall.size[axis] = 1;
-        case.scene.blockers = BitGrid::full(wall).over(case.scene.blockers.window()).into();
+        case.scene.blockers = BitGrid::full(wall).to_window(case.scene.blockers.window()).into();
     }
     case.tables = (0..case.tables.len()).map(|_| camera(&mut random)).collect();
     case
@@ -97,7 +97,9 @@ fn same(case: &Case, expected: &(Vec<Evidence>, Vec<Vec<[u64; COUNTERS]>>), gpu:
         if let Some(ray) = ray {
             panic!("ray {ray}: {:?}, expected {:?}, {place}", left.ends[ray], right.ends[ray]);
         }
-        for ((plane, left), (_, right)) in left.planes.named().into_iter().zip(right.planes.named()) {
+        for ((plane, left), (_, right)) in
+            left.planes.planes_with_names().into_iter().zip(right.planes.planes_with_names())
+        {
             let differs = |&voxel: &[i32; 3]| left.get(voxel) != right.get(voxel);
             let first = left.voxels().chain(right.voxels()).find(differs);
             assert!(first.is_none(), "{plane} {first:?}: {}, {place}", left.get(first.unwrap_or_default()));
@@ -128,19 +130,19 @@ fn cameras_equal_the_oracle_either_way() {
 fn large_cameras_equal_the_cpu() {
     let Some(mut gpu) = gpu() else { return };
     let mut random = Random(7);
-    let grid = Window::between([0; 3], [99, 79, 59]);
+    let grid = Window::from_corners([0; 3], [99, 79, 59]);
     let mut truth = BitGrid::new(grid);
     for _ in 0..60 {
         let at = grid.size.map(|n| random.below(n) as i32);
         (0..6).for_each(|y| (0..9).for_each(|z| truth.set_run(at[0], at[0] + 5, at[1] + y, at[2] + z)));
     }
     // Its last boxes are cut off, and there is room behind them.
-    let window = Window::between([4, 3, 2], [72, 73, 57]);
+    let window = Window::from_corners([4, 3, 2], [72, 73, 57]);
     let mut region = BitGrid::new(window);
     (10..70).for_each(|z| (12..70).for_each(|y| region.set_run(20, 71, y, z)));
     let blank = || BitGrid::new(window);
     let (human, robot, blockers) = (blank(), blank(), truth.clone());
-    let truth = truth.over(window);
+    let truth = truth.to_window(window);
     let scene = VoxelScene {
         blockers: blockers.into(),
         over_time: None,
@@ -198,12 +200,12 @@ fn room(random: &mut Random) -> VoxelScene {
     let mut blockers = BitGrid::full(grid);
     let thickness = [1, 1, 1].map(|n| n + random.below(2) as i32);
     let inside =
-        Window::between(thickness, [0, 1, 2].map(|r| grid.size[r] as i32 - 1 - random.between(1, 2)));
-    blockers.remove(&BitGrid::full(inside).over(grid));
+        Window::from_corners(thickness, [0, 1, 2].map(|r| grid.size[r] as i32 - 1 - random.between(1, 2)));
+    blockers.remove(&BitGrid::full(inside).to_window(grid));
     for _ in 0..random.below(5) {
         let thing = cases::inner(random, Window { size: inside.size.map(|n| n / 3), ..inside });
         let min = [0, 1, 2].map(|r| thing.min[r] + random.below(2 * inside.size[r] / 3) as i32);
-        blockers.add(&BitGrid::full(Window { min, ..thing }).over(grid));
+        blockers.add(&BitGrid::full(Window { min, ..thing }).to_window(grid));
     }
     let any = |random: &mut Random| grid.size.map(|n| random.below(n) as i32);
     let mut holes = BitGrid::new(grid);
@@ -213,19 +215,19 @@ fn room(random: &mut Random) -> VoxelScene {
     }
     for _ in 0..random.below(8) {
         let size = [0; 3].map(|_| 2 + random.below(8));
-        holes.add(&BitGrid::full(Window { min: any(random), size }).over(grid));
+        holes.add(&BitGrid::full(Window { min: any(random), size }).to_window(grid));
     }
     blockers.remove(&holes);
     // All that stands still, or all but a part of it.
     let over_time = random.one_in(3).then(|| {
         let mut always = blockers.clone();
-        always.remove(&BitGrid::full(cases::inner(random, grid)).over(grid));
+        always.remove(&BitGrid::full(cases::inner(random, grid)).to_window(grid));
         std::sync::Arc::new(OverTime { always, ever: blockers.clone() })
     });
     let window = cases::inner(random, inside);
-    let region = |random: &mut Random| BitGrid::full(cases::inner(random, window)).over(window);
+    let region = |random: &mut Random| BitGrid::full(cases::inner(random, window)).to_window(window);
     VoxelScene {
-        truth: blockers.over(window),
+        truth: blockers.to_window(window),
         over_time,
         window,
         human: BitGrid::new(window),

@@ -17,11 +17,11 @@ fn snapshot(scene: &VoxelScene, blockers: BitGrid, window: Window, over_time: &A
         blockers: blockers.into(),
         over_time: Some(over_time.clone()),
         window,
-        truth: scene.truth.over(window),
-        human: scene.human.over(window),
-        robot: scene.robot.over(window),
-        regions: scene.regions.iter().map(|region| region.over(window)).collect(),
-        people: scene.people.within(window),
+        truth: scene.truth.to_window(window),
+        human: scene.human.to_window(window),
+        robot: scene.robot.to_window(window),
+        regions: scene.regions.iter().map(|region| region.to_window(window)).collect(),
+        people: scene.people.crop(window),
     }
 }
 
@@ -91,7 +91,7 @@ fn what_is_kept_of_a_pose_changes_nothing() {
                     let mut wanted = BitGrid::new(window);
                     scene.regions.iter().for_each(|region| wanted.add(region));
                     let of = |plane: &BitGrid| {
-                        let mut plane = plane.over(window);
+                        let mut plane = plane.to_window(window);
                         plane.keep(&wanted);
                         plane.voxels().collect::<Vec<_>>()
                     };

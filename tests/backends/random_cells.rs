@@ -95,7 +95,7 @@ fn difference(left: &Evidence, right: &Evidence, rays: &Rays) -> Option<String> 
         let dir_q15 = rays.dirs_q15[ray];
         return Some(format!("ray {ray}, {dir_q15:?}: {:?}, expected {:?}", left.ends[ray], right.ends[ray]));
     }
-    let mut planes = left.planes.named().into_iter().zip(right.planes.named());
+    let mut planes = left.planes.planes_with_names().into_iter().zip(right.planes.planes_with_names());
     planes.find_map(|((name, left), (_, right))| plane_difference(name, left, right))
 }
 
@@ -222,9 +222,9 @@ fn evidence_from_the_host_arrives_whole() {
         blockers: blank.clone().into(),
         over_time: None,
         window,
-        truth: blank.over(window),
-        human: blank.over(window),
-        robot: blank.over(window),
+        truth: blank.to_window(window),
+        human: blank.to_window(window),
+        robot: blank.to_window(window),
         regions: vec![BitGrid::full(window)],
         people: People::default(),
     };
@@ -232,7 +232,7 @@ fn evidence_from_the_host_arrives_whole() {
     let person = scattered(Window { min: [100, 200, 2], size: [40, 30, 2] }, 2);
     let beyond = scattered(Window { min: [-20, -3, 0], size: [60, 100, 3] }, 2);
     let nearly_all = scattered(Window { min: [0, 6, 2], size: [300, 380, 3] }, 4);
-    let nowhere = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let nowhere = BitGrid::new(Window::from_corners([0; 3], [-1; 3]));
     let said = |occupied: &BitGrid, free: &BitGrid, hits: &BitGrid| Planes {
         occupied: occupied.clone(),
         free: free.clone(),
@@ -257,8 +257,10 @@ fn evidence_from_the_host_arrives_whole() {
         backend.planes(&[0, 1, 2, 4]).unwrap()
     });
     for (number, (expected, found)) in kept[0].iter().zip(&kept[1]).enumerate() {
-        for ((name, expected), (_, found)) in expected.named().into_iter().zip(found.named()) {
-            assert_eq!(plane_difference(name, found, &expected.over(window)), None, "number {number}");
+        for ((name, expected), (_, found)) in
+            expected.planes_with_names().into_iter().zip(found.planes_with_names())
+        {
+            assert_eq!(plane_difference(name, found, &expected.to_window(window)), None, "number {number}");
         }
     }
 }
@@ -267,11 +269,11 @@ fn evidence_from_the_host_arrives_whole() {
 /// is kept.
 #[test]
 fn people_are_hit_where_no_ray_is_believed_to_come_near() {
-    let (grid, window) = ([30; 3], Window::between([20; 3], [24; 3]));
+    let (grid, window) = ([30; 3], Window::from_corners([20; 3], [24; 3]));
     let person = BitGrid::full(window);
     let voxels = person.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body }).collect();
     let scene = VoxelScene {
-        blockers: person.over(Window { min: [0; 3], size: grid }).into(),
+        blockers: person.to_window(Window { min: [0; 3], size: grid }).into(),
         over_time: None,
         window,
         truth: person.clone(),

@@ -250,7 +250,7 @@ fn study(temp: &Path, folder: &Path, sensors: &str) -> Study {
     std::fs::write(temp.join("study.toml"), study).unwrap();
     // Their maps lie where they are.
     let path = temp.join("study.toml");
-    Study::read(&path, &Overrides::default(), Sources::beside(&path).allow_outside()).unwrap()
+    Study::read(&path, &Overrides::default(), Sources::from_main(&path).allow_outside()).unwrap()
 }
 
 fn swept(study: &Study) -> (World, Vec<Row>) {

@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::{Backend, Fusion, Noise, Rays, Reading, Shot};
 use perirobot_march::voxel::BitGrid;
-use perirobot_scene::pose::Frame;
+use perirobot_scene::pose::RotationFrame;
 use perirobot_scene::scene::{Role, build::build, octomap};
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::{Truth, voxelize};
@@ -76,7 +76,7 @@ fn every_study_loads_and_prepares_without_a_surprise() {
     }
     for path in scenes {
         // A scene beside others may use their meshes; its studies lie above them.
-        let sources = Sources::beside(&path).allow_outside();
+        let sources = Sources::from_main(&path).allow_outside();
         build(&load_scene(&path, &sources).unwrap(), &sources, 0.05).unwrap();
     }
 }
@@ -322,7 +322,7 @@ fn scene_with(
     fs::write(folder.path().join("cell.bt"), voxel).unwrap();
     let path = folder.path().join("scene.toml");
     fs::write(&path, toml).unwrap();
-    let sources = Sources::beside(&path);
+    let sources = Sources::from_main(&path);
     let scene = load_scene(&path, &sources).and_then(|spec| build(&spec, &sources, 0.05));
     (folder, scene)
 }
@@ -405,5 +405,5 @@ fn the_best_of_a_few_poses_sees_the_operator() {
     let best = counts.iter().filter_map(|regions| regions[1].human_seen()).fold(0.0, f64::max);
     assert!(best > 0.2, "{best}");
     assert!(counts.iter().flatten().all(|c| c.fp + c.fn_ == 0), "nothing is see-through");
-    assert_eq!(Frame::default(), Frame::Link);
+    assert_eq!(RotationFrame::default(), RotationFrame::Link);
 }

@@ -75,7 +75,7 @@ fn regions_are_those_of_a_plain_search_in_each_snapshot() {
         for ((name, region), mut expected) in own.iter().zip(&world.regions[3..]).zip(expected) {
             expected.remove(&truth.ignored);
             assert!(expected.count() > 20, "{name} in snapshot {}", world.snapshot);
-            assert_eq!(region.voxels.over(window), expected, "{name} in snapshot {}", world.snapshot);
+            assert_eq!(region.voxels.to_window(window), expected, "{name} in snapshot {}", world.snapshot);
         }
     }
     // The robot moves, and what is near to it with it; what it sweeps stays.

@@ -119,7 +119,7 @@ const TWINS: [Twin; 27] = [
         inputs: 2,
         outputs: 1,
         wgsl: "out(0u, along_q16(in(0u), period_q16(in(1u))));",
-        rust: |w| vec![march::along_q16(w[0], march::period_q16(w[1]))],
+        rust: |w| vec![march::ray_range_q16(w[0], march::period_q16(w[1]))],
     },
     Twin {
         name: "std_along_q16",

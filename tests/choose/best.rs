@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::{self, Random};
-use perirobot_cover::{Answer, Bound, CandidateEvidence};
+use perirobot_cover::{Bound, CandidateEvidence, FrontAnswer};
 use perirobot_decide::choose::{MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::Result;
 use perirobot_march::backend::gpu::Gpu;
@@ -159,7 +159,7 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
             swept_under(Fusion::Octomap, (&study, &worlds), of, std::slice::from_ref(&best.set), &mut cpu);
         assert_eq!(Some(best.worth.value()), value(&again[0], Score::F1, Across::Pooled));
         assert_ne!(step.bound, Bound::Proven);
-        let above = step.bound.above(best.worth.value()).expect("cuts give a bound");
+        let above = step.bound.upper_score(best.worth.value()).expect("cuts give a bound");
         for counts in &expected {
             assert!(value(counts, Score::F1, Across::Pooled).unwrap() <= above);
         }
@@ -187,7 +187,7 @@ fn under_log_odds_sums_decide_and_bounds_hold() {
     assert!(sums.steps.iter().all(|step| step.bound == Bound::Proven));
 }
 
-fn best_of(answer: &Answer) -> Vec<Option<Vec<usize>>> {
+fn best_of(answer: &FrontAnswer) -> Vec<Option<Vec<usize>>> {
     answer.steps.iter().map(|step| step.best.as_ref().map(|best| best.set.clone())).collect()
 }
 
@@ -265,16 +265,16 @@ fn the_best_single_sensor_is_the_best_of_the_sweep() {
 }
 
 /// The best set of the largest size, and what it is worth.
-fn best(answer: &Answer) -> Option<(Vec<usize>, f64)> {
+fn best(answer: &FrontAnswer) -> Option<(Vec<usize>, f64)> {
     let best = answer.steps.last()?.best.as_ref()?;
     Some((best.set.clone(), best.worth.value()))
 }
 
 /// A score of several moments, in the plain way.
 fn value(counts: &[Confusion], score: Score, over: Across) -> Option<f64> {
-    let values: Vec<f64> = counts.iter().filter_map(|counts| score.of(counts)).collect();
+    let values: Vec<f64> = counts.iter().filter_map(|counts| score.evaluate(counts)).collect();
     match over {
-        Across::Pooled => score.of(&counts.iter().fold(Confusion::default(), |all, one| all.plus(one))),
+        Across::Pooled => score.evaluate(&counts.iter().fold(Confusion::default(), |all, one| all.plus(one))),
         Across::Worst => values.into_iter().reduce(f64::min),
         Across::Mean if values.is_empty() => None,
         Across::Mean => Some(values.iter().sum::<f64>() / values.len() as f64),

@@ -343,7 +343,7 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
             let held = evidence.bytes();
             // What is too much is read from the file, and says the same.
             let filed = begin(&study, &worlds, held - 1, Some((&out, false))).unwrap();
-            assert!(filed.is_filed() && filed.left() == 0);
+            assert!(filed.is_filed() && filed.remaining() == 0);
             let filed = filed.evidence();
             assert!(filed.is_filed() && filed.bytes() == 0);
             for item in 0..evidence.count() {

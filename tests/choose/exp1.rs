@@ -53,7 +53,8 @@ fn compare(study: &Study) -> usize {
                         let of = |row: &&perirobot_sweep::sweep::Row| {
                             row.representation == way && row.region == region
                         };
-                        let values = swept.iter().filter(of).filter_map(|row| objective.of(&row.counts));
+                        let values =
+                            swept.iter().filter(of).filter_map(|row| objective.evaluate(&row.counts));
                         let Some(expected) = values.reduce(f64::max) else { continue };
                         let choose = Choose {
                             objective,
@@ -74,7 +75,7 @@ fn compare(study: &Study) -> usize {
                         let what = (scene, sensor, way, region, objective);
                         assert_eq!(best.worth.value(), expected, "{what:?}");
                         let rows = swept.iter().filter(of).filter(|row| row.choice == best.set[0]);
-                        let there: Vec<_> = rows.filter_map(|row| objective.of(&row.counts)).collect();
+                        let there: Vec<_> = rows.filter_map(|row| objective.evaluate(&row.counts)).collect();
                         assert_eq!(there, [expected], "{what:?}: the pose that is named");
                         compared += 1;
                     }

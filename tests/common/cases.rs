@@ -138,7 +138,7 @@ pub(crate) fn steps(unit_q12: Vec<i32>, lost_below: u32) -> Noise {
 fn planes(random: &mut Random, window: Window) -> Planes {
     let [occupied, free, hits] = [40, 60, 30].map(|percent| {
         let window = match random.below(8) {
-            0 => Window::between([0; 3], [-1; 3]),
+            0 => Window::from_corners([0; 3], [-1; 3]),
             1 | 2 => inner(random, window),
             _ => window,
         };
@@ -249,7 +249,7 @@ fn scene(random: &mut Random, grid: Window) -> VoxelScene {
         fill(random, &mut region, part, percent);
         regions.push(region);
     }
-    let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
+    let [truth, human, robot] = [truth, human, robot].map(|plane| plane.to_window(window));
     let people = people(random, &truth, &human);
     let over_time = random.one_in(3).then(|| {
         let mut always = blockers.clone();

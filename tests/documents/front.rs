@@ -72,7 +72,7 @@ fn a_cell_without_files_scores_as_its_study_on_every_device() {
     let study = perirobot_study::study::Study::load(&path, &Default::default()).unwrap();
     let world = World::prepare_all(&study).unwrap().remove(0);
     let (grid, truth) = (world.grid, world.truth());
-    assert_eq!(truth.blockers.over(grid.window()), truth.occupied.over(grid.window()));
+    assert_eq!(truth.blockers.to_window(grid.window()), truth.occupied.to_window(grid.window()));
     let role = |voxel: [u32; 3]| match () {
         () if has(&truth.human, voxel) => Some(Role::Human),
         () if has(&truth.robot, voxel) => Some(Role::Robot),

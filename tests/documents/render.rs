@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::common;
 use crate::common::program::{Folder, perirobot, text};
-use perirobot_decide::view::{Names, View, find};
+use perirobot_decide::view::{ChoiceSelector, View, find};
 use perirobot_march::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
 use perirobot_page::render::{Colour, Wish, draw};
 use perirobot_study::study::{Overrides, Study};
@@ -29,10 +29,10 @@ fn every_backend_draws_the_same_bytes() {
         backends.push(Box::new(Gpu::new(&adapter).unwrap()));
     }
     // Volumes around joints are a veil, and noise puts returns beside what they hit.
-    let wanted = Names {
+    let wanted = ChoiceSelector {
         poses: "camera:left-wall/15/1".into(),
         representation: Some("box".into()),
-        ..Names::default()
+        ..ChoiceSelector::default()
     };
     let (world, choice) = find(&study, &worlds, &wanted).unwrap();
     let mut drawn: Vec<[Vec<u8>; 2]> = Vec::new();

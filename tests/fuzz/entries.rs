@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use perirobot_march::Result;
-use perirobot_scene::recording::{Asked, Recording};
+use perirobot_scene::recording::{Recording, RecordingSelection};
 use perirobot_scene::scene::build::build;
 use perirobot_scene::scene::gltf::{Gltf, WhichClip};
-use perirobot_scene::scene::keypoints::{KeypointFile, Layout};
+use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile};
 use perirobot_scene::scene::{Scene, collada, obj, octomap, stl};
 use perirobot_scene::source::Sources;
 use perirobot_study::study::{Overrides, Study, load_scene};
@@ -65,7 +65,7 @@ pub fn study(bytes: &[u8]) {
 /// A glTF file, `.glb` or `.gltf`, as it stands and in its animation.
 pub fn gltf(bytes: &[u8]) {
     let path = file("part.glb", bytes);
-    let Ok(gltf) = Gltf::load(&path, &Sources::beside(&path)) else { return };
+    let Ok(gltf) = Gltf::load(&path, &Sources::from_main(&path)) else { return };
     let _ = gltf.parts(None);
     if let Ok(clip) = gltf.clip(&WhichClip::Only) {
         let [first, last] = clip.span_s();
@@ -76,19 +76,19 @@ pub fn gltf(bytes: &[u8]) {
 /// An STL file, binary or text.
 pub fn stl(bytes: &[u8]) {
     let path = file("part.stl", bytes);
-    let _ = stl::load(&path, &Sources::beside(&path));
+    let _ = stl::load(&path, &Sources::from_main(&path));
 }
 
 /// A Wavefront OBJ file.
 pub fn obj(bytes: &[u8]) {
     let path = file("part.obj", bytes);
-    let _ = obj::load(&path, &Sources::beside(&path));
+    let _ = obj::load(&path, &Sources::from_main(&path));
 }
 
 /// A COLLADA file.
 pub fn collada(bytes: &[u8]) {
     let path = file("part.dae", bytes);
-    let _ = collada::load(&path, &Sources::beside(&path));
+    let _ = collada::load(&path, &Sources::from_main(&path));
 }
 
 /// A robot: both of its geometries, posed.
@@ -113,34 +113,34 @@ pub fn sdf(bytes: &[u8]) {
 /// An OctoMap.
 pub fn octomap(bytes: &[u8]) {
     let path = file("map.bt", bytes);
-    let _ = octomap::read(&path, &Sources::beside(&path));
+    let _ = octomap::read(&path, &Sources::from_main(&path));
 }
 
 /// Labels in an archive of numpy's.
 pub fn npz(bytes: &[u8]) {
     let path = file("labels.npz", bytes);
-    let _ = Recording::read(&path, Asked::default(), &Sources::beside(&path));
+    let _ = Recording::read(&path, RecordingSelection::default(), &Sources::from_main(&path));
 }
 
 /// A bag of ROS, whole and one message of it.
 pub fn mcap(bytes: &[u8]) {
     let path = file("scan.mcap", bytes);
     for message in [None, Some(1)] {
-        let asked = Asked { message, ..Asked::default() };
-        let _ = Recording::read(&path, asked, &Sources::beside(&path));
+        let asked = RecordingSelection { message, ..RecordingSelection::default() };
+        let _ = Recording::read(&path, asked, &Sources::from_main(&path));
     }
 }
 
 /// A cloud of the Point Cloud Library.
 pub fn pcd(bytes: &[u8]) {
     let path = file("scan.pcd", bytes);
-    let _ = Recording::read(&path, Asked::default(), &Sources::beside(&path));
+    let _ = Recording::read(&path, RecordingSelection::default(), &Sources::from_main(&path));
 }
 
 /// A cloud as the vertices of a PLY file.
 pub fn ply(bytes: &[u8]) {
     let path = file("scan.ply", bytes);
-    let _ = Recording::read(&path, Asked::default(), &Sources::beside(&path));
+    let _ = Recording::read(&path, RecordingSelection::default(), &Sources::from_main(&path));
 }
 
 /// A table of poses.
@@ -166,8 +166,8 @@ pub fn camera_info(bytes: &[u8]) {
 /// A table of a person's joints, and the body around them.
 pub fn joints(bytes: &[u8]) {
     let path = file("person.csv", bytes);
-    for layout in [Layout::Coco17, Layout::Halpe26, Layout::Smpl24] {
-        let _ = KeypointFile { path: path.clone(), layout }.read(&Sources::beside(&path));
+    for layout in [JointLayout::Coco17, JointLayout::Halpe26, JointLayout::Smpl24] {
+        let _ = KeypointFile { path: path.clone(), layout }.read(&Sources::from_main(&path));
     }
     let _ = scene("[[object]]\nname = \"person\"\nmannequin = \"person.csv\"\n");
 }
@@ -208,7 +208,7 @@ fn sensor(keys: &str, poses: &str) {
 
 fn scene(text: &str) -> Result<Vec<Scene>> {
     let path = file("cell.toml", text.as_bytes());
-    let sources = Sources::beside(&path);
+    let sources = Sources::from_main(&path);
     build(&load_scene(&path, &sources)?, &sources, 0.1)
 }
 

@@ -210,7 +210,7 @@ fn check(before: &[u8], bytes: &mut [u8]) {
 
 /// All that is made of results.
 fn report(results: &Results, folder: &std::path::Path) {
-    let selection = ReportSelection::named(results, None, None, &Score::ALL).expect("nothing is named");
+    let selection = ReportSelection::resolve(results, None, None, &Score::ALL).expect("nothing is named");
     for render in [distribution::render, maxima::render, groups::render, moving_scenes::render] {
         render(results, &selection).expect("what was scanned can be read again");
     }

@@ -146,7 +146,7 @@ fn a_study_made_ready_has_listed_all_its_files() {
         ("scenes/tiny.toml", &["tiny.toml", "tiny/cell.toml"]),
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(study);
-        let study = Study::read(&path, &Overrides::default(), Sources::beside(&path)).unwrap();
+        let study = Study::read(&path, &Overrides::default(), Sources::from_main(&path)).unwrap();
         World::prepare_all(&study).unwrap();
         let listed: Vec<_> = study.sources.read_files().into_iter().map(|file| file.path).collect();
         assert_eq!(listed.iter().map(|path| text(path)).collect::<Vec<_>>(), files);

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::common::glb::{self, GlbNode, group, part};
 use crate::common::tutorial;
 use glam::DVec3;
-use perirobot_scene::scene::keypoints::{KeypointFile, Keypoints, Layout};
+use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile, Keypoints};
 use perirobot_scene::scene::mannequin::body;
 use perirobot_scene::scene::{Mesh, Surface, build, gltf};
 use perirobot_scene::source::Sources;
@@ -66,7 +66,7 @@ fn shipped_meshes_are_the_generated_bytes() {
 /// Loads a shipped mesh as (path of names, mesh).
 fn load(name: &str) -> Vec<(String, Mesh)> {
     let nodes =
-        gltf::Gltf::load(&shipped(name), &Sources::beside(&shipped(name))).unwrap().parts(None).unwrap();
+        gltf::Gltf::load(&shipped(name), &Sources::from_main(&shipped(name))).unwrap().parts(None).unwrap();
     (nodes.into_iter()).map(|node| (node.names.join("/"), node.mesh)).collect()
 }
 
@@ -94,7 +94,7 @@ fn the_table_stands_where_the_study_expects_it() {
 #[test]
 fn the_tutorials_parts_stand_where_its_text_says() {
     let file = shipped("../tutorial/cell.toml");
-    let sources = Sources::beside(&file);
+    let sources = Sources::from_main(&file);
     let scene = &build::build(&load_scene(&file, &sources).unwrap(), &sources, 0.05).unwrap()[0];
     let bounds = |name: &str| {
         let meshes = scene.objects.iter().filter(|object| object.name.starts_with(name));
@@ -132,8 +132,8 @@ fn assert_closed(name: &str, mesh: &Mesh) {
 
 fn person(name: &str) -> Keypoints {
     let file = shipped(&format!("{name}.csv"));
-    let table = KeypointFile { path: file.clone(), layout: Layout::Coco17 };
-    let keypoints = table.read(&Sources::beside(&file)).unwrap();
+    let table = KeypointFile { path: file.clone(), layout: JointLayout::Coco17 };
+    let keypoints = table.read(&Sources::from_main(&file)).unwrap();
     assert!(keypoints.iter().all(Option::is_some), "{name} lacks a joint");
     keypoints
 }
@@ -192,7 +192,7 @@ fn people_stand_in_nothing() {
 /// The arm as it stands in Scene 1; `robots.rs` checks that it stands alike in the others.
 fn arm() -> Mesh {
     let file = shipped("scene1.toml");
-    let sources = Sources::beside(&file);
+    let sources = Sources::from_main(&file);
     let spec = load_scene(&file, &sources).unwrap();
     let scene = build::build(&spec, &sources, 0.05).unwrap().remove(0);
     let arm = scene.objects.iter().find(|object| object.name == "robot").unwrap();

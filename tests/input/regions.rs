@@ -55,7 +55,7 @@ fn regions(folder: &Folder, more: &str) -> Vec<(String, BitGrid)> {
     let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
     let world = World::prepare(&study, 0).unwrap().remove(0);
     let window = world.grid.window();
-    world.regions.iter().map(|region| (region.name.clone(), region.voxels.over(window))).collect()
+    world.regions.iter().map(|region| (region.name.clone(), region.voxels.to_window(window))).collect()
 }
 
 fn named<'r>(regions: &'r [(String, BitGrid)], name: &str) -> &'r BitGrid {

@@ -19,7 +19,7 @@ fn arm(keys: &str) -> Object {
     let urdf = shipped("ur10.urdf");
     std::fs::write(&scene, format!("[[object]]\nname = \"arm\"\nurdf = {urdf:?}\n{keys}\n")).unwrap();
     // The arm lies elsewhere.
-    let sources = Sources::beside(&scene).allow_outside();
+    let sources = Sources::from_main(&scene).allow_outside();
     let spec = load_scene(&scene, &sources).unwrap();
     let scene = build(&spec, &sources, 0.05).unwrap().remove(0);
     assert_eq!(scene.objects.len(), 1);
@@ -58,7 +58,7 @@ fn a_urdf_is_a_robot_and_keeps_its_links() {
 
 /// The robot in each snapshot of a shipped scene.
 fn robots(scene: &str) -> Vec<Object> {
-    let sources = Sources::beside(&shipped(scene));
+    let sources = Sources::from_main(&shipped(scene));
     let spec = load_scene(&shipped(scene), &sources).unwrap();
     let scenes = build(&spec, &sources, 0.05).unwrap();
     (scenes.iter())

@@ -7,7 +7,7 @@ use crate::common;
 use crate::common::program::{Folder, Outcome, names, perirobot, shelf, text};
 use perirobot_decide::approach::{APPROACH, APPROACH_JSON, Ground, PATHS, Way, nearest_ways};
 use perirobot_decide::view::watched::Watchers;
-use perirobot_decide::view::{Names, find};
+use perirobot_decide::view::{ChoiceSelector, find};
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
@@ -441,7 +441,8 @@ fn each_floor_plan_has_a_file_of_its_own() {
 fn ways(folder: &Folder, pose: &str) -> Vec<Way> {
     let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
     let worlds = World::prepare_all(&study).unwrap();
-    let (_, choice) = find(&study, &worlds, &Names { poses: pose.into(), ..Names::default() }).unwrap();
+    let (_, choice) =
+        find(&study, &worlds, &ChoiceSelector { poses: pose.into(), ..ChoiceSelector::default() }).unwrap();
     let watchers = Watchers::new(&study, choice);
     nearest_ways(&Ground::new(&study, &worlds, watchers.each()).unwrap(), &worlds, &watchers).unwrap()
 }

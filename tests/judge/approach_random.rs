@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::common::program::{shelf, text};
 use crate::common::{Random, python};
-use perirobot_decide::approach::{APPROACH, Answer, Approaches, Ground, answers};
+use perirobot_decide::approach::{APPROACH, ApproachAnswer, Approaches, Ground, answers};
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, View};
 use perirobot_march::backend::cpu::Cpu;
@@ -151,7 +151,10 @@ fn cell(random: &mut Random) -> Cell {
 
 const FIRST: Choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
 
-fn asked<'a>(study: &'a Study, worlds: &'a [World]) -> perirobot_march::Result<(Ground<'a>, Vec<Answer>)> {
+fn asked<'a>(
+    study: &'a Study,
+    worlds: &'a [World],
+) -> perirobot_march::Result<(Ground<'a>, Vec<ApproachAnswer>)> {
     let watchers = Watchers::new(study, FIRST);
     let ground = Ground::new(study, worlds, watchers.each())?;
     let (answers, _) = answers(&ground, worlds, &watchers, &mut || ())?;
@@ -168,7 +171,7 @@ fn export(folder: &Path, company: &str, study: &Study, worlds: &[World]) {
     for (world, scene) in worlds.iter().zip(&scenes) {
         let view = View::new(study, world, RAYS, &mut cpu).unwrap();
         let name = folder.join(format!("{company}-{}.npz", world.snapshot));
-        let keep = |file: perirobot_page::export::File| match file.name == "view.npz" {
+        let keep = |file: perirobot_page::export::ExportedFile| match file.name == "view.npz" {
             true => perirobot_sweep::results::files::write_whole(&name, &file.bytes),
             false => Ok(()),
         };

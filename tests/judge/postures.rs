@@ -3,7 +3,7 @@
 
 use crate::common::program::{Folder, Outcome, perirobot, refused, rows, shelf, text};
 use perirobot_decide::judge::{Alteration, alter};
-use perirobot_decide::view::{Names, find};
+use perirobot_decide::view::{ChoiceSelector, find};
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
@@ -209,7 +209,7 @@ fn a_posture_is_judged_on_the_grid_as_planned() {
     folder.edit("study.toml", "radius_m = 0.6", "radius_m = 2.4");
     let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
     let planned = World::prepare_all(&study).unwrap();
-    let names = Names { poses: "wall/1/1".into(), ..Names::default() };
+    let names = ChoiceSelector { poses: "wall/1/1".into(), ..ChoiceSelector::default() };
     let (_, choice) = find(&study, &planned, &names).unwrap();
     let (own, worlds, _) = alter(&study, &planned, &choice, &Alteration::Posture("tall/0".into())).unwrap();
     assert_eq!((own.bounds_m, worlds.len()), (None, 1));

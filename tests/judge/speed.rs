@@ -6,7 +6,7 @@ use std::fs;
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, STOPPING, perirobot, refused, rows, text};
-use perirobot_decide::view::{Names, View, find};
+use perirobot_decide::view::{ChoiceSelector, View, find};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::voxel::BitGrid;
 use perirobot_study::study::{Overrides, Study};
@@ -89,12 +89,12 @@ fn what_is_measured_is_what_a_plain_search_finds() {
         for row in &table {
             let number = |key: &str| row[key].parse::<usize>().unwrap();
             let (snapshot, repeat) = (number("snapshot"), number("repeat"));
-            let names = Names {
+            let names = ChoiceSelector {
                 poses: pose.into(),
                 repeat,
                 scene: Some(row["scene"].clone()),
                 snapshot,
-                ..Names::default()
+                ..ChoiceSelector::default()
             };
             let (world, choice) = find(&study, &worlds, &names).unwrap();
             let nobody = empty.iter().find(|empty| empty.name == world.name).unwrap();

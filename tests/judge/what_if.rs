@@ -5,9 +5,9 @@ use std::fs;
 use std::path::Path;
 
 use crate::common;
-use perirobot_decide::controller::Surroundings;
+use perirobot_decide::controller::MeasuredSurroundings;
 use perirobot_decide::judge::{Alteration, Case, Conditions, Draws, WhatIf, alter};
-use perirobot_decide::view::{Choice, Names, View, find};
+use perirobot_decide::view::{Choice, ChoiceSelector, View, find};
 use perirobot_march::Error;
 use perirobot_march::backend::factory::{
     BackendChoice, BackendFactory, BackendKind, ChosenBackends, Fallback,
@@ -117,7 +117,11 @@ fn what_if(
     let names = perirobot_sweep::results::columns::representation_names(study, &study.combinations[0]);
     // One that has the representation anywhere.
     let wanted = names.iter().rfind(|name| name.split(';').any(|one| one == representation)).unwrap();
-    let names = Names { poses: poses.into(), representation: Some(wanted.clone()), ..Names::default() };
+    let names = ChoiceSelector {
+        poses: poses.into(),
+        representation: Some(wanted.clone()),
+        ..ChoiceSelector::default()
+    };
     let (_, choice) = find(study, worlds, &names).unwrap();
     let counts = swept(study, worlds, &choice, backends.open(Fallback::Cpu).unwrap().as_mut());
     let case = Case { counts, ..Case::default() };
@@ -131,7 +135,11 @@ fn what_if(
 /// Each case as a study of its own counts the same.
 #[track_caller]
 fn alone((study, worlds): &(Study, Vec<World>), poses: &str, ways: &str, found: &Conditions) {
-    let names = Names { poses: poses.into(), representation: Some(ways.into()), ..Names::default() };
+    let names = ChoiceSelector {
+        poses: poses.into(),
+        representation: Some(ways.into()),
+        ..ChoiceSelector::default()
+    };
     let (_, choice) = find(study, worlds, &names).unwrap();
     for case in found.cases.iter().flat_map(|(_, cases)| cases) {
         let nothing_left =
@@ -177,7 +185,7 @@ fn without_a_sensor_counts_are_those_of_a_study_without_it() {
             alone(&study, poses, &ways, &found);
             let ways: Vec<&str> = ways.split(';').collect();
             for condition in DEAD {
-                for case in found.of(condition) {
+                for case in found.cases(condition) {
                     let Alteration::Dead(dead) = &case.alteration else { panic!("{:?}", case.alteration) };
                     let is_left =
                         |number: &usize| !dead.contains(&format!("{}:{}", all[*number].0, all[*number].1));
@@ -200,10 +208,10 @@ fn without_a_sensor_counts_are_those_of_a_study_without_it() {
                     let names: Vec<String> =
                         own.iter().map(|(sensor, pose)| format!("{sensor}:{pose}")).collect();
                     let ways: Vec<&str> = left.iter().map(|&number| ways[number]).collect();
-                    let names = Names {
+                    let names = ChoiceSelector {
                         poses: names.join(";"),
                         representation: Some(ways.join(";")),
-                        ..Names::default()
+                        ..ChoiceSelector::default()
                     };
                     let (_, choice) = find(&study, &worlds, &names).unwrap();
                     let expected = swept(&study, &worlds, &choice, &mut Oracle::default());
@@ -254,7 +262,7 @@ fn moved_sensors_count_as_in_a_study_with_the_poses_that_are_written() {
                     sensor.insert("poses".into(), corners);
                 }
             }
-            let cases = found.of(Condition::MountingError);
+            let cases = found.cases(Condition::MountingError);
             let mut different = 0;
             for (draw, case) in cases.iter().enumerate() {
                 let pose = |(sensor, pose): &(String, String)| match is_moved(sensor) {
@@ -266,12 +274,15 @@ fn moved_sensors_count_as_in_a_study_with_the_poses_that_are_written() {
                 let (study, worlds) = cell.load(&changed);
                 let names: Vec<String> =
                     own.iter().map(|(sensor, pose)| format!("{sensor}:{pose}")).collect();
-                let names =
-                    Names { poses: names.join(";"), representation: Some(ways.clone()), ..Names::default() };
+                let names = ChoiceSelector {
+                    poses: names.join(";"),
+                    representation: Some(ways.clone()),
+                    ..ChoiceSelector::default()
+                };
                 let (_, choice) = find(&study, &worlds, &names).unwrap();
                 let expected = swept(&study, &worlds, &choice, &mut Oracle::default());
                 assert_eq!(case.counts, expected, "{:?} of {poses}", case.alteration);
-                different += usize::from(case.counts != found.of(Condition::AsPlanned)[0].counts);
+                different += usize::from(case.counts != found.cases(Condition::AsPlanned)[0].counts);
             }
             assert_eq!((cases.len(), different), (3, 3), "{poses}");
         }
@@ -315,17 +326,21 @@ fn postures_count_as_in_a_study_with_that_person_in_the_scene() {
             continue;
         }
         alone(&study, poses, &ways, &found);
-        let cases = found.of(Condition::Postures);
+        let cases = found.cases(Condition::Postures);
         assert_eq!(cases.len(), by_hand.len());
         for (case, (name, scene)) in cases.iter().zip(&by_hand) {
             assert_eq!(case.alteration, Alteration::Posture(name.clone()));
             fs::write(cell.0.path().join("sensors/cell.toml"), scene).unwrap();
             let (study, worlds) = cell.load(&text);
-            let names = Names { poses: poses.into(), representation: Some(ways.clone()), ..Names::default() };
+            let names = ChoiceSelector {
+                poses: poses.into(),
+                representation: Some(ways.clone()),
+                ..ChoiceSelector::default()
+            };
             let (_, choice) = find(&study, &worlds, &names).unwrap();
             let expected = swept(&study, &worlds, &choice, &mut Oracle::default());
             assert_eq!(case.counts, expected, "{name}");
-            assert_ne!(case.counts, found.of(Condition::AsPlanned)[0].counts, "{name}");
+            assert_ne!(case.counts, found.cases(Condition::AsPlanned)[0].counts, "{name}");
         }
     }
 }
@@ -354,7 +369,11 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
         for (name, mut backends) in backends() {
             let (mut found, draws, ways) =
                 what_if(&study, poses, representation, &Condition::ALL, &mut backends);
-            let names = Names { poses: (*poses).into(), representation: Some(ways), ..Names::default() };
+            let names = ChoiceSelector {
+                poses: (*poses).into(),
+                representation: Some(ways),
+                ..ChoiceSelector::default()
+            };
             let (_, choice) = find(&study.0, &study.1, &names).unwrap();
             let mut backend = backends.open(Fallback::None).unwrap();
             let what_if = WhatIf::new(&study.0, &study.1, &choice);
@@ -367,7 +386,7 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
                 let measured = &case.measured;
                 assert_eq!(measured.len(), study.1.len() * study.0.repeats as usize);
                 cases += 1;
-                different += usize::from(measured != &found.of(Condition::AsPlanned)[0].measured);
+                different += usize::from(measured != &found.cases(Condition::AsPlanned)[0].measured);
                 repeats_differ += usize::from(measured[..study.1.len()] != measured[study.1.len()..]);
                 let is_silent = matches!(&case.alteration, Alteration::Dead(dead) if dead.len() == poses.split(';').count());
                 if is_silent {
@@ -384,7 +403,7 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
                     let (world, repeat) = (&worlds[number % worlds.len()], number / worlds.len());
                     let view =
                         View::new(&own, world, Choice { repeat, ..choice }, &mut Oracle::default()).unwrap();
-                    let expected = Surroundings::new(world).separation(Some(&view.labels));
+                    let expected = MeasuredSurroundings::new(world).separation(Some(&view.labels));
                     assert_eq!(*measured, expected, "{:?} at {number}", case.alteration);
                 }
             }
@@ -403,7 +422,8 @@ fn a_plan_that_is_counted_differently_is_told() {
     let mut text = cell.text();
     text.insert("combination".into(), vec![combination("set", fusion, &members(poses))].into());
     let (study, worlds) = cell.load(&text);
-    let (_, choice) = find(&study, &worlds, &Names { poses: poses.into(), ..Names::default() }).unwrap();
+    let (_, choice) =
+        find(&study, &worlds, &ChoiceSelector { poses: poses.into(), ..ChoiceSelector::default() }).unwrap();
     let mut counts = swept(&study, &worlds, &choice, &mut Oracle::default());
     counts[1][2].tp += 1;
     let case = Case { counts, ..Case::default() };

@@ -331,12 +331,12 @@ fn a_scene_goes_out_as_an_octomap_and_comes_back() {
         assert!(outcome.stdout.contains(shown), "no {shown:?} in {}", outcome.stdout);
     }
     let path = Path::new("scenes/paper/scene1.toml");
-    let sources = Sources::beside(path);
+    let sources = Sources::from_main(path);
     let spec = load_scene(path, &sources).unwrap();
     let scene = build(&spec, &sources, 0.05).unwrap();
     let grid = voxelize::grid_over(&voxelize::scene_extent(&scene, 0.05).unwrap(), 0.05).unwrap();
     let truth = voxelize_all(&scene, grid).unwrap().remove(0);
-    let map = octomap::read(&out, &Sources::beside(&out)).unwrap();
+    let map = octomap::read(&out, &Sources::from_main(&out)).unwrap();
     assert_eq!((map.resolution_m, map.occupied.len() as u64), (0.05, truth.occupied.count()));
     let inside = |key: &[i32; 3]| truth.occupied.get(std::array::from_fn(|r| key[r] - grid.origin[r]));
     assert!(map.occupied.iter().all(inside));
@@ -363,7 +363,7 @@ fn bounds_cut_a_part_out_of_a_large_map() {
     assert_eq!(part.code, Some(0), "{}", part.stderr);
     // At x = 0 stands one pillar of 12 voxels, and the next are outside.
     let path = folder.path("cell.toml");
-    let sources = Sources::beside(&path);
+    let sources = Sources::from_main(&path);
     let scene = build(&load_scene(&path, &sources).unwrap(), &sources, 0.1).unwrap();
     let grid = Grid { voxel_size_m: 0.1, origin: [-15, -15, -1], size: [31, 31, 21] };
     let truth = voxelize_all(&scene, grid).unwrap().remove(0);

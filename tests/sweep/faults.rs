@@ -450,7 +450,11 @@ fn a_panic_in_a_worker_of_the_cpu_is_a_bug_and_the_journal_is_intact() {
         assert_eq!(manifest(&theatre.out(&out))["runs"][0]["ended"], "panicked: index 7 of 3");
         let session = theatre.open(&out, false).unwrap();
         assert_eq!(session.damaged, 0);
-        assert!(session.done() > 0 && session.done() < session.total(), "{} done", session.done());
+        assert!(
+            session.finished_count() > 0 && session.finished_count() < session.total(),
+            "{} done",
+            session.finished_count()
+        );
         drop(session);
         theatre.sweep(&out, &mut Alone, 0, &Onlooker::default()).unwrap();
         assert!(theatre.journal(&out) == theatre.journal("quiet"), "{call:?}: other counts");
@@ -616,7 +620,7 @@ fn without_a_device_to_doubt_a_failure_ends_the_run() {
     assert!(manifest(&theatre.out("out"))["runs"][0]["ended"].as_str().unwrap().contains("threads gone"));
     // What was finished is kept, and the rest follows.
     let session = theatre.open("out", false).unwrap();
-    assert!(session.done() > 0 && session.done() < session.total());
+    assert!(session.finished_count() > 0 && session.finished_count() < session.total());
     drop(session);
     theatre.sweep("out", &mut Alone, 0, &Onlooker::default()).unwrap();
     assert!(theatre.journal("out") == theatre.journal("quiet"));
@@ -656,7 +660,7 @@ fn a_lie_stops_the_run_with_the_evidence_in_a_file() {
     let aside = fs::read(out.join(DISAGREED)).unwrap();
     assert!(aside.len() > theatre.journal("out").len(), "rows are kept");
     let session = theatre.open("out", false).unwrap();
-    assert_eq!(session.done(), 0);
+    assert_eq!(session.finished_count(), 0);
     drop(session);
     theatre.sweep("out", &mut Alone, 0, &Onlooker::default()).unwrap();
     assert!(theatre.journal("out") == theatre.journal("quiet"));

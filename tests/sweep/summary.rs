@@ -71,7 +71,7 @@ fn results_read_back_are_those_of_the_sweep() {
     let mut session =
         Session::open(&study, &worlds, &out, Shard::WHOLE, false, &["perirobot".into()]).unwrap();
     session.run(&mut OnCpu, 0, 0.0, &Onlooker::default()).unwrap();
-    let results = Results::new(Subject::of_study(&study, &worlds), session.into_pages());
+    let results = Results::new(Subject::from_study(&study, &worlds), session.into_pages());
     assert_eq!(results.scenes.iter().map(|scene| scene.moments.clone()).collect::<Vec<_>>(), [0..2, 2..3]);
 
     let read = |results: Results| {

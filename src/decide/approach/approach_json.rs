@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::ground::{Company, Ground};
-use super::moments::{Answer, AtEntry};
+use super::moments::{ApproachAnswer, AtEntry};
 use super::needed::root_m;
 use crate::json_file::JsonFile;
 use crate::view::Choice;
@@ -92,7 +92,12 @@ pub struct ApproachRow {
 
 impl Approaches {
     /// The answers of all scenes for a choice of a study; `case` says what of it is not as planned.
-    pub fn new(study: &Study, choice: &Choice, case: String, scenes: &[(Ground, Vec<Answer>)]) -> Approaches {
+    pub fn new(
+        study: &Study,
+        choice: &Choice,
+        case: String,
+        scenes: &[(Ground, Vec<ApproachAnswer>)],
+    ) -> Approaches {
         let combination = &study.combinations[choice.combination];
         let rows =
             scenes.iter().flat_map(|(ground, answers)| answers.iter().map(|answer| row(ground, answer)));
@@ -130,7 +135,7 @@ impl Approaches {
     }
 }
 
-fn row(ground: &Ground, answer: &Answer) -> ApproachRow {
+fn row(ground: &Ground, answer: &ApproachAnswer) -> ApproachRow {
     let (grid, body) = (&ground.worlds[0].grid, &ground.bodies[answer.body]);
     let deepest = answer.found.deepest.as_ref();
     let narrowest = deepest.and_then(|deepest| deepest.narrowest);

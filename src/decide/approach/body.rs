@@ -26,12 +26,12 @@ pub struct Body {
     pub min_voxels: u32,
     /// The box around it.
     pub size: [u32; 3],
-    bars: Vec<Bar>,
+    bars: Vec<BodyBar>,
 }
 
 /// Voxels of a body at one y.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Bar {
+struct BodyBar {
     xs: Range<u32>,
     y: u32,
     zs: Range<u32>,
@@ -45,17 +45,17 @@ impl Body {
     pub fn new(spec: &BodySpec, voxel_size_m: f64, layers: Option<&Range<i32>>) -> Result<Body, Issue> {
         let size = size(spec.shape, voxel_size_m, layers);
         let [n, depth, height] = size;
-        let bars: Vec<Bar> = match spec.shape {
+        let bars: Vec<BodyBar> = match spec.shape {
             BodyShape::Cylinder { .. } => {
-                (0..n).map(|y| Bar { xs: chord(n, &[y]), y, zs: 0..height }).collect()
+                (0..n).map(|y| BodyBar { xs: chord(n, &[y]), y, zs: 0..height }).collect()
             }
-            BodyShape::Box { .. } => (0..depth).map(|y| Bar { xs: 0..n, y, zs: 0..height }).collect(),
+            BodyShape::Box { .. } => (0..depth).map(|y| BodyBar { xs: 0..n, y, zs: 0..height }).collect(),
             BodyShape::Ball { .. } => {
                 let rows = (0..n).flat_map(|y| (0..height).map(move |z| [y, z]));
-                rows.map(|[y, z]| Bar { xs: chord(n, &[y, z]), y, zs: z..z + 1 }).collect()
+                rows.map(|[y, z]| BodyBar { xs: chord(n, &[y, z]), y, zs: z..z + 1 }).collect()
             }
         };
-        let bars: Vec<Bar> = bars.into_iter().filter(|bar| !bar.xs.is_empty()).collect();
+        let bars: Vec<BodyBar> = bars.into_iter().filter(|bar| !bar.xs.is_empty()).collect();
         let body = Body {
             name: spec.name.clone(),
             on_floor: spec.on_floor,
@@ -70,14 +70,14 @@ impl Body {
                 spec.min_voxels
             );
             return Err(Issue::says(what)
-                .wanted(format!("take smaller voxels, or give it min_voxels = {count} or less")));
+                .with_advice(format!("take smaller voxels, or give it min_voxels = {count} or less")));
         }
         Ok(body)
     }
 
     /// How many voxels it has.
     fn count(&self) -> u64 {
-        let voxels = |bar: &Bar| (bar.xs.len() * bar.zs.len()) as u64;
+        let voxels = |bar: &BodyBar| (bar.xs.len() * bar.zs.len()) as u64;
         self.bars.iter().map(voxels).sum()
     }
 
@@ -102,7 +102,7 @@ impl Body {
             let (y, z) = (places.min[1] + (row % depth) as i32, places.min[2] + (row / depth) as i32);
             for i in 0..places.size[0] as usize {
                 let x = places.min[0] + i as i32;
-                let covered: u32 = self.bars.iter().map(|bar| sums.of_bar(bar, [x, y, z])).sum();
+                let covered: u32 = self.bars.iter().map(|bar| sums.count_bar(bar, [x, y, z])).sum();
                 words[i / 32] |= u32::from(covered <= most) << (i % 32);
             }
         });
@@ -162,11 +162,11 @@ pub(super) fn places(size: [u32; 3], stands_in: Option<i32>, grid: &Grid) -> Win
     let end = size.map(|n| i32::try_from(n).unwrap_or(i32::MAX));
     let max: [i32; 3] = std::array::from_fn(|r| grid.size[r] as i32 - end[r]);
     match stands_in {
-        None => Window::between([0; 3], max),
+        None => Window::from_corners([0; 3], max),
         Some(layer) if (0..=max[2]).contains(&layer) => {
-            Window::between([0, 0, layer], [max[0], max[1], layer])
+            Window::from_corners([0, 0, layer], [max[0], max[1], layer])
         }
-        Some(_) => Window::between([0; 3], [-1; 3]),
+        Some(_) => Window::from_corners([0; 3], [-1; 3]),
     }
 }
 
@@ -208,7 +208,7 @@ impl Sums {
     }
 
     /// The voxels of a set in a bar of a body at a place; the bar lies in the window.
-    fn of_bar(&self, bar: &Bar, place: [i32; 3]) -> u32 {
+    fn count_bar(&self, bar: &BodyBar, place: [i32; 3]) -> u32 {
         let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (place[r] - self.window.min[r]) as usize);
         let [width, _, height] = self.window.size.map(|n| n as usize + 1);
         let slice = (y + bar.y as usize) * height;
@@ -230,7 +230,7 @@ pub(super) mod tests {
     }
 
     /// A plane with so many thousandths of its voxels set.
-    pub(crate) fn scattered(window: Window, share: u32, seed: u32) -> BitGrid {
+    pub(crate) fn scatter(window: Window, share: u32, seed: u32) -> BitGrid {
         let mut set = BitGrid::new(window);
         let all = BitGrid::full(window);
         let numbered = (0..).zip(all.voxels());
@@ -274,7 +274,7 @@ pub(super) mod tests {
         ];
         for (seed, shape) in (0..).zip(shapes) {
             for on_floor in [false, true] {
-                let (body, set) = (body(shape, on_floor, 1), scattered(grid.window(), 100, seed));
+                let (body, set) = (body(shape, on_floor, 1), scatter(grid.window(), 100, seed));
                 let places = places(body.size, on_floor.then_some(1), &grid);
                 for most in [0, 2, 5] {
                     let found = body.covers_at_most(most, &Sums::new(&set), places);
@@ -292,11 +292,11 @@ pub(super) mod tests {
     fn places_lie_in_the_grid() {
         let grid = Grid { voxel_size_m: 1.0, origin: [0; 3], size: [5, 6, 7] };
         let ball = size(BodyShape::Ball { diameter_m: 5.0 }, 1.0, None);
-        assert_eq!(places(ball, None, &grid), Window::between([0; 3], [0, 1, 2]));
+        assert_eq!(places(ball, None, &grid), Window::from_corners([0; 3], [0, 1, 2]));
         let stands = |height_m, layer| {
             places(size(BodyShape::Cylinder { diameter_m: 2.0, height_m }, 1.0, None), Some(layer), &grid)
         };
-        assert_eq!(stands(6.0, 1), Window::between([0, 0, 1], [3, 4, 1]));
+        assert_eq!(stands(6.0, 1), Window::from_corners([0, 0, 1], [3, 4, 1]));
         assert!(stands(7.0, 1).is_empty() && stands(6.0, -1).is_empty() && stands(1e12, 0).is_empty());
     }
 

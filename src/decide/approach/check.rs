@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::ground::{Company, Ground};
-use super::moments::Moment;
+use super::moments::ApproachMoment;
 use super::needed;
 use perirobot_march::Result;
 use perirobot_scene::truth::Truth;
@@ -42,7 +42,7 @@ fn too_near(ground: &Ground) -> Result<Vec<String>> {
     let Some(stopping) = &ground.study.stopping else { return Ok(Vec::new()) };
     let (company, grid) = (Company::Absent, &ground.worlds[0].grid);
     let truths: Vec<Arc<Truth>> = ground.worlds.iter().map(|world| company.truth(world)).collect();
-    let entries = Moment::new(ground, company, ground.worlds, &truths)?.entries();
+    let entries = ApproachMoment::new(ground, company, ground.worlds, &truths)?.entries();
     let warning = |([body, entry], squared): ([usize; 2], Option<u32>)| {
         let (body, entry) = (&ground.bodies[body].name, &ground.study.approach.entries[entry].name);
         let what = needed::begins_too_near(stopping, squared?, grid)?;

@@ -6,7 +6,7 @@ use perirobot_march::voxel::{BitGrid, Distances, Grid};
 
 /// What a body can do unnoticed from an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct ApproachFinding {
     /// How deep it comes; `None` where it is noticed at the entry already, or has no room there.
     pub deepest: Option<Deepest>,
     /// How far it is from the hazard, squared in whole voxels, at the nearest of those places of the entry at which it
@@ -18,7 +18,7 @@ pub struct Found {
     pub reached: BitGrid,
 }
 
-impl Found {
+impl ApproachFinding {
     /// How near it has come when it is noticed, if ever: the lesser of how deep it comes unnoticed and of how far off
     /// it is where it is noticed at the entry, squared. `None` where it has no room there.
     pub fn nearest(&self) -> Option<u32> {
@@ -61,7 +61,7 @@ pub struct Narrowest {
 
 /// Where a body may be, whatever its entry is.
 #[derive(Clone, Copy, Debug)]
-pub struct Room<'r> {
+pub struct FreeRoom<'r> {
     /// Where nothing solid is in its way.
     pub free: &'r BitGrid,
     /// Those of them at which it is not noticed.
@@ -71,27 +71,27 @@ pub struct Room<'r> {
 }
 
 /// How deep a body comes from those of some places that are open, through open ones, and how near the others are.
-pub fn deepest(body: &Body, begin: &BitGrid, room: Room) -> Found {
-    let flood = Flood::from(begin, room.open);
-    let (reached, noticed) = (flood.reached().clone(), noticed(body, begin, room));
+pub fn deepest(body: &Body, begin: &BitGrid, room: FreeRoom) -> ApproachFinding {
+    let flood = Flood::from_places(begin, room.open);
+    let (reached, noticed) = (flood.places().clone(), noticed_squared(body, begin, room));
     let entry = nearest_at_entry(body, begin, room.free, room.distances);
     let Some((squared, place)) = nearest(body, &flood, room.distances) else {
-        return Found { deepest: None, noticed, entry, reached };
+        return ApproachFinding { deepest: None, noticed, entry, reached };
     };
     let (length, path) = (flood.length(place), flood.path(place));
     let narrowest = narrowest(&flood, length, &path);
-    Found { deepest: Some(Deepest { squared, length, path, narrowest }), noticed, entry, reached }
+    ApproachFinding { deepest: Some(Deepest { squared, length, path, narrowest }), noticed, entry, reached }
 }
 
 /// [`Found::nearest`] of a body, and how many places it reaches.
-pub(super) fn nearest_of_all(body: &Body, begin: &BitGrid, room: Room) -> (Option<u32>, u64) {
-    let flood = Flood::from(begin, room.open);
+pub(super) fn nearest_of_all(body: &Body, begin: &BitGrid, room: FreeRoom) -> (Option<u32>, u64) {
+    let flood = Flood::from_places(begin, room.open);
     let unnoticed = nearest(body, &flood, room.distances).map(|(squared, _)| squared);
-    (lesser(unnoticed, noticed(body, begin, room)), flood.reached().count())
+    (lesser(unnoticed, noticed_squared(body, begin, room)), flood.places().count())
 }
 
 /// The least squared distance of a body at those places of an entry at which it has room and is noticed.
-fn noticed(body: &Body, begin: &BitGrid, room: Room) -> Option<u32> {
+fn noticed_squared(body: &Body, begin: &BitGrid, room: FreeRoom) -> Option<u32> {
     let mut noticed = room.free.clone();
     noticed.remove(room.open);
     nearest_at_entry(body, begin, &noticed, room.distances)
@@ -110,30 +110,30 @@ pub(super) fn nearest_at_entry(
     for place in places.voxels() {
         let bound = least(body, place, distances);
         if nearest.is_none_or(|nearest| bound < u64::from(nearest)) {
-            nearest = lesser(nearest, squared(body, place, distances));
+            nearest = lesser(nearest, squared_distance(body, place, distances));
         }
     }
     nearest
 }
 
 /// The squared distance of a body at a place.
-fn squared(body: &Body, place: [i32; 3], distances: &Distances) -> Option<u32> {
-    body.voxels(place).map(|voxel| distances.squared(voxel)).min()
+fn squared_distance(body: &Body, place: [i32; 3], distances: &Distances) -> Option<u32> {
+    body.voxels(place).map(|voxel| distances.squared_distance(voxel)).min()
 }
 
 /// What that is not below: no voxel of a body is nearer than its middle less its radius.
 fn least(body: &Body, place: [i32; 3], distances: &Distances) -> u64 {
-    let least = distances.squared(body.middle(place)).isqrt().saturating_sub(body.radius());
+    let least = distances.squared_distance(body.middle(place)).isqrt().saturating_sub(body.radius());
     u64::from(least).pow(2)
 }
 
 /// The least squared distance of the body at a place that is reached, and that place.
 fn nearest(body: &Body, flood: &Flood, distances: &Distances) -> Option<(u32, [i32; 3])> {
-    let at = |place| squared(body, place, distances);
-    let middle = |place| distances.squared(body.middle(place));
-    let begin = flood.reached().voxels().min_by_key(|&place| middle(place))?;
+    let at = |place| squared_distance(body, place, distances);
+    let middle = |place| distances.squared_distance(body.middle(place));
+    let begin = flood.places().voxels().min_by_key(|&place| middle(place))?;
     let mut best = (at(begin)?, flood.length(begin), begin);
-    for place in flood.reached().voxels() {
+    for place in flood.places().voxels() {
         if least(body, place, distances) > u64::from(best.0) {
             continue;
         }
@@ -151,7 +151,7 @@ fn nearest(body: &Body, flood: &Flood, distances: &Distances) -> Option<(u32, [i
 fn narrowest(flood: &Flood, length: u64, path: &[[i32; 3]]) -> Option<Narrowest> {
     let front_of = |place| flood.length(place) / LONGEST_STEP;
     let mut fronts = vec![0u64; (length / LONGEST_STEP) as usize];
-    for place in flood.reached().voxels() {
+    for place in flood.places().voxels() {
         if let Some(front) = fronts.get_mut(front_of(place) as usize) {
             *front += 1;
         }

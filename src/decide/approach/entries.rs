@@ -10,7 +10,12 @@ use perirobot_study::sensor::Kind;
 use perirobot_study::sensor::prism::Prism;
 
 /// The places at which a body is wholly inside a box.
-pub(super) fn in_box(body: &Body, prism: &Prism, grid: &Grid, places: Window) -> Result<BitGrid, Issue> {
+pub(super) fn places_in_box(
+    body: &Body,
+    prism: &Prism,
+    grid: &Grid,
+    places: Window,
+) -> Result<BitGrid, Issue> {
     let inside = prism.voxels(&Pose::ORIGIN, grid, grid.window());
     let around = inside.bounds();
     if around.is_empty() {
@@ -20,10 +25,10 @@ pub(super) fn in_box(body: &Body, prism: &Prism, grid: &Grid, places: Window) ->
             low.to_array(),
             high.to_array()
         ))
-        .wanted("move it, make it larger, or set bounds_m"));
+        .with_advice("move it, make it larger, or set bounds_m"));
     }
     let max: [i32; 3] = std::array::from_fn(|r| around.end()[r] - body.size[r].min(1 << 20) as i32);
-    let within = Window::between(around.min, max).intersection(&places);
+    let within = Window::from_corners(around.min, max).intersection(&places);
     if within.is_empty() {
         let metres = |voxels: u32| f64::from(voxels) * grid.voxel_size_m;
         let size = |size: [u32; 3]| size.map(|n| format!("{:.2}", metres(n))).join(" × ");
@@ -38,9 +43,9 @@ pub(super) fn in_box(body: &Body, prism: &Prism, grid: &Grid, places: Window) ->
             size(around.size),
             grid.corner_m(around.min).to_array(),
         ))
-        .wanted("make it larger, or leave the body out"));
+        .with_advice("make it larger, or leave the body out"));
     }
-    Ok(BitGrid::full(within).over(places))
+    Ok(BitGrid::full(within).to_window(places))
 }
 
 /// The places at which a body touches the edge of the grid: its sides, and, if it does not stand on the floor,
@@ -61,7 +66,7 @@ pub(super) fn at_edges(body: &Body, grid: &Grid, places: Window) -> BitGrid {
 
 /// The places at which a body stands beside a light curtain, on the side that its zone does not lie on, and
 /// touches it without being in it.
-pub(super) fn outside_gate(
+pub(super) fn places_outside_gate(
     body: &Body,
     gate: &dyn Kind,
     pose: &Pose,
@@ -70,7 +75,7 @@ pub(super) fn outside_gate(
 ) -> Result<BitGrid, Issue> {
     let prisms = gate.prisms();
     let [curtain, zone] = prisms[..] else { return Err(Issue::says("is no light curtain")) };
-    let inside = curtain.voxels(pose, grid, grid.window()).over(grid.window());
+    let inside = curtain.voxels(pose, grid, grid.window()).to_window(grid.window());
     let mut beside = BitGrid::new(grid.window());
     for [x, y, z] in inside.voxels() {
         (z - 1..=z + 1).for_each(|z| (y - 1..=y + 1).for_each(|y| beside.set_run(x - 1, x + 2, y, z)));
@@ -92,7 +97,7 @@ pub(super) fn outside_gate(
     let towards_zone = along(minus(there, here)).signum();
     if towards_zone == 0 {
         return Err(Issue::says("has its zone around its box, so that neither side is outside")
-            .wanted("name the entry by a box"));
+            .with_advice("name the entry by a box"));
     }
     let is_outside = |place: [i32; 3]| {
         let at = |r: usize| (2 * i64::from(place[r]) + i64::from(body.size[r])) << 15;
@@ -105,7 +110,7 @@ pub(super) fn outside_gate(
             "no place of body {:?} in the grid touches the outside of its box",
             body.name
         ))
-        .wanted("make room for it there by bounds_m, or name the entry by a box")),
+        .with_advice("make room for it there by bounds_m, or name the entry by a box")),
         false => Ok(outside),
     }
 }

@@ -29,7 +29,7 @@ pub struct Flood {
 
 impl Flood {
     /// From those of some places that are open, through open ones. Both planes cover the same window.
-    pub fn from(begin: &BitGrid, open: &BitGrid) -> Flood {
+    pub fn from_places(begin: &BitGrid, open: &BitGrid) -> Flood {
         let around = open.window().grown(1);
         let mut flood = Flood { around, lengths: Vec::new(), reached: BitGrid::new(open.window()) };
         flood.lengths = vec![0; around.volume() as usize];
@@ -73,7 +73,7 @@ impl Flood {
     }
 
     /// The places that are reached.
-    pub fn reached(&self) -> &BitGrid {
+    pub fn places(&self) -> &BitGrid {
         &self.reached
     }
 
@@ -129,7 +129,7 @@ impl Flood {
 
 #[cfg(test)]
 mod tests {
-    use super::super::body::tests::scattered;
+    use super::super::body::tests::scatter;
     use super::*;
 
     /// Lengths by relaxing every step until nothing changes.
@@ -139,7 +139,7 @@ mod tests {
         loop {
             let mut changed = false;
             for place in open.voxels() {
-                let around = Window::between(place.map(|x| x - 1), place.map(|x| x + 1));
+                let around = Window::from_corners(place.map(|x| x - 1), place.map(|x| x + 1));
                 let through = |from: [i32; 3]| {
                     let moved = (0..3).filter(|&r| from[r] != place[r]).count();
                     lengths.get(&from).map(|length| length + [0, 1000, 1414, 1732][moved])
@@ -163,10 +163,10 @@ mod tests {
         {
             for share in [150, 300, 600, 1000] {
                 let window = Window { min: [-2, 3, 7], size };
-                let (open, begin) = (scattered(window, share, seed), scattered(window, 10, seed + 99));
-                let (found, expected) = (Flood::from(&begin, &open), plain(&begin, &open));
-                assert_eq!(found.reached().count(), expected.len() as u64);
-                cut_off += open.count() - found.reached().count();
+                let (open, begin) = (scatter(window, share, seed), scatter(window, 10, seed + 99));
+                let (found, expected) = (Flood::from_places(&begin, &open), plain(&begin, &open));
+                assert_eq!(found.places().count(), expected.len() as u64);
+                cut_off += open.count() - found.places().count();
                 for (place, length) in expected {
                     assert_eq!(found.length(place), length, "{place:?} of {size:?}");
                     let path = found.path(place);

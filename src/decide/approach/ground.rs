@@ -82,19 +82,23 @@ fn floods_at_once(voxels: u64) -> usize {
 
 impl<'a> Ground<'a> {
     /// Checks what a study asks of each of its scenes; `watchers` are the sensors that are looked at.
-    pub fn of_scenes(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Vec<Ground<'a>>> {
+    pub fn from_scenes(
+        study: &'a Study,
+        worlds: &'a [World],
+        watchers: &[Watcher],
+    ) -> Result<Vec<Ground<'a>>> {
         let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
         scenes.map(|worlds| Ground::new(study, worlds, watchers)).collect()
     }
 
     /// Checks what a study asks of a scene; `watchers` are the sensors that are looked at.
     pub fn new(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Ground<'a>> {
-        let here = |issue: Issue| Error::from(issue.at("approach").at(&study.path));
+        let here = |issue: Issue| Error::from(issue.with_place("approach").with_place(&study.path));
         let grid = worlds[0].grid;
         if grid.window().volume() > MOST_VOXELS {
             let what =
                 format!("{} voxels are more than the {MOST_VOXELS} that are flooded", grid.window().volume());
-            return Err(here(Issue::too_large(what).wanted("take larger voxels, or set bounds_m")));
+            return Err(here(Issue::too_large(what).with_advice("take larger voxels, or set bounds_m")));
         }
         let mut swept = BitGrid::new(grid.window());
         worlds.iter().for_each(|world| swept.add(&world.truth().robot_volume));
@@ -104,7 +108,7 @@ impl<'a> Ground<'a> {
             ground.hazard(world).map_err(here)?;
         }
         for spec in &study.approach.bodies {
-            let in_body = |issue: Issue| here(issue.at(format!("body {:?}", spec.name)));
+            let in_body = |issue: Issue| here(issue.with_place(format!("body {:?}", spec.name)));
             // One that is larger than the grid would have more voxels than memory holds.
             let floor_m = study.approach.standing_m();
             let layers = spec.on_floor.then(|| body::standing(spec.shape, floor_m, &grid));
@@ -113,7 +117,7 @@ impl<'a> Ground<'a> {
         }
         for (body, places) in ground.bodies.iter().zip(&ground.places) {
             let begins = study.approach.entries.iter().map(|entry| {
-                let in_entry = |issue: Issue| here(issue.at(format!("entry {:?}", entry.name)));
+                let in_entry = |issue: Issue| here(issue.with_place(format!("entry {:?}", entry.name)));
                 ground.begin(body, entry, *places, watchers).map_err(in_entry)
             });
             let begins = begins.collect::<Result<Vec<_>>>()?;
@@ -135,7 +139,7 @@ impl<'a> Ground<'a> {
                 low.to_array(),
                 high.to_array()
             ))
-            .wanted("set bounds_m wider, or floor_m"));
+            .with_advice("set bounds_m wider, or floor_m"));
         }
         Ok(places)
     }
@@ -150,7 +154,7 @@ impl<'a> Ground<'a> {
         let grid = &self.worlds[0].grid;
         match entry.place {
             EntryPlace::Box { min_m, max_m } => {
-                entries::in_box(body, &Prism::between(min_m, max_m), grid, places)
+                entries::places_in_box(body, &Prism::from_corners(min_m, max_m), grid, places)
             }
             EntryPlace::Edges => Ok(entries::at_edges(body, grid, places)),
             EntryPlace::Gate(sensor) => {
@@ -158,10 +162,10 @@ impl<'a> Ground<'a> {
                 let chosen = watchers.iter().find(|one| one.sensor == sensor).map(|one| one.candidate);
                 let candidate = chosen.or((gate.candidates.len() == 1).then_some(0)).ok_or_else(|| {
                     Issue::says(format!("the poses that are looked at do not say where {:?} is", gate.name))
-                        .wanted("look at a combination with that sensor, or name the entry by a box")
+                        .with_advice("look at a combination with that sensor, or name the entry by a box")
                 })?;
                 let pose = self.worlds[0].settings[sensor][candidate].pose();
-                entries::outside_gate(body, &*gate.kind, &pose, grid, places)
+                entries::places_outside_gate(body, &*gate.kind, &pose, grid, places)
             }
         }
     }
@@ -186,7 +190,9 @@ impl<'a> Ground<'a> {
                 };
                 let what =
                     format!("lies inside something solid: body {:?} is free at no place of it", body.name);
-                return Err(Issue::says(what).wanted(cure).at(format!("entry {:?}", entry.name)));
+                return Err(Issue::says(what)
+                    .with_advice(cure)
+                    .with_place(format!("entry {:?}", entry.name)));
             }
         }
         Ok(())
@@ -210,7 +216,7 @@ impl<'a> Ground<'a> {
             }
         };
         match hazard.is_empty() {
-            true => Err(Issue::says(format!("no hazard: {missing}")).wanted(
+            true => Err(Issue::says(format!("no hazard: {missing}")).with_advice(
                 "give an object role = \"robot\", or name a region of the study by [approach] region",
             )),
             false => Ok(hazard),

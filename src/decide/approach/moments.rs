@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::body::{Body, Sums};
-use super::deepest::{Found, Room, deepest, nearest_at_entry, nearest_of_all};
+use super::deepest::{ApproachFinding, FreeRoom, deepest, nearest_at_entry, nearest_of_all};
 use super::ground::{Company, Ground};
-use crate::view::watched::{Watch, Watchers};
+use crate::view::watched::{WatchedVoxels, Watchers};
 use perirobot_march::Result;
 use perirobot_march::voxel::{BitGrid, Distances};
 use perirobot_scene::truth::Truth;
@@ -41,7 +41,7 @@ impl AtEntry {
 
 /// The answer for one body from one entry.
 #[derive(Clone, Debug)]
-pub struct Answer {
+pub struct ApproachAnswer {
     /// Who else was there.
     pub company: Company,
     /// Which snapshot; `None` for all of them at once.
@@ -55,7 +55,7 @@ pub struct Answer {
     /// What becomes of it at the entry.
     pub at_entry: AtEntry,
     /// What it can do.
-    pub found: Found,
+    pub found: ApproachFinding,
     /// How far a voxel of the grid is from the hazard at most, squared in voxels.
     pub farthest: u32,
     /// The object that stands before the narrowest place, or before the deepest one if there is none.
@@ -64,7 +64,7 @@ pub struct Answer {
 
 /// What a floor plan of a body shows, at the last moment that was asked: all snapshots at once, or the only one.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct BodyPlan {
     /// Who else was there.
     pub company: Company,
     /// Index of the body.
@@ -80,7 +80,7 @@ pub struct Plan {
 }
 
 /// A moment of a scene, or all of them at once, as it is whatever the sensors.
-pub struct Moment<'g> {
+pub struct ApproachMoment<'g> {
     ground: &'g Ground<'g>,
     company: Company,
     snapshot: Option<usize>,
@@ -93,7 +93,7 @@ pub struct Moment<'g> {
 
 /// What a body can do from an entry, in a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Nearest {
+pub struct NearestApproach {
     /// How near it has come when it is noticed, if ever, squared, in voxels; `None` where it has no room at the entry.
     pub squared: Option<u32>,
     /// How many places are open to it, wherever it comes from.
@@ -102,14 +102,14 @@ pub struct Nearest {
     pub joined: u64,
 }
 
-impl<'g> Moment<'g> {
+impl<'g> ApproachMoment<'g> {
     /// Some snapshots of a scene at once, with what is where in each.
     pub fn new(
         ground: &'g Ground<'g>,
         company: Company,
         worlds: &[World],
         truths: &[Arc<Truth>],
-    ) -> Result<Moment<'g>> {
+    ) -> Result<ApproachMoment<'g>> {
         let mut solid = BitGrid::full(worlds[0].grid.window());
         let mut hazard = BitGrid::new(worlds[0].grid.window());
         for (world, truth) in worlds.iter().zip(truths) {
@@ -120,8 +120,16 @@ impl<'g> Moment<'g> {
         let free = ground.bodies.iter().zip(&ground.places);
         let free = free.map(|(body, &places)| body.covers_at_most(0, &sums, places)).collect();
         let snapshot = if let [world] = worlds { Some(world.snapshot) } else { None };
-        let distances = Distances::to(&hazard);
-        Ok(Moment { ground, company, snapshot, solid: solid.into(), hazard: hazard.into(), distances, free })
+        let distances = Distances::from_set(&hazard);
+        Ok(ApproachMoment {
+            ground,
+            company,
+            snapshot,
+            solid: solid.into(),
+            hazard: hazard.into(),
+            distances,
+            free,
+        })
     }
 
     /// Of each body, where it has room and is not noticed.
@@ -136,8 +144,8 @@ impl<'g> Moment<'g> {
         open.collect()
     }
 
-    fn room<'r>(&'r self, body: usize, open: &'r [BitGrid]) -> Room<'r> {
-        Room { free: &self.free[body], open: &open[body], distances: &self.distances }
+    fn room<'r>(&'r self, body: usize, open: &'r [BitGrid]) -> FreeRoom<'r> {
+        FreeRoom { free: &self.free[body], open: &open[body], distances: &self.distances }
     }
 
     /// Something of each body from each entry, body by body; no more at once than there is room for.
@@ -159,17 +167,17 @@ impl<'g> Moment<'g> {
     }
 
     /// What each body can do from each entry where these voxels are watched, body by body.
-    pub fn nearest(&self, watched: &BitGrid) -> Vec<Nearest> {
+    pub fn nearest(&self, watched: &BitGrid) -> Vec<NearestApproach> {
         let open = self.open(watched);
         self.each(|[number, entry]| {
             let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
             let (squared, joined) = nearest_of_all(body, begin, self.room(number, &open));
-            Nearest { squared, unnoticed: open[number].count(), joined }
+            NearestApproach { squared, unnoticed: open[number].count(), joined }
         })
     }
 
     /// The answers where sensors watch at each of the snapshots, and what floor plans show.
-    fn ask(&self, watchers: &Watchers, watches: &[Watch]) -> (Vec<Answer>, Vec<Plan>) {
+    fn ask(&self, watchers: &Watchers, watches: &[WatchedVoxels]) -> (Vec<ApproachAnswer>, Vec<BodyPlan>) {
         let mut watched = watches[0].voxels.clone();
         watches[1..].iter().for_each(|watch| watched.keep(&watch.voxels));
         let (open, farthest) = (self.open(&watched), self.distances.farthest());
@@ -186,23 +194,33 @@ impl<'g> Moment<'g> {
             });
             let shadow = place.and_then(|place| shadow(body, place, watchers, watches));
             let (company, snapshot, unnoticed) = (self.company, self.snapshot, open[number].count());
-            Answer { company, snapshot, body: number, entry, unnoticed, at_entry, found, farthest, shadow }
+            ApproachAnswer {
+                company,
+                snapshot,
+                body: number,
+                entry,
+                unnoticed,
+                at_entry,
+                found,
+                farthest,
+                shadow,
+            }
         });
         let planes = self.free.iter().zip(open).enumerate();
         let plans = planes.filter(|(body, _)| self.ground.bodies[*body].on_floor);
         let plan = |(body, (free, open)): (usize, (&BitGrid, BitGrid))| {
             let (solid, hazard) = (self.solid.clone(), self.hazard.clone());
-            Plan { company: self.company, body, solid, hazard, free: free.clone(), open }
+            BodyPlan { company: self.company, body, solid, hazard, free: free.clone(), open }
         };
         (answers, plans.map(plan).collect())
     }
 }
 
 /// The object that stands before most voxels of a body at a place, seen from the sensors.
-fn shadow(body: &Body, place: [i32; 3], watchers: &Watchers, watches: &[Watch]) -> Option<String> {
+fn shadow(body: &Body, place: [i32; 3], watchers: &Watchers, watches: &[WatchedVoxels]) -> Option<String> {
     let mut before = BTreeMap::new();
     for watch in watches {
-        for (object, often) in watchers.before(watch, body.voxels(place)) {
+        for (object, often) in watchers.blocking_objects(watch, body.voxels(place)) {
             let name = watch.truth.objects[object].name.clone();
             *before.entry(name).or_insert(0) += often;
         }
@@ -225,13 +243,13 @@ pub fn answers(
     worlds: &[World],
     watchers: &Watchers,
     done: &mut dyn FnMut(),
-) -> Result<(Vec<Answer>, Vec<Plan>)> {
+) -> Result<(Vec<ApproachAnswer>, Vec<BodyPlan>)> {
     let (mut answers, mut plans) = (Vec::new(), Vec::new());
     for company in ground.companies() {
-        let (truths, watches) = looked(company, worlds, watchers);
-        let mut ask = |snapshots: Range<usize>| -> Result<Vec<Plan>> {
+        let (truths, watches) = observe(company, worlds, watchers);
+        let mut ask = |snapshots: Range<usize>| -> Result<Vec<BodyPlan>> {
             let moment =
-                Moment::new(ground, company, &worlds[snapshots.clone()], &truths[snapshots.clone()])?;
+                ApproachMoment::new(ground, company, &worlds[snapshots.clone()], &truths[snapshots.clone()])?;
             let (here, plans) = moment.ask(watchers, &watches[snapshots]);
             answers.extend(here);
             done();
@@ -251,17 +269,17 @@ pub fn answers(
 
 /// The answers of all snapshots of a scene at once, with nobody else first; body by body, entry by entry. `worlds` as
 /// in [`answers`].
-pub(super) fn at_once(ground: &Ground, worlds: &[World], watchers: &Watchers) -> Result<Vec<Answer>> {
+pub(super) fn at_once(ground: &Ground, worlds: &[World], watchers: &Watchers) -> Result<Vec<ApproachAnswer>> {
     let mut answers = Vec::new();
     for company in ground.companies() {
-        let (truths, watches) = looked(company, worlds, watchers);
-        answers.extend(Moment::new(ground, company, worlds, &truths)?.ask(watchers, &watches).0);
+        let (truths, watches) = observe(company, worlds, watchers);
+        answers.extend(ApproachMoment::new(ground, company, worlds, &truths)?.ask(watchers, &watches).0);
     }
     Ok(answers)
 }
 
 /// What is where at each snapshot, and what sensors watch there.
-fn looked(company: Company, worlds: &[World], watchers: &Watchers) -> (Vec<Arc<Truth>>, Vec<Watch>) {
+fn observe(company: Company, worlds: &[World], watchers: &Watchers) -> (Vec<Arc<Truth>>, Vec<WatchedVoxels>) {
     let truths: Vec<Arc<Truth>> = worlds.iter().map(|world| company.truth(world)).collect();
     let each = worlds.iter().zip(&truths);
     let watches = each.map(|(world, truth)| watchers.watch(world, truth.clone())).collect();

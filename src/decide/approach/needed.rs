@@ -42,7 +42,7 @@ pub(super) fn begins_too_near(stopping: &Stopping, entry: u32, grid: &Grid) -> O
 }
 
 /// That the grid ends before the distance that is needed, if it does; `farthest` is the greatest in the grid.
-pub(super) fn beyond_the_grid(stopping: &Stopping, farthest: u32, grid: &Grid) -> String {
+pub(super) fn describe_grid_end(stopping: &Stopping, farthest: u32, grid: &Grid) -> String {
     let AtSpeed { speed_m_s, needed_m } = *stopping.fastest();
     if squared_voxels(needed_m, grid.voxel_size_m) <= farthest {
         return String::new();

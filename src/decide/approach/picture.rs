@@ -4,14 +4,14 @@
 use std::fmt::Write;
 
 use super::ground::{Company, Ground};
-use super::moments::{Answer, Plan};
+use super::moments::{ApproachAnswer, BodyPlan};
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_study::study::slug;
 
 /// The name of the file of paths.
 pub const PATHS: &str = "paths.ply";
 
-impl Plan {
+impl BodyPlan {
     /// Its scene, body and people, as in the columns of the table.
     pub fn names<'a>(&self, ground: &'a Ground) -> [&'a str; 3] {
         [&ground.worlds[0].name, &ground.bodies[self.body].name, self.company.name()]
@@ -43,7 +43,7 @@ pub fn is_named_as_plan(name: &str) -> bool {
 
 /// All paths of a table, for CloudCompare, MeshLab and Blender: a vertex for each place, where the middle of the
 /// body is in world metres, with the number of its row in `approach.csv`, counted from 0.
-pub fn paths_ply(asked: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
+pub fn paths_ply(asked: &[(Ground, Vec<ApproachAnswer>)]) -> Vec<u8> {
     let (mut vertices, mut edges) = (String::new(), String::new());
     let (mut vertex, mut steps) = (0, 0);
     let rows = asked.iter().flat_map(|(ground, answers)| answers.iter().map(move |answer| (ground, answer)));
@@ -69,7 +69,7 @@ pub fn paths_ply(asked: &[(Ground, Vec<Answer>)]) -> Vec<u8> {
 
 /// What a voxel of the floor is in a plan.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Floor {
+enum FloorCell {
     Solid,
     Narrow,
     Noticed,
@@ -77,14 +77,14 @@ enum Floor {
     Joined,
 }
 
-impl Floor {
+impl FloorCell {
     /// All of them, with the colour and what it means; colours that colour-blind people tell apart.
-    const ALL: [(Floor, &'static str, &'static str); 5] = [
-        (Floor::Joined, "#d55e00", "unnoticed, on a way from an entry"),
-        (Floor::Apart, "#f0c48a", "unnoticed, on no way from an entry"),
-        (Floor::Noticed, "#cfe8dd", "noticed"),
-        (Floor::Narrow, "#e4e4e4", "no room"),
-        (Floor::Solid, "#777777", "solid"),
+    const ALL: [(FloorCell, &'static str, &'static str); 5] = [
+        (FloorCell::Joined, "#d55e00", "unnoticed, on a way from an entry"),
+        (FloorCell::Apart, "#f0c48a", "unnoticed, on no way from an entry"),
+        (FloorCell::Noticed, "#cfe8dd", "noticed"),
+        (FloorCell::Narrow, "#e4e4e4", "no room"),
+        (FloorCell::Solid, "#777777", "solid"),
     ];
 }
 
@@ -97,12 +97,13 @@ const LINE: u32 = 18;
 
 /// The floor plan of a body, seen from above, y up; `answers` are those of its scene. A voxel is coloured by
 /// what happens to the body when its middle is there.
-pub fn floor_plan(ground: &Ground, answers: &[Answer], plan: &Plan) -> Vec<u8> {
+pub fn floor_plan(ground: &Ground, answers: &[ApproachAnswer], plan: &BodyPlan) -> Vec<u8> {
     let (grid, body) = (&ground.worlds[0].grid, &ground.bodies[plan.body]);
     let last = if ground.worlds.len() > 1 { None } else { Some(ground.worlds[0].snapshot) };
-    let of_plan =
-        |answer: &&Answer| (answer.company, answer.body, answer.snapshot) == (plan.company, plan.body, last);
-    let answers: Vec<&Answer> = answers.iter().filter(of_plan).collect();
+    let of_plan = |answer: &&ApproachAnswer| {
+        (answer.company, answer.body, answer.snapshot) == (plan.company, plan.body, last)
+    };
+    let answers: Vec<&ApproachAnswer> = answers.iter().filter(of_plan).collect();
     let mut joined = BitGrid::new(plan.open.window());
     answers.iter().for_each(|answer| joined.add(&answer.found.reached));
     let places = ground.places[plan.body];
@@ -113,16 +114,16 @@ pub fn floor_plan(ground: &Ground, answers: &[Answer], plan: &Plan) -> Vec<u8> {
     let floor = |x: i32, y: i32| {
         let place = [x - body.size[0] as i32 / 2, y - body.size[1] as i32 / 2, places.min[2]];
         match () {
-            () if any(&plan.solid, x, y, layers.clone()) => Floor::Solid,
-            () if !plan.free.get(place) => Floor::Narrow,
-            () if !plan.open.get(place) => Floor::Noticed,
-            () if !joined.get(place) => Floor::Apart,
-            () => Floor::Joined,
+            () if any(&plan.solid, x, y, layers.clone()) => FloorCell::Solid,
+            () if !plan.free.get(place) => FloorCell::Narrow,
+            () if !plan.open.get(place) => FloorCell::Noticed,
+            () if !joined.get(place) => FloorCell::Apart,
+            () => FloorCell::Joined,
         }
     };
     let scale = (900 / width.max(depth)).clamp(1, 16);
     let (across, up) = ((width * scale).max(LEAST_WIDTH), depth * scale);
-    let lines = 2 + Floor::ALL.len() as u32 + 2;
+    let lines = 2 + FloorCell::ALL.len() as u32 + 2;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{across}\" height=\"{}\" font-family=\"sans-serif\" \
          font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
@@ -137,7 +138,8 @@ pub fn floor_plan(ground: &Ground, answers: &[Answer], plan: &Plan) -> Vec<u8> {
             if x < width as i32 && floor(x, y) == kind {
                 continue;
             }
-            let colour = Floor::ALL.iter().find(|(other, _, _)| *other == kind).map_or("none", |(_, c, _)| c);
+            let colour =
+                FloorCell::ALL.iter().find(|(other, _, _)| *other == kind).map_or("none", |(_, c, _)| c);
             let (left, wide) = (begin as u32 * scale, (x - begin) as u32 * scale);
             let _ = writeln!(
                 svg,
@@ -189,9 +191,9 @@ pub fn floor_plan(ground: &Ground, answers: &[Answer], plan: &Plan) -> Vec<u8> {
     let mut below = (1..=lines).map(|line| up + line * LINE - 4);
     let mut next = || below.next().unwrap_or(up);
     for text in [heading, areas] {
-        let _ = writeln!(svg, "<text x=\"6\" y=\"{}\">{}</text>", next(), escaped(&text));
+        let _ = writeln!(svg, "<text x=\"6\" y=\"{}\">{}</text>", next(), escape(&text));
     }
-    for (_, colour, meaning) in Floor::ALL {
+    for (_, colour, meaning) in FloorCell::ALL {
         let at = next();
         let _ = writeln!(
             svg,
@@ -244,6 +246,6 @@ fn outline(svg: &mut String, set: &BitGrid, [depth, scale]: [u32; 2]) {
 }
 
 /// A user's words in XML.
-fn escaped(text: &str) -> String {
+fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

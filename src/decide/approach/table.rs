@@ -20,7 +20,7 @@
 
 use super::approach_json::{ApproachRow, Approaches, DIGITS};
 use super::ground::{Company, Ground};
-use super::moments::Answer;
+use super::moments::ApproachAnswer;
 use super::needed::{self, root_m};
 use crate::view::Choice;
 use perirobot_march::backend::Fusion;
@@ -102,12 +102,12 @@ fn fields(row: &ApproachRow) -> Vec<String> {
 }
 
 /// The answers of a scene in words: of each body from each entry that of all snapshots at once.
-pub fn describe(ground: &Ground, answers: &[Answer]) -> String {
+pub fn describe(ground: &Ground, answers: &[ApproachAnswer]) -> String {
     let (grid, study) = (&ground.worlds[0].grid, ground.study);
     let at_once = if ground.worlds.len() > 1 { ", all snapshots at once" } else { "" };
     let mut text = format!("scene {}{at_once}\n", ground.worlds[0].name);
     if let (Some(stopping), Some(answer)) = (&study.stopping, answers.first()) {
-        text += &needed::beyond_the_grid(stopping, answer.farthest, grid);
+        text += &needed::describe_grid_end(stopping, answer.farthest, grid);
     }
     for answer in answers.iter().filter(|answer| answer.snapshot.is_none() || ground.worlds.len() == 1) {
         let body = &ground.bodies[answer.body];

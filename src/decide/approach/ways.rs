@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::body::Body;
 use super::ground::{Company, Ground};
-use super::moments::{Answer, at_once};
+use super::moments::{ApproachAnswer, at_once};
 use super::needed::root_m;
 use crate::view::watched::Watchers;
 use perirobot_march::Result;
@@ -55,14 +55,14 @@ pub fn nearest_ways(ground: &Ground, worlds: &[World], watchers: &Watchers) -> R
     let answers = at_once(ground, worlds, watchers)?;
     let of_body = |body: usize| {
         let own = answers.iter().filter(|answer| answer.body == body);
-        let depth = |answer: &&Answer| answer.found.deepest.as_ref().map(|deepest| deepest.squared);
+        let depth = |answer: &&ApproachAnswer| answer.found.deepest.as_ref().map(|deepest| deepest.squared);
         // The first of several that come as near.
         own.filter(|answer| depth(answer).is_some()).min_by_key(depth)
     };
     Ok((0..ground.bodies.len()).filter_map(of_body).filter_map(|answer| way(ground, answer)).collect())
 }
 
-fn way(ground: &Ground, answer: &Answer) -> Option<Way> {
+fn way(ground: &Ground, answer: &ApproachAnswer) -> Option<Way> {
     let (grid, body) = (&ground.worlds[0].grid, &ground.bodies[answer.body]);
     let approach = &ground.study.approach;
     let deepest = answer.found.deepest.as_ref()?;

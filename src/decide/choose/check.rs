@@ -34,20 +34,20 @@ pub fn count_again(
             members: vec![Member { sensor, candidates: vec![candidate] }],
         }
     };
-    let alone = study.of_sets(&choose.representations, picked.iter().map(alone).collect());
+    let alone = study.with_combinations(&choose.representations, picked.iter().map(alone).collect());
     let mut rows = run(&alone, worlds, backend)?;
     rows.sort_by_key(|row| row.repeat);
     rows.retain(|row| row.region == choose.region);
     let required = choose.require.iter().map(|require| require.score);
     let scores: Vec<Score> = [choose.objective].into_iter().chain(required).collect();
-    let values = |counts: &Confusion| scores.iter().map(|score| score.of(counts)).collect::<Vec<_>>();
+    let values = |counts: &Confusion| scores.iter().map(|score| score.evaluate(counts)).collect::<Vec<_>>();
     for (number, &item) in picked.iter().enumerate() {
         let again = rows.iter().filter(|row| row.combination == number).map(|row| values(&row.counts));
         if !again.eq(evidence.counts(&[item]).iter().map(values)) {
             let pose = &alone.combinations[number].name;
             let what = format!("the device and the CPU disagree about {pose}: nothing was searched");
             let cure = Words::from("run again with ")
-                + Argument("backend").to("cpu")
+                + Argument("backend").with_value("cpu")
                 + ", and `perirobot verify-backends` to see more";
             return Err(Error::Disagreement(Issue::says(what).cure(cure)));
         }

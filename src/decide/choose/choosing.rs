@@ -110,11 +110,11 @@ impl<'a> Choosing<'a> {
         verify: u64,
         progress: &dyn Progress,
     ) -> Result<CastEvidence> {
-        if casting.left() > 0 {
+        if casting.remaining() > 0 {
             casting.run_on(&mut Failover::new(backends, progress))?;
         }
         let file = casting.path().filter(|_| casting.is_filed()).map(Path::to_path_buf);
-        let (evidence, checked) = casting.checked(self.choose, backends, verify)?;
+        let (evidence, checked) = casting.check(self.choose, backends, verify)?;
         Ok(CastEvidence { evidence, file, checked })
     }
 

@@ -8,7 +8,7 @@ mod rows;
 pub use casting::Casting;
 pub use file::EVIDENCE;
 use perirobot_cover::CandidateEvidence;
-use perirobot_cover::layout::Wanted;
+use perirobot_cover::layout::WantedCounts;
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
@@ -31,7 +31,7 @@ pub fn cast_evidence(
     backend: &mut dyn Backend,
     progress: &dyn Progress,
 ) -> Result<CandidateEvidence> {
-    let mut casting = Casting::new(study, worlds, of, Wanted::ALL, memory_bytes, None)?;
+    let mut casting = Casting::new(study, worlds, of, WantedCounts::ALL, memory_bytes, None)?;
     casting.run(backend, progress)?;
     Ok(casting.evidence())
 }

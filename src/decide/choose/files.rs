@@ -48,7 +48,7 @@ pub struct Chosen {
     /// How many poses of all sensors were searched.
     pub candidates: usize,
     /// What was looked for.
-    pub asked: Asked,
+    pub asked: ChooseQuestion,
     /// What a proof holds of.
     pub certified: String,
     /// What was found.
@@ -58,7 +58,7 @@ pub struct Chosen {
 
 /// What a study asks for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Asked {
+pub struct ChooseQuestion {
     /// The score that is to be high.
     pub objective: Score,
     /// Of which counts.
@@ -107,9 +107,9 @@ pub struct AskedSensor {
     pub at_most: Option<u32>,
 }
 
-impl Asked {
+impl ChooseQuestion {
     /// What a study asks for.
-    pub(super) fn new(study: &Study, choose: &Choose) -> Asked {
+    pub(super) fn new(study: &Study, choose: &Choose) -> ChooseQuestion {
         let pose = |&[sensor, candidate]: &[usize; 2]| {
             let sensor = &study.sensors[sensor];
             format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
@@ -120,7 +120,7 @@ impl Asked {
             (sensor.name.clone(), AskedSensor { representation, cost: terms.cost, at_most: terms.at_most })
         };
         let require = choose.require.iter();
-        Asked {
+        ChooseQuestion {
             objective: choose.objective,
             over: choose.over,
             region: study.regions[choose.region].0.clone(),
@@ -154,7 +154,7 @@ impl Chosen {
             voxel_size_m: study.voxel_size_m,
             noiseless: study.noiseless,
             candidates: study.sensors.iter().map(|sensor| sensor.candidates.len()).sum(),
-            asked: Asked::new(study, choose),
+            asked: ChooseQuestion::new(study, choose),
             certified: format!("{CERTIFIED} {:?}", choose.fusion.name()),
             report,
         }
@@ -170,7 +170,7 @@ impl Chosen {
             return Ok(None);
         }
         let chosen = serde_json::from_slice(&read_regular(&path)?);
-        chosen.map(Some).map_err(|e| json_issue(&e).cure("choose again").at(&path).into())
+        chosen.map(Some).map_err(|e| json_issue(&e).cure("choose again").with_place(&path).into())
     }
 
     /// Whether results are those of its sets: a sweep may have taken their place in the folder.
@@ -189,7 +189,7 @@ impl Chosen {
         folder.spare(&study.sources, &[REFINED])?;
         if path.join(JOURNAL).exists() && !path.join(PROOF).exists() {
             let what = "holds a sweep, which would be lost";
-            return Err(Error::input(path, what).wanted("name another folder"));
+            return Err(Error::input(path, what).with_advice("name another folder"));
         }
         Ok(folder)
     }
@@ -203,7 +203,7 @@ impl Chosen {
         json.push(b'\n');
         write_whole(&folder.join(SETS), &self.sets())?;
         let refined = folder.join(REFINED);
-        match self.refined() {
+        match self.refined_poses() {
             Some(poses) => write_whole(&refined, &poses)?,
             None if refined.exists() => {
                 std::fs::remove_file(&refined).map_err(|e| Error::io(&refined, "cannot be removed", e))?;
@@ -235,7 +235,7 @@ impl Chosen {
     }
 
     /// The poses that refining found, if it found any. A study names their group, so their names are without it.
-    pub(super) fn refined(&self) -> Option<Vec<u8>> {
+    pub(super) fn refined_poses(&self) -> Option<Vec<u8>> {
         let all = self.report.refined.iter().flatten();
         let mut rows =
             vec![["sensor", "pose", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"].map(String::from)];

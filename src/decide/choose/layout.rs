@@ -58,12 +58,12 @@ impl RegionPlaces {
         let of_people = |plane: &[u32]| {
             let part = |bits: &Vec<usize>| {
                 let set = bits.iter().map(|&bit| (plane[bit >> 5] >> (bit & 31) & 1, 1));
-                packed(set)
+                pack_bits(set)
             };
             self.parts.iter().flat_map(part).collect::<Vec<u64>>()
         };
         let of_mask = |plane: &[u32], masks: &[(usize, u32)]| {
-            packed(masks.iter().map(|&(word, mask)| (extract(plane[word], mask), mask.count_ones())))
+            pack_bits(masks.iter().map(|&(word, mask)| (extract(plane[word], mask), mask.count_ones())))
         };
         [
             of_mask(occupied, truly),
@@ -92,7 +92,9 @@ fn describe(world: &World, region: usize) -> (MomentBits, RegionPlaces) {
     let voxels: [u64; 2] =
         [0, 1].map(|i: usize| masks[i].iter().map(|(_, mask)| u64::from(mask.count_ones())).sum());
     let role = |plane: &BitGrid| {
-        packed(masks[0].iter().map(|&(word, mask)| (extract(plane.words()[word], mask), mask.count_ones())))
+        pack_bits(
+            masks[0].iter().map(|&(word, mask)| (extract(plane.words()[word], mask), mask.count_ones())),
+        )
     };
     let roles = [&scene.human, &scene.robot].map(role);
     let mut body: Vec<_> = scene.people.voxels.iter().filter(|of| region.get(of.voxel)).collect();
@@ -133,7 +135,7 @@ fn extract(word: u32, mut mask: u32) -> u32 {
 }
 
 /// Groups of bits, lowest first, with their lengths, one after the other in words of 64.
-fn packed(groups: impl Iterator<Item = (u32, u32)>) -> Vec<u64> {
+fn pack_bits(groups: impl Iterator<Item = (u32, u32)>) -> Vec<u64> {
     let (mut words, mut word, mut filled) = (Vec::new(), 0u64, 0);
     for (bits, count) in groups {
         word |= u64::from(bits) << filled;
@@ -175,7 +177,7 @@ mod tests {
             groups.push((extract(word, mask), mask.count_ones()));
             expected.extend((0..32).filter(|bit| mask >> bit & 1 == 1).map(|bit| word >> bit & 1 == 1));
         }
-        let words = packed(groups.into_iter());
+        let words = pack_bits(groups.into_iter());
         assert_eq!(words.len(), expected.len().div_ceil(64));
         let found = (0..words.len() * 64).map(|bit| words[bit / 64] >> (bit % 64) & 1 == 1);
         let padding = vec![false; words.len() * 64 - expected.len()];

@@ -70,7 +70,7 @@ impl<'a> Outcome<'a> {
         if let Ending::Stopped(why) = session.run(backends, verify, prepare_s, progress)?.ending {
             return Err(Error::Stopped(Issue::says(why)));
         }
-        let results = Results::new(Subject::of_study(&self.sets, &self.worlds), session.into_pages());
+        let results = Results::new(Subject::from_study(&self.sets, &self.worlds), session.into_pages());
         self.chosen.report.agrees(self.choose, &results)?;
         rows::write(&results, out, TableFormat::Csv)?;
         scores::write(&results, out, TableFormat::Csv)?;
@@ -85,8 +85,10 @@ impl<'a> Outcome<'a> {
 /// When it is neither, with what has changed since.
 pub fn as_swept(folder: &Path, study: Study, worlds: Vec<World>) -> Result<(Study, Vec<World>)> {
     let chosen = Chosen::read(folder)?;
-    let refined =
-        chosen.map(|chosen| chosen.report.with_poses(&study)).transpose().map_err(|e: Error| e.at(folder))?;
+    let refined = chosen
+        .map(|chosen| chosen.report.with_poses(&study))
+        .transpose()
+        .map_err(|e: Error| e.with_place(folder))?;
     // A sweep may have taken the place of what was chosen.
     let refined = refined.flatten().filter(|refined| reopen::has_poses_of(folder, refined));
     let (study, worlds) = match refined {

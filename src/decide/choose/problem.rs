@@ -2,7 +2,9 @@
 
 use super::layout::layout_of;
 use perirobot_cover::layout::MomentBits;
-use perirobot_cover::{Answer, CandidateEvidence, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SetLimits};
+use perirobot_cover::{
+    CandidateEvidence, FrontAnswer, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SetLimits,
+};
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Score;
@@ -51,7 +53,7 @@ pub fn problem_of<'a>(
             .collect(),
         odds,
     }
-    .without_idle_odds()
+    .drop_idle_odds()
 }
 
 /// Whether the scores that a study asks for can have a value in its region, and an exact one, before anything is cast.
@@ -86,7 +88,9 @@ pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Resul
         if let Some(what) = lacking(score) {
             let place = format!("choose.{key} = {:?}", score.name());
             let why = format!("region {name:?} is without {what} in any scene, so there is no such score");
-            return Err(Error::input(place, why).wanted("take another region or score").at(&study.path));
+            return Err(Error::input(place, why)
+                .with_advice("take another region or score")
+                .with_place(&study.path));
         }
     }
     Ok(())
@@ -96,7 +100,7 @@ pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Resul
 ///
 /// # Errors
 /// When no set meets the requirements; when evidence in a file cannot be read.
-pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<Answer> {
+pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<FrontAnswer> {
     perirobot_cover::answer(problem, progress).map_err(|why| no_set(problem, why))
 }
 

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ties::ties;
-use perirobot_cover::{Answer, Bound, CutProof, Found, FrontStep, Problem, Worth};
+use perirobot_cover::{Bound, CutProof, FoundSet, FrontAnswer, FrontStep, Problem, Worth};
 use perirobot_study::sensor::Cost;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -177,7 +177,7 @@ impl FrontReport {
     }
 
     /// Tells an answer.
-    pub fn new(study: &Study, worlds: &[World], problem: &Problem, answer: &Answer) -> FrontReport {
+    pub fn new(study: &Study, worlds: &[World], problem: &Problem, answer: &FrontAnswer) -> FrontReport {
         let teller = Teller { study, problem, places: Places::new(study, &worlds[0]) };
         let worth_telling = |(number, step): &(usize, &FrontStep)| {
             let is_first = *number == 0 || answer.steps[number - 1].limits.at_most != step.limits.at_most;
@@ -207,7 +207,7 @@ struct Teller<'a> {
 
 impl Teller<'_> {
     /// Whether fewer sensors that cost no more are as good.
-    fn is_known(&self, step: &FrontStep, answer: &Answer) -> bool {
+    fn is_known(&self, step: &FrontStep, answer: &FrontAnswer) -> bool {
         let Some(best) = &step.best else { return true };
         let cost = self.problem.cost_of(&best.set);
         answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most).any(|other| {
@@ -216,7 +216,7 @@ impl Teller<'_> {
         })
     }
 
-    fn step(&self, step: &FrontStep, answer: &Answer) -> Option<StepReport> {
+    fn step(&self, step: &FrontStep, answer: &FrontAnswer) -> Option<StepReport> {
         let best = step.best.as_ref()?;
         let cost = self.problem.cost_of(&best.set);
         let smaller = answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most);
@@ -228,7 +228,7 @@ impl Teller<'_> {
             at_most: step.limits.at_most,
             budget: step.limits.budget.map(Cost::from_thousandths),
             best: self.set(best),
-            no_set_is_above: step.bound.above(score),
+            no_set_is_above: step.bound.upper_score(score),
             proven: step.bound == Bound::Proven,
             shown_by: match &step.bound {
                 Bound::AtMost(gaps) => {
@@ -246,7 +246,7 @@ impl Teller<'_> {
         format!("{}:{}", spec.name, spec.candidates[candidate].name)
     }
 
-    fn set(&self, found: &Found) -> SetReport {
+    fn set(&self, found: &FoundSet) -> SetReport {
         let mut items = found.set.clone();
         // As in a combination, who speaks last stands last.
         let sensor = |item: usize| &self.study.sensors[self.problem.evidence.items[item][0]];

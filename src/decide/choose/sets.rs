@@ -7,7 +7,7 @@ use perirobot_cover::Worth;
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_scene::pose::{Frame, Pose};
+use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_study::sensor::{Candidate, Sensor, Setting};
 use perirobot_study::study::{Choose, Combination, Member, Study};
 use perirobot_sweep::results::{Results, RowKey};
@@ -18,7 +18,7 @@ impl FrontReport {
     pub fn study_of_sets(&self, study: &Study, choose: &Choose) -> Study {
         let combinations =
             self.sets().map(|set| combination(study, choose.fusion, self.title(set), set)).collect();
-        study.of_sets(&choose.representations, combinations)
+        study.with_combinations(&choose.representations, combinations)
     }
 
     /// The study with the poses that refining found, if it found any.
@@ -34,12 +34,13 @@ impl FrontReport {
         for fine in poses {
             let sensor = with_poses.sensors.iter_mut().find(|sensor| sensor.name == fine.sensor);
             let near = |sensor: &Sensor| sensor.candidates.iter().find(|one| one.name == fine.near).cloned();
-            let pose = Pose::from_quaternion(fine.position_m.into(), fine.quaternion_wxyz, Frame::Link).ok();
+            let pose =
+                Pose::from_quaternion(fine.position_m.into(), fine.quaternion_wxyz, RotationFrame::Link).ok();
             let (Some((near, sensor)), Some(pose)) =
                 (sensor.and_then(|sensor| Some((near(sensor)?, sensor))), pose)
             else {
                 let what = format!("refined: {}:{} is near no pose of the study", fine.sensor, fine.pose);
-                return Err(Issue::damaged(what).cure("choose again").at(PROOF).into());
+                return Err(Issue::damaged(what).cure("choose again").with_place(PROOF).into());
             };
             let (name, group) = (fine.pose.clone(), near.group);
             sensor.candidates.push(Candidate { name, group, setting: Setting::Pose(pose) });

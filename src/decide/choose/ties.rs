@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use perirobot_cover::{Answer, Found, FrontStep, Joint, Problem};
+use perirobot_cover::{FoundSet, FrontAnswer, FrontStep, JointCandidates, Problem};
 use perirobot_study::sensor::Setting;
 use perirobot_study::world::World;
 
@@ -17,15 +17,20 @@ type Mounts = Vec<(usize, [u64; 3])>;
 /// The best of the sets that are nearly as good as the best one of a step and have a sensor at another mount,
 /// each from other mounts. Looked for among the sets that were judged on the way, and those that have one
 /// sensor elsewhere than the best one.
-pub(super) fn ties(problem: &Problem, worlds: &[World], step: &FrontStep, answer: &Answer) -> Vec<Found> {
+pub(super) fn ties(
+    problem: &Problem,
+    worlds: &[World],
+    step: &FrontStep,
+    answer: &FrontAnswer,
+) -> Vec<FoundSet> {
     let Some(best) = &step.best else { return Vec::new() };
-    let is_near = |found: &Found| {
+    let is_near = |found: &FoundSet| {
         let fits = found.set.len() <= step.limits.at_most;
         fits && step.limits.afford(problem.cost_of(&found.set))
             && found.worth.value() >= NEARLY * best.worth.value()
     };
-    let mut near: Vec<Found> = answer.others.iter().filter(|found| is_near(found)).cloned().collect();
-    near.extend(swapped(problem, &best.set).into_iter().filter(is_near));
+    let mut near: Vec<FoundSet> = answer.others.iter().filter(|found| is_near(found)).cloned().collect();
+    near.extend(swaps(problem, &best.set).into_iter().filter(is_near));
     near.sort_by(|a, b| b.worth.cmp(&a.worth).then(a.set.cmp(&b.set)));
     let mut shown = vec![mounts(problem, &worlds[0], &best.set)];
     near.retain(|found| {
@@ -40,7 +45,7 @@ pub(super) fn ties(problem: &Problem, worlds: &[World], step: &FrontStep, answer
 }
 
 /// All allowed sets that have one candidate in the place of another.
-fn swapped(problem: &Problem, set: &[usize]) -> Vec<Found> {
+fn swaps(problem: &Problem, set: &[usize]) -> Vec<FoundSet> {
     let free: Vec<usize> = set.iter().copied().filter(|item| !problem.always.contains(item)).collect();
     let without = |&left: &usize| {
         let rest: Vec<usize> = set.iter().copied().filter(|&item| item != left).collect();
@@ -50,15 +55,16 @@ fn swapped(problem: &Problem, set: &[usize]) -> Vec<Found> {
     let all: Vec<_> = free.iter().map(without).collect();
     let with = |item: usize| {
         let row = problem.evidence.row(item);
-        let joins =
-            |(left, rest, _): &&(usize, Vec<usize>, Joint)| item != *left && problem.may_join(rest, item);
-        let found = |(_, rest, joint): &(usize, Vec<usize>, Joint)| {
+        let joins = |(left, rest, _): &&(usize, Vec<usize>, JointCandidates)| {
+            item != *left && problem.may_join(rest, item)
+        };
+        let found = |(_, rest, joint): &(usize, Vec<usize>, JointCandidates)| {
             let merit = problem.merit(joint, Some((item, &row)));
             let mut set = [&rest[..], &[item]].concat();
             set.sort_unstable();
-            merit.worth.filter(|_| merit.meets_all()).map(|worth| Found { set, worth })
+            merit.worth.filter(|_| merit.meets_all()).map(|worth| FoundSet { set, worth })
         };
-        all.iter().filter(joins).filter_map(found).collect::<Vec<Found>>()
+        all.iter().filter(joins).filter_map(found).collect::<Vec<FoundSet>>()
     };
     (0..problem.evidence.count()).into_par_iter().flat_map_iter(with).collect()
 }

@@ -1,12 +1,12 @@
 //! What is measured of several sets of sensors at every moment.
 
-use super::separation::{Separation, Surroundings};
+use super::separation::{MeasuredSurroundings, Separation};
 use crate::view::{Choice, Viewer};
-use perirobot_march::backend::Backend;
 use perirobot_march::Result;
+use perirobot_march::backend::Backend;
+use perirobot_march::progress::Progress;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
-use perirobot_march::progress::Progress;
 
 /// What is measured of each set: repeat by repeat, and in each repeat world by world. A set is a choice of the study, in
 /// all of its repeats; `None` is one of which no sensor speaks. Distances from the robot are computed once for each world.
@@ -24,7 +24,7 @@ pub(crate) fn measure(
     let mut measured = vec![vec![Separation::default(); worlds.len() * repeats]; sets.len()];
     let mut viewer = Viewer::new(study, backend)?;
     for (number, world) in worlds.iter().enumerate() {
-        let surroundings = Surroundings::new(world);
+        let surroundings = MeasuredSurroundings::new(world);
         for (set, of_set) in sets.iter().zip(&mut measured) {
             for repeat in 0..repeats {
                 progress.check_stop()?;

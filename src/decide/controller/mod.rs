@@ -18,5 +18,5 @@ mod separation_csv;
 
 pub use excess::Excess;
 pub(crate) use measure::measure;
-pub use separation::{Decision, Separation, Surroundings};
+pub use separation::{Decision, MeasuredSurroundings, Separation};
 pub(crate) use separation_csv::{MeasuredMoment, separation_csv};

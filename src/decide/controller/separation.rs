@@ -16,7 +16,7 @@ use perirobot_study::world::World;
 
 /// What there is to measure at a moment, whatever the sensors.
 #[derive(Debug)]
-pub struct Surroundings {
+pub struct MeasuredSurroundings {
     /// The distances from the robot; `None` where there is none.
     from_robot: Option<Distances>,
     /// What the controller knows: the environment, the robot, and their insides.
@@ -51,17 +51,17 @@ pub enum Decision {
     NeedlessStop,
 }
 
-impl Surroundings {
+impl MeasuredSurroundings {
     /// Of a moment.
-    pub fn new(world: &World) -> Surroundings {
+    pub fn new(world: &World) -> MeasuredSurroundings {
         let (truth, nobody) = (world.truth(), world.truth_without_people());
         let mut known = BitGrid::clone(&nobody.occupied);
         known.add(&nobody.ignored);
         known.add(&truth.robot_volume);
-        let robot = truth.robot_volume.over(world.grid.window());
-        let from_robot = (!robot.is_empty()).then(|| Distances::to(&robot));
+        let robot = truth.robot_volume.to_window(world.grid.window());
+        let from_robot = (!robot.is_empty()).then(|| Distances::from_set(&robot));
         let truly = from_robot.as_ref().and_then(|distances| distances.least(&truth.human));
-        Surroundings { from_robot, known, truly }
+        MeasuredSurroundings { from_robot, known, truly }
     }
 
     /// What is measured of a view of this moment, or without any sensor.
@@ -89,7 +89,7 @@ impl Decision {
         [Decision::Runs, Decision::Stops, Decision::MissedStop, Decision::NeedlessStop];
 
     /// What is done where the least distance is measured as this, is truly that, and people must be so far away.
-    pub fn at(measured: Option<u32>, truly: Option<u32>, needed_m: f64, voxel_size_m: f64) -> Decision {
+    pub fn new(measured: Option<u32>, truly: Option<u32>, needed_m: f64, voxel_size_m: f64) -> Decision {
         let needed = squared_voxels(needed_m, voxel_size_m);
         let is_near = |distance: Option<u32>| distance.is_some_and(|squared| squared < needed);
         match (is_near(measured), is_near(truly)) {

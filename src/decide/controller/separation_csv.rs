@@ -61,7 +61,7 @@ pub(crate) fn separation_csv<'m>(
             }
             let numbers = [separation.missed_m(voxel_size_m), Some(at.speed_m_s), Some(at.needed_m)];
             row.extend(numbers.map(Datum::Score));
-            let decision = |measured| Decision::at(measured, truly, at.needed_m, voxel_size_m).name();
+            let decision = |measured| Decision::new(measured, truly, at.needed_m, voxel_size_m).name();
             row.extend([unknown_free, unknown_occupied].map(|measured| Datum::Text(decision(measured))));
             table.row(&row)?;
         }

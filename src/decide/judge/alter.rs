@@ -1,7 +1,7 @@
 //! A case as a study of its own, for commands that look at it closely.
 
 use super::alteration::Alteration;
-use super::postures::{Stood, named};
+use super::postures::{Stood, find_posture};
 use super::what_if::WhatIf;
 use crate::view::Choice;
 use perirobot_march::error::{Argument, Issue, Site};
@@ -25,7 +25,7 @@ pub fn alter(
     let (study, worlds, members) = match alteration {
         Alteration::None => return Ok((study.clone(), worlds.to_vec(), *choice)),
         Alteration::Dead(sensors) => {
-            let members = what_if.without(&what_if.dead(sensors)?);
+            let members = what_if.remaining_members(&what_if.dead(sensors)?);
             if members.is_empty() {
                 let place = Site::Argument(Argument("dead"), sensors.join(", "));
                 return Err(Error::input(place, "no sensor is left to look at"));
@@ -37,22 +37,25 @@ pub fn alter(
             let Some(error) = &study.mounting_error else {
                 let what = Issue::says(format!("{} has no [mounting_error]", study.path.display()));
                 let example = "[mounting_error] draws = 20, position_m = 0.01, angle_deg = 0.5";
-                return Err(what.wanted(format!("add one to the study, as in {example}")).at(place).into());
+                return Err(what
+                    .with_advice(format!("add one to the study, as in {example}"))
+                    .with_place(place)
+                    .into());
             };
             if *draw >= error.draws {
                 return Err(Error::input(place, format!("must be from 0 to {}", error.draws - 1)));
             }
             let draws = what_if.draws(error)?;
-            let members = what_if.drawn(&draws, *draw);
+            let members = what_if.draw(&draws, *draw);
             (draws.study, draws.worlds, members)
         }
         Alteration::Posture(name) => {
-            let stood = Stood::new(study, worlds, named(study, name)?)?;
+            let stood = Stood::new(study, worlds, find_posture(study, name)?)?;
             (stood.study, stood.worlds, what_if.members.clone())
         }
     };
     let name = format!("{}, {}", own.name, alteration.words());
-    let (combination, representation) = what_if.in_ways(&study, &members, name);
+    let (combination, representation) = what_if.as_combination(&study, &members, name);
     let study = Study { combinations: vec![combination], ..study };
     Ok((study, worlds, Choice { combination: 0, choice: 0, representation, repeat: choice.repeat }))
 }

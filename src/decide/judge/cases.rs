@@ -1,7 +1,7 @@
 //! The cases of a condition: what a choice of sensors counts in each, and how near bodies come.
 
 use super::alteration::Alteration;
-use crate::approach::{Company, Nearest};
+use crate::approach::{Company, NearestApproach};
 use crate::controller::Separation;
 use crate::view::Choice;
 use perirobot_march::Result;
@@ -59,7 +59,7 @@ pub struct Case {
     /// For each region the counts of each moment.
     pub counts: Vec<Vec<Confusion>>,
     /// What bodies can do by each passage; empty where that is not known.
-    pub near: Vec<Nearest>,
+    pub near: Vec<NearestApproach>,
     /// What a controller would measure at each moment; empty where that is not known.
     pub measured: Vec<Separation>,
 }
@@ -85,14 +85,14 @@ impl Conditions {
     ///
     /// # Errors
     /// `Error::Storage` if its journal cannot be read any more.
-    pub fn as_planned(study: &Study, results: &Results, choice: &Choice) -> Result<Conditions> {
+    pub fn from_results(study: &Study, results: &Results, choice: &Choice) -> Result<Conditions> {
         let of_region = |region| counts(results, choice, region);
         let counts: Vec<Vec<Confusion>> = (0..results.regions.len()).map(of_region).collect::<Result<_>>()?;
-        Ok(Conditions::of_plan(study, results, counts))
+        Ok(Conditions::from_plan(study, results, counts))
     }
 
     /// Everything as planned, from the counts of each region at each moment.
-    pub(super) fn of_plan(study: &Study, subject: &Subject, counts: Vec<Vec<Confusion>>) -> Conditions {
+    pub(super) fn from_plan(study: &Study, subject: &Subject, counts: Vec<Vec<Confusion>>) -> Conditions {
         let cases = vec![(Condition::AsPlanned, vec![Case { counts, ..Case::default() }])];
         let (moments, passages) = (moments(subject), Vec::new());
         let needed = study.stopping.as_ref().map(|stopping| *stopping.fastest());
@@ -100,12 +100,12 @@ impl Conditions {
     }
 
     /// What a controller would measure of the plan at each moment; none where that is not known.
-    pub fn measured(&self) -> impl Iterator<Item = (&Moment, &Separation)> + Clone {
-        self.moments.iter().zip(self.of(Condition::AsPlanned).iter().flat_map(|case| &case.measured))
+    pub fn measurements(&self) -> impl Iterator<Item = (&Moment, &Separation)> + Clone {
+        self.moments.iter().zip(self.cases(Condition::AsPlanned).iter().flat_map(|case| &case.measured))
     }
 
     /// The cases of a condition; none where it is not known.
-    pub fn of(&self, condition: Condition) -> &[Case] {
+    pub fn cases(&self, condition: Condition) -> &[Case] {
         let known = self.cases.iter().find(|(known, _)| *known == condition);
         known.map_or(&[], |(_, cases)| cases.as_slice())
     }

@@ -133,7 +133,7 @@ fn nothing_moves(study: &Study, mounts: &[[usize; 2]]) -> Error {
         names.join(" or ")
     );
     let wanted = "make the scene's room larger or the error smaller, or judge other poses";
-    Issue::says(what).wanted(wanted.to_string()).at(&study.path).into()
+    Issue::says(what).with_advice(wanted.to_string()).with_place(&study.path).into()
 }
 
 /// One draw of a mount, if one is possible. `number` is that of its candidate in the study of the draws.
@@ -147,7 +147,7 @@ fn draw_one(
 ) -> Option<Pose> {
     let is_level = study.sensors[sensor].kind.stance() == Stance::Level;
     let attempt =
-        |attempt| error.off.mounted(planned, error.seed, [sensor, candidate, draw], attempt, is_level);
+        |attempt| error.off.mount(planned, error.seed, [sensor, candidate, draw], attempt, is_level);
     let is_possible =
         |pose: &Pose| worlds.iter().all(|world| world.takes(study, [sensor, number], planned, pose));
     (0..ATTEMPTS).map(attempt).find(is_possible)

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::cases::{Moment, Passage};
 use super::judged::JudgedSet;
-use super::spread::{Spread, Summed, spreads};
+use super::spread::{ScoreSpread, Summed, spreads};
 use super::tables::tables_sha256;
-use super::verdict::{Judgement, Part, Where, word};
+use super::verdict::{CasePart, Judgement, Where, word};
 use crate::approach::Company;
 use crate::json_file::JsonFile;
 use perirobot_march::Result;
@@ -234,7 +234,7 @@ fn verdict(study: &Study, subject: &Subject, set: &JudgedSet, judgement: &Judgem
         is_met: judgement.is_met,
         score: requirement.score_name().into(),
         region: requirement.region().map(|region| subject.regions[region].clone()),
-        over: requirement.over(),
+        over: requirement.scope(),
         at_least,
         at_most,
         value: judgement.value.as_ref().map(|value| Number(value.number())),
@@ -249,7 +249,12 @@ fn verdict(study: &Study, subject: &Subject, set: &JudgedSet, judgement: &Judgem
     }
 }
 
-fn condition_score(study: &Study, subject: &Subject, set: &JudgedSet, spread: &Spread) -> ConditionScore {
+fn condition_score(
+    study: &Study,
+    subject: &Subject,
+    set: &JudgedSet,
+    spread: &ScoreSpread,
+) -> ConditionScore {
     ConditionScore {
         condition: spread.condition,
         region: spread.of_what.region().map(|region| subject.regions[region].clone()),
@@ -266,16 +271,16 @@ fn condition_score(study: &Study, subject: &Subject, set: &JudgedSet, spread: &S
 }
 
 fn worst_place(set: &JudgedSet, subject: &Subject, condition: Condition, at: &Where) -> WorstPlace {
-    let case = set.conditions.of(condition)[at.case].alteration.words();
+    let case = set.conditions.cases(condition)[at.case].alteration.words();
     let scene_name = |scene: usize| Some(subject.scenes[scene].name.clone());
     match at.part {
         None => WorstPlace { case, ..WorstPlace::default() },
-        Some(Part::Moment(moment)) => {
+        Some(CasePart::Moment(moment)) => {
             let Moment { scene, snapshot, repeat } = set.conditions.moments[moment];
             let (snapshot, repeat) = (Some(snapshot), Some(repeat));
             WorstPlace { case, scene: scene_name(scene), snapshot, repeat, ..WorstPlace::default() }
         }
-        Some(Part::Passage(passage)) => {
+        Some(CasePart::Passage(passage)) => {
             let Passage { scene, company, repeat, body, entry, .. } = &set.conditions.passages[passage];
             WorstPlace {
                 case,

@@ -57,7 +57,7 @@ impl<'a> JudgedSet<'a> {
             combination: combination.name.clone(),
             poses: pose_names(study, combination, choice.choice),
             representation: representation_names(study, combination).swap_remove(choice.representation),
-            place: Places::new(study, &worlds[0]).of_choice(combination, choice.choice),
+            place: Places::new(study, &worlds[0]).describe_choice(combination, choice.choice),
             judgements: judgements(&study.requirements, &baselines, &conditions),
             conditions,
         }

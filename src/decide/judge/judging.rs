@@ -41,7 +41,7 @@ pub struct Judging<'a> {
 }
 
 /// What was judged.
-pub struct Judged<'a> {
+pub struct JudgeResult<'a> {
     /// Each choice with its verdicts.
     pub sets: Vec<JudgedSet<'a>>,
     /// Of each choice the mounts as they were drawn, if they were.
@@ -59,8 +59,8 @@ pub fn requires_something(study: &Study) -> Result<()> {
     let example = format!(
         "[[require]] name = \"parts seen\", score = \"parts_detected\", region = {region:?}, at_least = 0.9"
     );
-    Err(Error::from(Issue::missing("require").at(&study.path))
-        .wanted(format!("say what sensors must reach, as in {example}")))
+    Err(Error::from(Issue::missing("require").with_place(&study.path))
+        .with_advice(format!("say what sensors must reach, as in {example}")))
 }
 
 /// Removes the files of an earlier judgement from a folder, and one more file, so that none of them is taken for those
@@ -112,11 +112,11 @@ impl<'a> Judging<'a> {
     /// # Errors
     /// When a backend fails, or counts the plan differently than the sweep; when no mount can be anywhere but where it is
     /// planned; `Error::Stopped`.
-    pub fn judged(
+    pub fn judge(
         &self,
         open: &dyn Fn() -> Result<ChosenBackends>,
         progress: &dyn Progress,
-    ) -> Result<Judged<'_>> {
+    ) -> Result<JudgeResult<'_>> {
         let asked = counted_conditions(self.study);
         let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
         let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
@@ -127,7 +127,7 @@ impl<'a> Judging<'a> {
                 Some(backends) if !is_swept(choice) => {
                     what_if.count_plan(self.results, backends, progress)?
                 }
-                _ => Conditions::as_planned(self.study, self.results, choice)?,
+                _ => Conditions::from_results(self.study, self.results, choice)?,
             };
             let drawn = match &mut backends {
                 Some(backends) if !asked.is_empty() => {
@@ -148,9 +148,9 @@ impl<'a> Judging<'a> {
             });
         }
         // Who stands where is the same for each choice.
-        let stood = sets.first().map_or(&[][..], |set| set.conditions.of(Condition::Postures));
+        let stood = sets.first().map_or(&[][..], |set| set.conditions.cases(Condition::Postures));
         let warnings = stood.iter().flat_map(|case| case.warnings.clone()).collect();
-        Ok(Judged { sets, draws: all_draws, warnings })
+        Ok(JudgeResult { sets, draws: all_draws, warnings })
     }
 
     /// The sets of which something is asked at each speed of the robot, with the verdicts there.
@@ -165,8 +165,8 @@ impl<'a> Judging<'a> {
     ///
     /// # Errors
     /// When one cannot be written.
-    pub fn write(&self, folder: &Path, judged: &Judged<'_>) -> Result<()> {
-        let Judged { sets, draws, .. } = judged;
+    pub fn write(&self, folder: &Path, judged: &JudgeResult<'_>) -> Result<()> {
+        let JudgeResult { sets, draws, .. } = judged;
         // A file of poses is of one choice.
         if let ([draws], [_]) = (draws.as_slice(), self.choices) {
             draws.write(folder)?;
@@ -186,7 +186,7 @@ impl<'a> Judging<'a> {
 
     /// What is measured of the plan of a set.
     fn measured_moments<'s>(&'s self, set: &'s JudgedSet) -> impl Iterator<Item = MeasuredMoment<'s>> {
-        set.conditions.measured().map(|(moment, separation)| MeasuredMoment {
+        set.conditions.measurements().map(|(moment, separation)| MeasuredMoment {
             set: [&set.combination, &set.poses, &set.representation].map(String::as_str),
             scene: &self.results.scenes[moment.scene].name,
             snapshot_and_repeat: [moment.snapshot, moment.repeat],

@@ -14,8 +14,8 @@ pub fn junit_xml(sets: &[JudgedSet], told: &dyn Fn(&JudgedSet, &Judgement) -> St
     for set in sets {
         for judgement in &set.judgements {
             let name = format!("{} ({})", judgement.requirement.name, judgement.condition.name());
-            let told = escaped(&told(set, judgement));
-            let [name, class] = [&name, &set.poses].map(|text| escaped(text));
+            let told = escape(&told(set, judgement));
+            let [name, class] = [&name, &set.poses].map(|text| escape(text));
             text += &format!("    <testcase classname=\"{class}\" name=\"{name}\">\n");
             text += &match judgement.is_met {
                 true => format!("      <system-out>{told}</system-out>\n"),
@@ -28,7 +28,7 @@ pub fn junit_xml(sets: &[JudgedSet], told: &dyn Fn(&JudgedSet, &Judgement) -> St
 }
 
 /// Text for XML, in attributes, too.
-fn escaped(text: &str) -> String {
+fn escape(text: &str) -> String {
     let one = |c: char| match c {
         '&' => "&amp;".into(),
         '<' => "&lt;".into(),

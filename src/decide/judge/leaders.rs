@@ -16,7 +16,7 @@ use perirobot_sweep::results::Results;
 
 /// Which choices are looked at.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Among<'a> {
+pub struct LeaderScope<'a> {
     /// Those of this combination; of all where none is named.
     pub combination: Option<&'a str>,
     /// In this representation; in the first of each combination where none is named.
@@ -46,16 +46,18 @@ pub fn leaders(
     requirements: &[Requirement],
     results: &Results,
     count: usize,
-    among: Among,
+    among: LeaderScope,
 ) -> Result<Vec<Choice>> {
     let requirements: Vec<(&Requirement, &Counted)> =
-        requirements.iter().filter_map(|one| Some((one, one.counted()?))).collect();
+        requirements.iter().filter_map(|one| Some((one, one.counted_score()?))).collect();
     if requirements.is_empty() {
         let what = "no requirement is of a score that a sweep counts, so none tells which choice is good";
-        return Err(Error::from(Issue::says(what)).wanted(Words::from("say which with ") + Argument("pose")));
+        return Err(
+            Error::from(Issue::says(what)).with_advice(Words::from("say which with ") + Argument("pose"))
+        );
     }
     let mut all: Vec<Valued> = Vec::new();
-    for (combination, representation) in asked(results, among)? {
+    for (combination, representation) in scope_numbers(results, among)? {
         for choice in 0..results.combinations[combination].choices() {
             let choice = Choice { combination, choice, representation, repeat: 0 };
             let value = |&(requirement, counted): &(&Requirement, &Counted)| {
@@ -89,7 +91,7 @@ fn better(limit: &Limit, a: &Option<Value>, b: &Option<Value>) -> Ordering {
 }
 
 /// Combinations and representations by their numbers.
-fn asked(results: &Results, among: Among) -> Result<Vec<(usize, usize)>> {
+fn scope_numbers(results: &Results, among: LeaderScope) -> Result<Vec<(usize, usize)>> {
     let known: Vec<&str> = results.combinations.iter().map(|one| one.name.as_str()).collect();
     if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
         return Err(unknown(Argument("combination"), Some(name), &known));

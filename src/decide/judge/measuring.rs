@@ -4,16 +4,16 @@
 use super::alteration::Alteration;
 use super::cases::{Case, Conditions};
 use super::draws::Draws;
-use super::postures::{Stood, named};
+use super::postures::{Stood, find_posture};
 use super::scope::controller_conditions;
 use super::what_if::WhatIf;
 use crate::controller::measure;
 use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
+use perirobot_march::progress::Progress;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
-use perirobot_march::progress::Progress;
 
 impl WhatIf<'_> {
     /// How many cases [`WhatIf::measure`] looks at, at each moment for itself.
@@ -40,12 +40,14 @@ impl WhatIf<'_> {
             for case in cases {
                 match (&case.alteration, draws) {
                     (Alteration::None, _) => planned.push((self.members.clone(), case)),
-                    (Alteration::Dead(dead), _) => planned.push((self.without(&self.dead(dead)?), case)),
-                    (Alteration::Draw(draw), Some(draws)) => drawn.push((self.drawn(draws, *draw), case)),
+                    (Alteration::Dead(dead), _) => {
+                        planned.push((self.remaining_members(&self.dead(dead)?), case))
+                    }
+                    (Alteration::Draw(draw), Some(draws)) => drawn.push((self.draw(draws, *draw), case)),
                     (Alteration::Draw(_), None) => {}
                     (Alteration::Posture(name), _) => {
                         let Stood { study, worlds, .. } =
-                            Stood::new(self.study, self.worlds, named(self.study, name)?)?;
+                            Stood::new(self.study, self.worlds, find_posture(self.study, name)?)?;
                         let own = vec![(self.members.clone(), case)];
                         self.measure_in(&study, &worlds, own, backend, progress)?;
                     }
@@ -71,7 +73,7 @@ impl WhatIf<'_> {
         let mut combinations = Vec::new();
         let mut set = |members: &[[usize; 3]]| {
             (!members.is_empty()).then(|| {
-                let (combination, representation) = self.in_ways(study, members, String::new());
+                let (combination, representation) = self.as_combination(study, members, String::new());
                 combinations.push(combination);
                 Choice { combination: combinations.len() - 1, choice: 0, representation, repeat: 0 }
             })

@@ -11,7 +11,7 @@ use super::cases::{Case, Conditions, Passage};
 use super::draws::Draws;
 use super::scope::approach_conditions;
 use super::what_if::WhatIf;
-use crate::approach::{Body, Company, Ground, Moment, Nearest};
+use crate::approach::{ApproachMoment, Body, Company, Ground, NearestApproach};
 use crate::view::watched::{Watcher, Watchers};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
@@ -31,7 +31,7 @@ impl<'a> WhatIf<'a> {
     pub fn grounds(&self) -> Result<Vec<Ground<'a>>> {
         match approach_conditions(self.study).is_empty() {
             true => Ok(Vec::new()),
-            false => Ground::of_scenes(self.study, self.worlds, &self.watchers()),
+            false => Ground::from_scenes(self.study, self.worlds, &self.watchers()),
         }
     }
 
@@ -60,15 +60,15 @@ impl<'a> WhatIf<'a> {
             for company in ground.companies() {
                 let truths: Vec<Arc<Truth>> =
                     ground.worlds.iter().map(|world| company.truth(world)).collect();
-                let moment = Moment::new(ground, company, ground.worlds, &truths)?;
+                let moment = ApproachMoment::new(ground, company, ground.worlds, &truths)?;
                 for repeat in 0..self.study.repeats as usize {
-                    let scene = Scene::new(self, ground, draws, &truths, repeat);
+                    let scene = CompanyScene::new(self, ground, draws, &truths, repeat);
                     conditions.passages.extend(passages(ground, company, repeat));
                     for some in cases.chunks_mut(ground.at_once().min(MOST_AT_ONCE)) {
                         progress.check_stop()?;
-                        let watched = scene.watched(some);
+                        let watched = scene.watched_voxels(some);
                         let nearest = watched.par_iter().map(|watched| moment.nearest(watched));
-                        let nearest: Vec<Vec<Nearest>> = nearest.collect();
+                        let nearest: Vec<Vec<NearestApproach>> = nearest.collect();
                         some.iter_mut().zip(nearest).for_each(|(case, nearest)| case.near.extend(nearest));
                         progress.advance(some.len() as u64);
                     }
@@ -105,7 +105,7 @@ fn passages(ground: &Ground, company: Company, repeat: usize) -> Vec<Passage> {
 }
 
 /// A scene in some company and repeat, in which cases are looked at.
-struct Scene<'s> {
+struct CompanyScene<'s> {
     what_if: &'s WhatIf<'s>,
     ground: &'s Ground<'s>,
     truths: &'s [Arc<Truth>],
@@ -121,14 +121,14 @@ struct Drawn<'s> {
     watchers: Watchers<'s>,
 }
 
-impl<'s> Scene<'s> {
+impl<'s> CompanyScene<'s> {
     fn new(
         what_if: &'s WhatIf<'s>,
         ground: &'s Ground<'s>,
         draws: Option<&'s Draws>,
         truths: &'s [Arc<Truth>],
         repeat: usize,
-    ) -> Scene<'s> {
+    ) -> CompanyScene<'s> {
         let scene = ground.worlds[0].scene;
         let planned = Watchers::from_watchers(what_if.study, what_if.watchers(), repeat);
         let drawn = draws.map(|draws| Drawn {
@@ -136,11 +136,11 @@ impl<'s> Scene<'s> {
             worlds: draws.worlds.iter().filter(|world| world.scene == scene).collect(),
             watchers: Watchers::from_watchers(&draws.study, what_if.watchers(), repeat),
         });
-        Scene { what_if, ground, truths, planned, drawn }
+        CompanyScene { what_if, ground, truths, planned, drawn }
     }
 
     /// What is watched in all snapshots in each case.
-    fn watched(&self, cases: &[&mut Case]) -> Vec<BitGrid> {
+    fn watched_voxels(&self, cases: &[&mut Case]) -> Vec<BitGrid> {
         let names = self.what_if.names();
         let is_drawn = |case: &Case| matches!(case.alteration, Alteration::Draw(_));
         let some_planned = cases.iter().any(|case| !is_drawn(case));
@@ -149,7 +149,7 @@ impl<'s> Scene<'s> {
         for (snapshot, truth) in self.truths.iter().enumerate() {
             let world = &self.ground.worlds[snapshot];
             // Each sensor as planned once for all cases in which it lives.
-            let watched = |one| self.planned.watched(one, world, truth);
+            let watched = |one| self.planned.watched_voxels(one, world, truth);
             let each = if some_planned { self.planned.each() } else { &[] };
             let own: Vec<BitGrid> = each.par_iter().map(watched).collect();
             let alive = |dead: &[String]| {
@@ -161,9 +161,9 @@ impl<'s> Scene<'s> {
                     (Alteration::Dead(dead), _) => alive(dead),
                     (Alteration::Draw(draw), Some(drawn)) => {
                         let each =
-                            self.what_if.drawn(drawn.draws, *draw).iter().map(watcher).collect::<Vec<_>>();
+                            self.what_if.draw(drawn.draws, *draw).iter().map(watcher).collect::<Vec<_>>();
                         let world = drawn.worlds[snapshot];
-                        union(window, each.iter().map(|one| drawn.watchers.watched(one, world, truth)))
+                        union(window, each.iter().map(|one| drawn.watchers.watched_voxels(one, world, truth)))
                     }
                     _ => alive(&[]),
                 });

@@ -85,16 +85,19 @@ fn bounds_m(grid: &Grid) -> [DVec3; 2] {
 ///
 /// # Errors
 /// When the study has none of that name.
-pub(super) fn named<'s>(study: &'s Study, name: &str) -> Result<&'s Posture> {
+pub(super) fn find_posture<'s>(study: &'s Study, name: &str) -> Result<&'s Posture> {
     let place = || Site::Argument(Argument("posture"), name.into());
     if study.postures.is_empty() {
         let what = Issue::says(format!("{} has no [postures]", study.path.display()));
         let example = "[postures] people = [\"standing\"], spots = [[1.0, 0.5, 90]]";
-        return Err(what.wanted(format!("add them to the study, as in {example}")).at(place()).into());
+        return Err(what
+            .with_advice(format!("add them to the study, as in {example}"))
+            .with_place(place())
+            .into());
     }
     let known: Vec<&str> = study.postures.iter().map(|posture| posture.name.as_str()).collect();
     let found = study.postures.iter().find(|posture| posture.name == name);
-    found.ok_or_else(|| Issue::unknown(&known).at(place()).into())
+    found.ok_or_else(|| Issue::unknown(&known).with_place(place()).into())
 }
 
 /// Of each scene by name, who of `[postures]` is cut off by its grid, as warnings. Nothing is cast.
@@ -105,7 +108,8 @@ pub fn check_postures<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w
     for posture in &study.postures {
         // Each person once.
         if let (SurfaceSpec::Mannequin(file), 0) = (&posture.person, posture.spot) {
-            read_person(file, &study.sources).map_err(|e| e.at("postures.people").at(&study.path))?;
+            read_person(file, &study.sources)
+                .map_err(|e| e.with_place("postures.people").with_place(&study.path))?;
         }
     }
     let of_scene = |scene: &'w [World]| {
@@ -126,7 +130,7 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
     let at = posture.position_m;
     let refused = |place: String, rule: String| {
         let spot = Issue::value(format!("spots[{}]", posture.spot), place, rule);
-        Err(Error::from(spot.at(Site::Table("postures".into())).at(&study.path)))
+        Err(Error::from(spot.with_place(Site::Table("postures".into())).with_place(&study.path)))
     };
     if (0..2).any(|axis| !(low[axis]..high[axis]).contains(&at[axis])) {
         let rule = format!(
@@ -141,15 +145,15 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
     let alone = build(&alone, &study.sources, study.voxel_size_m)?;
     // Voxels of the person and of the grid, counted from the world's origin.
     let whole = voxelize::scene_extent(&alone, study.voxel_size_m)?;
-    let inside = grid.window().moved(grid.origin).intersection(&whole);
+    let inside = grid.window().shift(grid.origin).intersection(&whole);
     if inside == whole {
         return Ok(None);
     }
     let own = voxelize::grid_over(&whole, study.voxel_size_m)
-        .map_err(|e| e.at(format!("person {:?}", posture.name)).at(&study.path))?;
+        .map_err(|e| e.with_place(format!("person {:?}", posture.name)).with_place(&study.path))?;
     let truth = voxelize_all(&alone, own)?.swap_remove(0);
     let all = truth.human.count();
-    let kept = truth.human.over(inside.moved(own.origin.map(|key| -key))).count();
+    let kept = truth.human.to_window(inside.shift(own.origin.map(|key| -key))).count();
     if kept == 0 {
         let rule = format!(
             "must be where person {:?} is in the grid, which in scene {:?} goes from z {:.2} to {:.2} m and has nothing \

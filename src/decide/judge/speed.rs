@@ -44,7 +44,7 @@ pub(super) fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
         let Some((family, _)) = requirement.region().and_then(family_of) else { return Vec::new() };
         let regions = (0..study.regions.len()).filter_map(|region| Some((region, family_of(region)?)));
         let own = regions.filter(|(_, (other, _))| *other == family);
-        own.map(|(region, (_, speed))| AtEachSpeed { speed, requirement: requirement.in_region(region) })
+        own.map(|(region, (_, speed))| AtEachSpeed { speed, requirement: requirement.with_region(region) })
             .collect()
     };
     let shells = study.requirements.iter().flat_map(shells);
@@ -62,7 +62,7 @@ fn far_enough(study: &Study, speed: usize, at: &AtSpeed) -> AtEachSpeed {
             body: None,
             entry: None,
         }),
-        limit: Limit::AtLeast(at.needed()),
+        limit: Limit::AtLeast(at.needed_distance()),
         under: approach_conditions(study),
     };
     AtEachSpeed { speed, requirement }

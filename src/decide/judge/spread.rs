@@ -1,7 +1,7 @@
 //! How good scores are under a condition: best, mean, the value that one in twenty is no better than, worst.
 
 use super::cases::{Case, Conditions};
-use super::verdict::{Part, Where, controller_value, near_value};
+use super::verdict::{CasePart, Where, approach_value, controller_value};
 use perirobot_march::metrics::{Ratio, Score};
 use perirobot_study::study::{ApproachScore, Condition, ControllerScore, Counted, Measure};
 
@@ -27,7 +27,7 @@ impl Summed {
     }
 
     /// The score of a name, if it is counted, in a region.
-    pub fn named(score: &str, region: usize) -> Option<Summed> {
+    pub fn from_name(score: &str, region: usize) -> Option<Summed> {
         let counted = Score::ALL.into_iter().map(|score| Summed::Counted(score, region));
         let near = ApproachScore::ALL.into_iter().map(Summed::Nearness);
         let controller = ControllerScore::ALL.into_iter().map(Summed::Controller);
@@ -54,7 +54,7 @@ impl Summed {
 
 /// A score over all parts of all cases of a condition. Numbers are infinite for who never comes near.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
+pub struct ScoreSpread {
     /// The condition.
     pub condition: Condition,
     /// What is summed up.
@@ -77,13 +77,13 @@ pub struct Spread {
 
 /// What each score is in each region under each condition, and how near bodies come; scores without a value are left
 /// out.
-pub fn spreads(conditions: &Conditions) -> Vec<Spread> {
+pub fn spreads(conditions: &Conditions) -> Vec<ScoreSpread> {
     let regions = |cases: &[Case]| cases.first().map_or(0, |case| case.counts.len());
     let of = |(condition, cases): &(Condition, Vec<Case>)| {
         let parts = (0..regions(cases)).flat_map(|region| Score::ALL.map(|score| (region, score)));
         let counted = parts.filter_map(|(region, score)| spread(*condition, cases, region, score));
         let near = ApproachScore::ALL.into_iter();
-        let near = near.filter_map(|score| near_spread(*condition, cases, conditions, score));
+        let near = near.filter_map(|score| approach_spread(*condition, cases, conditions, score));
         let measured = ControllerScore::ALL.into_iter();
         let measured = measured.filter_map(|score| controller_spread(*condition, cases, conditions, score));
         counted.chain(near).chain(measured).collect::<Vec<_>>()
@@ -91,37 +91,35 @@ pub fn spreads(conditions: &Conditions) -> Vec<Spread> {
     conditions.cases.iter().flat_map(of).collect()
 }
 
-fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> Option<Spread> {
+fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> Option<ScoreSpread> {
     let each = cases.iter().enumerate().flat_map(|(case, of)| {
         let moments = of.counts[region].iter().enumerate();
         moments.filter_map(move |(moment, counts)| {
-            Some((Ratio::from_score(score, counts)?, Where { case, part: Some(Part::Moment(moment)) }))
+            Some((Ratio::from_score(score, counts)?, Where { case, part: Some(CasePart::Moment(moment)) }))
         })
     });
     let of = cases.iter().map(|case| case.counts[region].len()).sum();
     let is_better_less = score.less_is_better();
-    summed(condition, Summed::Counted(score, region), each.collect(), of, is_better_less, |ratio| {
-        ratio.value()
-    })
+    sum(condition, Summed::Counted(score, region), each.collect(), of, is_better_less, |ratio| ratio.value())
 }
 
-fn near_spread(
+fn approach_spread(
     condition: Condition,
     cases: &[Case],
     conditions: &Conditions,
     score: ApproachScore,
-) -> Option<Spread> {
+) -> Option<ScoreSpread> {
     let each = cases.iter().enumerate().flat_map(|(case, of)| {
         let passages = conditions.passages.iter().zip(&of.near).enumerate();
         let asked = passages.filter(|(_, (passage, _))| passage.on_floor || !score.is_area());
         asked.filter_map(move |(number, (_, near))| {
-            let value = near_value(score, near, conditions)?;
-            Some((value, Where { case, part: Some(Part::Passage(number)) }))
+            let value = approach_value(score, near, conditions)?;
+            Some((value, Where { case, part: Some(CasePart::Passage(number)) }))
         })
     });
     let values: Vec<_> = each.collect();
     let of = values.len();
-    summed(condition, Summed::Nearness(score), values, of, score.is_area(), |value| value.number())
+    sum(condition, Summed::Nearness(score), values, of, score.is_area(), |value| value.number())
 }
 
 fn controller_spread(
@@ -129,31 +127,31 @@ fn controller_spread(
     cases: &[Case],
     conditions: &Conditions,
     score: ControllerScore,
-) -> Option<Spread> {
+) -> Option<ScoreSpread> {
     let each = cases.iter().enumerate().flat_map(|(case, of)| {
         let moments = of.measured.iter().enumerate();
         moments.filter_map(move |(moment, separation)| {
             let value = controller_value(score, separation, conditions)?;
-            Some((value, Where { case, part: Some(Part::Moment(moment)) }))
+            Some((value, Where { case, part: Some(CasePart::Moment(moment)) }))
         })
     });
     let of = cases.iter().map(|case| case.measured.len()).sum();
-    summed(condition, Summed::Controller(score), each.collect(), of, true, |value| value.number())
+    sum(condition, Summed::Controller(score), each.collect(), of, true, |value| value.number())
 }
 
-fn summed<V: Ord>(
+fn sum<V: Ord>(
     condition: Condition,
     of_what: Summed,
     mut values: Vec<(V, Where)>,
     of: usize,
     is_better_less: bool,
     number: impl Fn(&V) -> f64,
-) -> Option<Spread> {
+) -> Option<ScoreSpread> {
     // The worst first. The sort is stable, so that of equal ones the first is kept.
     values.sort_by(|a, b| if is_better_less { b.0.cmp(&a.0) } else { a.0.cmp(&b.0) });
     let ((worst, at), (best, _)) = (values.first()?, values.last()?);
     let sum: f64 = values.iter().map(|(value, _)| number(value)).sum();
-    Some(Spread {
+    Some(ScoreSpread {
         condition,
         of_what,
         best: number(best),
@@ -188,7 +186,7 @@ mod tests {
         assert!((unknown.mean - 0.195).abs() < 1e-12, "{}", unknown.mean);
         // Two of forty: 39 and 38.
         assert_eq!((unknown.twentieth, unknown.values, unknown.of), (0.38, 40, 40));
-        assert_eq!(unknown.at, Where { case: 1, part: Some(Part::Moment(19)) });
+        assert_eq!(unknown.at, Where { case: 1, part: Some(CasePart::Moment(19)) });
         // Nothing is occupied, so there is nobody to be seen.
         assert!(all.iter().all(|spread| spread.of_what.name() != "human_seen"));
     }

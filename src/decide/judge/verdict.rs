@@ -2,7 +2,7 @@
 
 use super::cases::{Case, Conditions};
 use super::value::Value;
-use crate::approach::Nearest;
+use crate::approach::NearestApproach;
 use crate::controller::{Decision, Excess, Separation};
 use perirobot_march::metrics::{Confusion, Ratio};
 use perirobot_study::study::{
@@ -44,12 +44,12 @@ pub struct Where {
     /// Number of the case among those of its condition.
     pub case: usize,
     /// Which part; `None` where the case has no value, or nobody comes near.
-    pub part: Option<Part>,
+    pub part: Option<CasePart>,
 }
 
 /// A part of a case, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum CasePart {
     /// A moment.
     Moment(usize),
     /// A passage.
@@ -77,7 +77,7 @@ pub fn judgements<'a>(
 ) -> Vec<Judgement<'a>> {
     let of = |requirement: &'a Requirement| {
         let is_known = move |condition: &&Condition| {
-            conditions.of(**condition).first().is_some_and(|case| match requirement.measure {
+            conditions.cases(**condition).first().is_some_and(|case| match requirement.measure {
                 Measure::Counted(_) => true,
                 Measure::Nearness(_) => !case.near.is_empty(),
                 Measure::Controller(_) => !case.measured.is_empty(),
@@ -95,7 +95,7 @@ fn judgement<'a>(
     condition: Condition,
     conditions: &Conditions,
 ) -> Judgement<'a> {
-    let cases = conditions.of(condition);
+    let cases = conditions.cases(condition);
     let parts = |case: &Case| part_values(requirement, case, conditions);
     let values: Vec<Option<Value>> =
         cases.iter().map(|case| case_value(requirement, case, conditions)).collect();
@@ -157,29 +157,29 @@ fn part_values(
     requirement: &Requirement,
     case: &Case,
     conditions: &Conditions,
-) -> Vec<(Part, Option<Value>)> {
+) -> Vec<(CasePart, Option<Value>)> {
     match &requirement.measure {
         Measure::Counted(Counted { score, region, .. }) => {
             let moments = case.counts[*region].iter().enumerate();
             let value = |counts| Ratio::from_score(*score, counts).map(Value::exactly);
-            moments.map(|(moment, counts)| (Part::Moment(moment), value(counts))).collect()
+            moments.map(|(moment, counts)| (CasePart::Moment(moment), value(counts))).collect()
         }
         Measure::Nearness(nearness) => {
             let each = conditions.passages.iter().zip(&case.near).enumerate();
             let asked = each.filter(|(_, (passage, _))| passage.is_asked(nearness));
-            let value = |near| near_value(nearness.score, near, conditions);
-            asked.map(|(number, (_, near))| (Part::Passage(number), value(near))).collect()
+            let value = |near| approach_value(nearness.score, near, conditions);
+            asked.map(|(number, (_, near))| (CasePart::Passage(number), value(near))).collect()
         }
         Measure::Controller(score) => {
             let moments = case.measured.iter().enumerate();
             let value = |separation| controller_value(*score, separation, conditions);
-            moments.map(|(moment, separation)| (Part::Moment(moment), value(separation))).collect()
+            moments.map(|(moment, separation)| (CasePart::Moment(moment), value(separation))).collect()
         }
     }
 }
 
 /// The part that is worst for a requirement; the first of several.
-fn worst_part(requirement: &Requirement, parts: Vec<(Part, Option<Value>)>) -> Option<Part> {
+fn worst_part(requirement: &Requirement, parts: Vec<(CasePart, Option<Value>)>) -> Option<CasePart> {
     let each = parts.into_iter().filter_map(|(part, value)| Some((part, value?)));
     let worst = each.reduce(|old, new| if requirement.limit.is_worse(&new.1, &old.1) { new } else { old });
     // Who never comes near has no way.
@@ -189,7 +189,7 @@ fn worst_part(requirement: &Requirement, parts: Vec<(Part, Option<Value>)>) -> O
 
 /// The best that any choice of the listed poses could have.
 fn best_possible(requirement: &Requirement, baselines: &[Vec<Baselines>]) -> Option<Value> {
-    let counted = requirement.counted()?;
+    let counted = requirement.counted_score()?;
     let best: Vec<Confusion> = baselines.iter().map(|snapshot| snapshot[counted.region].ceiling).collect();
     // The ceiling is the best by the score: of a limit on the wrong side nothing is known.
     let is_bound = matches!(requirement.limit, Limit::AtMost(_)) == counted.score.less_is_better();
@@ -198,7 +198,11 @@ fn best_possible(requirement: &Requirement, baselines: &[Vec<Baselines>]) -> Opt
 
 /// A score of what a body can do; the edge of a voxel is taken to nine digits after the point. `None` of a margin where
 /// it is not said how far people must be.
-pub(super) fn near_value(score: ApproachScore, near: &Nearest, conditions: &Conditions) -> Option<Value> {
+pub(super) fn approach_value(
+    score: ApproachScore,
+    near: &NearestApproach,
+    conditions: &Conditions,
+) -> Option<Value> {
     let edge = Ratio::from_f64(conditions.voxel_size_m);
     let in_m2 = |voxels: u64| Ratio {
         numerator: i128::from(voxels) * edge.numerator.pow(2),
@@ -208,7 +212,7 @@ pub(super) fn near_value(score: ApproachScore, near: &Nearest, conditions: &Cond
     Some(match score {
         ApproachScore::NearestUnnoticedM => square.map_or(Value::Endless, Value::Root),
         ApproachScore::ApproachMarginM => {
-            let needed = conditions.needed?.needed();
+            let needed = conditions.needed?.needed_distance();
             square.map_or(Value::Endless, |square| Value::Beyond(square, needed))
         }
         ApproachScore::UnnoticedM2 => Value::exactly(in_m2(near.unnoticed)),
@@ -234,7 +238,7 @@ pub(super) fn controller_value(
             if !has_robot {
                 return None;
             }
-            let decision = Decision::at(unknown_occupied, truly, conditions.needed?.needed_m, voxel_size_m);
+            let decision = Decision::new(unknown_occupied, truly, conditions.needed?.needed_m, voxel_size_m);
             let numerator = i128::from(decision == Decision::NeedlessStop);
             Some(Value::exactly(Ratio { numerator, denominator: 1 }))
         }

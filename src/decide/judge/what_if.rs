@@ -34,7 +34,7 @@ pub struct WhatIf<'a> {
 type CountsOf = Vec<Vec<Confusion>>;
 
 /// The sensors in a case.
-pub(super) struct Variant {
+pub(super) struct CaseVariant {
     pub(super) condition: Condition,
     alteration: Alteration,
     members: Vec<[usize; 3]>,
@@ -44,9 +44,9 @@ pub(super) struct Variant {
     warnings: Vec<String>,
 }
 
-impl Variant {
+impl CaseVariant {
     fn case(self, counts: Vec<Vec<Confusion>>) -> Case {
-        let Variant { alteration, kept, warnings, .. } = self;
+        let CaseVariant { alteration, kept, warnings, .. } = self;
         Case { alteration, kept, warnings, counts, ..Case::default() }
     }
 }
@@ -84,9 +84,9 @@ impl<'a> WhatIf<'a> {
         backends: &mut dyn BackendFactory,
         progress: &dyn Progress,
     ) -> Result<Conditions> {
-        let counted = self.counted(self.study, self.worlds, self.left_out(&[]), backends, progress)?;
+        let counted = self.count_variants(self.study, self.worlds, self.left_out(&[]), backends, progress)?;
         let counts = counted.into_iter().map(|(_, counts)| counts).next().unwrap_or_default();
-        Ok(Conditions::of_plan(self.study, subject, counts))
+        Ok(Conditions::from_plan(self.study, subject, counts))
     }
 
     /// Counts all cases of some conditions and adds them to what was counted as planned. The mounts that were drawn
@@ -103,33 +103,39 @@ impl<'a> WhatIf<'a> {
         progress: &dyn Progress,
     ) -> Result<Option<Draws>> {
         let variants = self.left_out(asked);
-        planned.take(self.counted(self.study, self.worlds, variants, backends, progress)?)?;
+        planned.take(self.count_variants(self.study, self.worlds, variants, backends, progress)?)?;
         let mut drawn = None;
         if let Some(error) = self.error(asked) {
             let draws = self.draws(error)?;
-            let of_draw = |draw| Variant {
+            let of_draw = |draw| CaseVariant {
                 condition: Condition::MountingError,
                 alteration: Alteration::Draw(draw),
-                members: self.drawn(&draws, draw),
-                kept: self.kept(&draws, draw),
+                members: self.draw(&draws, draw),
+                kept: self.planned_members(&draws, draw),
                 warnings: Vec::new(),
             };
             let variants = (0..error.draws).map(of_draw).collect();
-            planned.take(self.counted(&draws.study, &draws.worlds, variants, backends, progress)?)?;
+            planned.take(self.count_variants(
+                &draws.study,
+                &draws.worlds,
+                variants,
+                backends,
+                progress,
+            )?)?;
             drawn = Some(draws);
         }
         if asked.contains(&Condition::Postures) {
             for posture in &self.study.postures {
                 // One at a time, since each has voxels of its own.
                 let Stood { study, worlds, warnings } = Stood::new(self.study, self.worlds, posture)?;
-                let variant = Variant {
+                let variant = CaseVariant {
                     condition: Condition::Postures,
                     alteration: Alteration::Posture(posture.name.clone()),
                     members: self.members.clone(),
                     kept: Vec::new(),
                     warnings,
                 };
-                planned.take(self.counted(&study, &worlds, vec![variant], backends, progress)?)?;
+                planned.take(self.count_variants(&study, &worlds, vec![variant], backends, progress)?)?;
             }
         }
         Ok(drawn)
@@ -140,18 +146,18 @@ impl<'a> WhatIf<'a> {
     }
 
     /// The members in one draw of their mounts.
-    pub(super) fn drawn(&self, draws: &Draws, draw: u32) -> Vec<[usize; 3]> {
+    pub(super) fn draw(&self, draws: &Draws, draw: u32) -> Vec<[usize; 3]> {
         self.members.iter().map(|&[s, c, way]| [s, draws.candidate([s, c], draw), way]).collect()
     }
 
     /// The members that are as planned in a draw, by their names.
-    fn kept(&self, draws: &Draws, draw: u32) -> Vec<String> {
+    fn planned_members(&self, draws: &Draws, draw: u32) -> Vec<String> {
         let kept = self.members.iter().filter(|&&[s, c, _]| draws.keeps([s, c], draw));
         kept.map(|&member| self.name(member)).collect()
     }
 
     /// The set whole, and without sensors that are dead.
-    pub(super) fn left_out(&self, asked: &[Condition]) -> Vec<Variant> {
+    pub(super) fn left_out(&self, asked: &[Condition]) -> Vec<CaseVariant> {
         let all = 0..self.members.len();
         let mut dead = vec![(Condition::AsPlanned, Vec::new())];
         if asked.contains(&Condition::OneSensorDead) {
@@ -166,10 +172,10 @@ impl<'a> WhatIf<'a> {
             }
         }
         let variant = |(condition, dead): (Condition, Vec<usize>)| {
-            let members = self.without(&dead);
+            let members = self.remaining_members(&dead);
             let names = || dead.iter().map(|&number| self.name(self.members[number])).collect();
             let alteration = if dead.is_empty() { Alteration::None } else { Alteration::Dead(names()) };
-            Variant { condition, alteration, members, kept: Vec::new(), warnings: Vec::new() }
+            CaseVariant { condition, alteration, members, kept: Vec::new(), warnings: Vec::new() }
         };
         dead.into_iter().map(variant).collect()
     }
@@ -183,14 +189,14 @@ impl<'a> WhatIf<'a> {
         let number = |sensor: &String| {
             known.iter().position(|name| name == sensor).ok_or_else(|| {
                 let place = Site::Argument(Argument("dead"), sensor.clone());
-                Error::from(Issue::unknown(&known).at(place))
+                Error::from(Issue::unknown(&known).with_place(place))
             })
         };
         sensors.iter().map(number).collect()
     }
 
     /// The members but for those with these numbers.
-    pub(super) fn without(&self, dead: &[usize]) -> Vec<[usize; 3]> {
+    pub(super) fn remaining_members(&self, dead: &[usize]) -> Vec<[usize; 3]> {
         let left = self.members.iter().enumerate().filter(|(number, _)| !dead.contains(number));
         left.map(|(_, member)| *member).collect()
     }
@@ -206,7 +212,7 @@ impl<'a> WhatIf<'a> {
     }
 
     /// Members as a combination with one choice of poses, and the number of their representation there.
-    pub(super) fn in_ways(
+    pub(super) fn as_combination(
         &self,
         study: &Study,
         members: &[[usize; 3]],
@@ -235,14 +241,14 @@ impl<'a> WhatIf<'a> {
     }
 
     /// Variants with what each counts.
-    fn counted(
+    fn count_variants(
         &self,
         study: &Study,
         worlds: &[World],
-        variants: Vec<Variant>,
+        variants: Vec<CaseVariant>,
         backends: &mut dyn BackendFactory,
         progress: &dyn Progress,
-    ) -> Result<Vec<(Variant, CountsOf)>> {
+    ) -> Result<Vec<(CaseVariant, CountsOf)>> {
         // Nobody speaks in a set without sensors.
         let nothing = |region: usize| -> Vec<Confusion> {
             let each: Vec<Confusion> =
@@ -262,7 +268,7 @@ impl<'a> WhatIf<'a> {
         if speaking.is_empty() {
             return Ok(variants.into_iter().zip(counts).collect());
         }
-        let combination = |&(number, variant): &(usize, &Variant)| {
+        let combination = |&(number, variant): &(usize, &CaseVariant)| {
             WhatIf::combination(&variant.members, number.to_string(), self.fusion)
         };
         let combinations = speaking.iter().map(combination).collect();
@@ -291,10 +297,10 @@ impl Conditions {
     ///
     /// # Errors
     /// When the plan is counted differently than before.
-    fn take(&mut self, counted: Vec<(Variant, CountsOf)>) -> Result<()> {
+    fn take(&mut self, counted: Vec<(CaseVariant, CountsOf)>) -> Result<()> {
         for (variant, counts) in counted {
             match variant.condition {
-                Condition::AsPlanned => same(&self.of(Condition::AsPlanned)[0].counts, &counts)?,
+                Condition::AsPlanned => same(&self.cases(Condition::AsPlanned)[0].counts, &counts)?,
                 condition => self.add(condition, variant.case(counts)),
             }
         }
@@ -310,7 +316,7 @@ impl Conditions {
 }
 
 /// The study with these combinations, its sensors each in one representation where the variants ask for no other.
-fn one_way(study: &Study, variants: &[(usize, &Variant)], combinations: Vec<Combination>) -> Study {
+fn one_way(study: &Study, variants: &[(usize, &CaseVariant)], combinations: Vec<Combination>) -> Study {
     let mut ways: Vec<Option<usize>> = vec![None; study.sensors.len()];
     for &[sensor, _, way] in variants.iter().flat_map(|(_, variant)| &variant.members) {
         if ways[sensor].replace(way).is_some_and(|before| before != way) {
@@ -318,7 +324,7 @@ fn one_way(study: &Study, variants: &[(usize, &Variant)], combinations: Vec<Comb
         }
     }
     let ways: Vec<usize> = ways.into_iter().map(Option::unwrap_or_default).collect();
-    study.of_sets(&ways, combinations)
+    study.with_combinations(&ways, combinations)
 }
 
 /// Fails unless a set counts the same as in the sweep.

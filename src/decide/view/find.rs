@@ -10,7 +10,7 @@ use perirobot_sweep::results::columns::representation_names;
 
 /// Which choice, in which scene; the default is the first of each.
 #[derive(Clone, Debug, Default)]
-pub struct Names {
+pub struct ChoiceSelector {
     /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will
     /// do.
     pub poses: String,
@@ -28,7 +28,7 @@ pub struct Names {
 
 /// Finds the world (among those of the study, or at least of the scene) and the choice. The error for an
 /// unknown name lists the known ones.
-pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&'w World, Choice)> {
+pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &ChoiceSelector) -> Result<(&'w World, Choice)> {
     let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
     let found = find_choices(&all, &wanted.poses, wanted.combination.as_deref())?;
     let (combination, choice) = found[0];
@@ -36,7 +36,7 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
         let [a, b] = [combination, *other].map(|number| &study.combinations[number].name);
         let cure = Words::from("say which with ") + Argument("combination");
         let place = Site::Argument(Argument("pose"), wanted.poses.clone());
-        return Err(Error::input(place, format!("is a choice of {a:?} and of {b:?}")).wanted(cure));
+        return Err(Error::input(place, format!("is a choice of {a:?} and of {b:?}")).with_advice(cure));
     }
     let names = representation_names(study, &study.combinations[combination]);
     let representation = match &wanted.representation {
@@ -46,7 +46,7 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
             .position(|known| known == name)
             .ok_or_else(|| unknown(Argument("representation"), Some(name), &names))?,
     };
-    below(Argument("repeat"), wanted.repeat, study.repeats as usize)?;
+    check_below(Argument("repeat"), wanted.repeat, study.repeats as usize)?;
     let scene = find_scene(study, wanted)?;
     let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
     let world = worlds.iter().find(here).expect("worlds are those of the study's scenes");
@@ -54,7 +54,7 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &Names) -> Result<(&
 }
 
 /// Finds only the scene, and checks that it has such a snapshot.
-pub fn find_scene(study: &Study, wanted: &Names) -> Result<usize> {
+pub fn find_scene(study: &Study, wanted: &ChoiceSelector) -> Result<usize> {
     let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scene = match &wanted.scene {
         None => 0,
@@ -63,11 +63,11 @@ pub fn find_scene(study: &Study, wanted: &Names) -> Result<usize> {
             .position(|known| known == name)
             .ok_or_else(|| unknown(Argument("scene"), Some(name), &scenes))?,
     };
-    below(Argument("snapshot"), wanted.snapshot, study.scenes[scene].snapshots)?;
+    check_below(Argument("snapshot"), wanted.snapshot, study.scenes[scene].snapshots)?;
     Ok(scene)
 }
 
-fn below(argument: Argument, number: usize, of: usize) -> Result<()> {
+fn check_below(argument: Argument, number: usize, of: usize) -> Result<()> {
     let place = Site::Argument(argument, number.to_string());
     match number < of {
         true => Ok(()),

@@ -19,7 +19,7 @@ pub mod why;
 
 use std::sync::{Arc, OnceLock};
 
-pub use find::{Names, find, find_scene};
+pub use find::{ChoiceSelector, find, find_scene};
 pub use outline::Outline;
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::BlockerSearch;
@@ -189,7 +189,7 @@ impl<'a> View<'a> {
         }
         let sensed = |voxel| self.members.iter().any(|member| member.presence && member.says.hits.get(voxel));
         let detection = self.world.people.detection(of_region, |voxel| self.labels.hits.get(voxel), sensed);
-        Confusion::from_counts(std::array::from_fn(|i| counts[i])).with(detection)
+        Confusion::from_counts(std::array::from_fn(|i| counts[i])).with_detection(detection)
     }
 }
 

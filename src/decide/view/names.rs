@@ -36,7 +36,7 @@ pub fn find_choices(
         return Err(unknown(Argument("combination"), combination, &names));
     }
     let meant = |(number, names): &(usize, &ChoiceNames)| {
-        Some((*number, names.written(poses).or_else(|| names.spelled(poses))?))
+        Some((*number, names.find_exact(poses).or_else(|| names.find_spelling(poses))?))
     };
     let found: Vec<(usize, usize)> = asked.iter().filter_map(meant).collect();
     if !found.is_empty() {
@@ -55,22 +55,22 @@ pub fn find_choices(
         first.name(0)
     );
     let place = Site::Argument(Argument("pose"), poses.into());
-    Err(Error::input(place, format!("no such choice of poses{meant}")).wanted(rule))
+    Err(Error::input(place, format!("no such choice of poses{meant}")).with_advice(rule))
 }
 
 /// The error of a name that is not there.
 pub fn unknown(argument: Argument, name: Option<&str>, known: &[impl AsRef<str>]) -> Error {
-    Issue::unknown(known).at(Site::Argument(argument, name.unwrap_or_default().into())).into()
+    Issue::unknown(known).with_place(Site::Argument(argument, name.unwrap_or_default().into())).into()
 }
 
 impl ChoiceNames<'_> {
     /// The choice with exactly this name; of equal sensors the poses may be in any order.
-    fn written(&self, poses: &str) -> Option<usize> {
+    fn find_exact(&self, poses: &str) -> Option<usize> {
         self.each(poses, |known, own| known.iter().position(|name| *name == own))
     }
 
     /// The choice whose name differs in spelling only.
-    fn spelled(&self, poses: &str) -> Option<usize> {
+    fn find_spelling(&self, poses: &str) -> Option<usize> {
         self.each(poses, |known, own| {
             let own = plain(own);
             let mut alike = (0..known.len()).filter(|&i| plain(known[i]) == own);
@@ -106,7 +106,7 @@ impl ChoiceNames<'_> {
     }
 
     fn choices(&self) -> Choices {
-        Choices::of(self.members.iter().map(|(sensor, known)| (sensor, known.as_slice())))
+        Choices::from_sensors(self.members.iter().map(|(sensor, known)| (sensor, known.as_slice())))
     }
 
     fn name(&self, choice: usize) -> String {

@@ -77,7 +77,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::view::{Names, find};
+    use crate::view::{ChoiceSelector, find};
     use perirobot_march::backend::cpu::Cpu;
     use perirobot_study::study::{Overrides, Study};
     use perirobot_study::world::World;
@@ -103,7 +103,8 @@ mod tests {
         let world = &World::prepare(&study, 0).unwrap()[0];
         // The pads, at (0, −1.25), are before the robot, which stands nowhere and has neither figure nor
         // ground.
-        let wanted = Names { poses: "pads:floor/13/0;robot:known".into(), ..Names::default() };
+        let wanted =
+            ChoiceSelector { poses: "pads:floor/13/0;robot:known".into(), ..ChoiceSelector::default() };
         let (_, choice) = find(&study, std::slice::from_ref(world), &wanted).unwrap();
         let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();
         let drawn = view.members.iter().map(|member| (view.outline(member), view.grounds(member)));

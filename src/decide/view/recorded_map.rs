@@ -31,8 +31,8 @@ impl RecordedMap {
     pub fn new(study: &Study, world: &World, recording: Recording, anchor: Anchor) -> Result<RecordedMap> {
         let places_m = recording.places_m(&anchor);
         let moment = RecordedMoment::new([world.scene, world.snapshot], recording, anchor);
-        let study = study.of_recording(Recorded { moments: vec![moment] });
-        world.examine_sensors(&study).map_err(|e| e.at(&study.path))?;
+        let study = study.with_recording(Recorded { moments: vec![moment] });
+        world.examine_sensors(&study).map_err(|e| e.with_place(&study.path))?;
         Ok(RecordedMap { world: world.with_sensors(&study.sensors), study, places_m })
     }
 
@@ -45,7 +45,7 @@ impl RecordedMap {
     pub fn view(&self) -> Result<View<'_>> {
         let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
         let mut backend = Cpu::new(None)?;
-        Ok(Viewer::new(&self.study, &mut backend)?.over_grid(&self.world, &[choice])?.swap_remove(0))
+        Ok(Viewer::new(&self.study, &mut backend)?.view_grid(&self.world, &[choice])?.swap_remove(0))
     }
 
     /// The counts of its view, region by region, as a sweep has them.

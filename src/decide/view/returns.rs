@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{SensorView, View};
 use perirobot_march::march::{self, RETURN};
-use perirobot_study::sensor::look::{self, Way};
+use perirobot_study::sensor::look::{self, RayDirection};
 use perirobot_study::world::ray_table;
 
 /// A return of a ray.
@@ -31,7 +31,7 @@ impl View<'_> {
         let (from, grid) = (&member.placement, &self.world.grid);
         let returned = cast.ends.iter().enumerate().filter(|(_, end)| end.kind == RETURN);
         let found = returned.filter_map(|(ray, _)| {
-            let way = Way::new(from, rays.dirs_q15[ray]);
+            let way = RayDirection::new(from, rays.dirs_q15[ray]);
             let found = look::look(&self.truth.blockers, rays, from, way, ray as u32)?;
             let drawn = march::draw(from.draws, ray as u32);
             let step_q16 = rays.noise.step_q16(rays.gates.slant(way.z_q15), drawn, found.distance_q16);

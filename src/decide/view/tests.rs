@@ -5,7 +5,7 @@ use perirobot_study::study::Overrides;
 use perirobot_sweep::sweep::run;
 
 /// A shipped study, coarse, with its worlds.
-fn shipped(name: &str, voxel_size_m: f64) -> (Study, Vec<World>) {
+fn load_shipped(name: &str, voxel_size_m: f64) -> (Study, Vec<World>) {
     let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes").join(name);
     let study =
         Study::load(&path, &Overrides { voxel_size_m: Some(voxel_size_m), noiseless: false }).unwrap();
@@ -15,7 +15,7 @@ fn shipped(name: &str, voxel_size_m: f64) -> (Study, Vec<World>) {
 
 /// Views of every n-th row of a study have the counts of its sweep.
 fn counts_are_those_of_the_sweep(name: &str, voxel_size_m: f64, every: usize) {
-    let (study, worlds) = shipped(name, voxel_size_m);
+    let (study, worlds) = load_shipped(name, voxel_size_m);
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let rows = run(&study, &worlds, &mut cpu).unwrap();
     for row in rows.iter().step_by(every) {
@@ -43,7 +43,7 @@ fn a_view_counts_as_a_sweep_does() {
 
 #[test]
 fn returns_lie_where_they_are_read() {
-    let (study, worlds) = shipped("tiny.toml", 0.1);
+    let (study, worlds) = load_shipped("tiny.toml", 0.1);
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let mut found = 0;
     for combination in 0..study.combinations.len() {
@@ -69,13 +69,13 @@ fn returns_lie_where_they_are_read() {
 
 #[test]
 fn a_choice_is_found_by_its_names() {
-    let (study, worlds) = shipped("tiny.toml", 0.1);
-    let named = |poses: &str| Names { poses: poses.into(), ..Default::default() };
+    let (study, worlds) = load_shipped("tiny.toml", 0.1);
+    let named = |poses: &str| ChoiceSelector { poses: poses.into(), ..Default::default() };
     for combination in 0..study.combinations.len() {
         let spec = &study.combinations[combination];
         for choice in 0..spec.choices() {
             let whole = perirobot_sweep::results::columns::pose_names(&study, spec, choice);
-            let wanted = Names { combination: Some(spec.name.clone()), ..named(&whole) };
+            let wanted = ChoiceSelector { combination: Some(spec.name.clone()), ..named(&whole) };
             let (world, found) = find(&study, &worlds, &wanted).unwrap();
             assert_eq!(
                 (world.scene, found),
@@ -84,7 +84,7 @@ fn a_choice_is_found_by_its_names() {
         }
     }
     let known = perirobot_sweep::results::columns::pose_names(&study, &study.combinations[0], 0);
-    let refused = |wanted: Names, expected: &str| {
+    let refused = |wanted: ChoiceSelector, expected: &str| {
         let error = find(&study, &worlds, &wanted).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
@@ -96,24 +96,24 @@ fn a_choice_is_found_by_its_names() {
         ),
     );
     refused(
-        Names { combination: Some("x".into()), ..named(&known) },
+        ChoiceSelector { combination: Some("x".into()), ..named(&known) },
         "combination x: there is no such one, there are ",
     );
     refused(
-        Names { representation: Some("x".into()), ..named(&known) },
+        ChoiceSelector { representation: Some("x".into()), ..named(&known) },
         "representation x: there is no such one",
     );
-    refused(Names { scene: Some("x".into()), ..named(&known) }, "scene x: there is no such one");
-    refused(Names { snapshot: 9, ..named(&known) }, "snapshot 9: must be from 0 to 0");
-    refused(Names { repeat: 9, ..named(&known) }, "repeat 9: must be from 0 to 0");
+    refused(ChoiceSelector { scene: Some("x".into()), ..named(&known) }, "scene x: there is no such one");
+    refused(ChoiceSelector { snapshot: 9, ..named(&known) }, "snapshot 9: must be from 0 to 0");
+    refused(ChoiceSelector { repeat: 9, ..named(&known) }, "repeat 9: must be from 0 to 0");
 }
 
 #[test]
 fn a_choice_is_found_as_the_study_spells_it_and_else_the_nearest_is_named() {
-    let (study, worlds) = shipped("sensors.toml", 0.1);
+    let (study, worlds) = load_shipped("sensors.toml", 0.1);
     let look = |combination: &str, poses: &str| {
         let (poses, combination) = (poses.into(), Some(combination.into()));
-        find(&study, &worlds, &Names { poses, combination, ..Default::default() })
+        find(&study, &worlds, &ChoiceSelector { poses, combination, ..Default::default() })
     };
     let found = |combination, poses| look(combination, poses).unwrap().1.choice;
     assert_eq!(found("watch", "Corners /1/0"), found("watch", "watch:corners/1/0"));
@@ -138,7 +138,7 @@ fn a_choice_is_found_as_the_study_spells_it_and_else_the_nearest_is_named() {
 
 #[test]
 fn views_of_many_choices_over_the_grid_are_those_made_one_by_one() {
-    let (study, worlds) = shipped("sensors.toml", 0.1);
+    let (study, worlds) = load_shipped("sensors.toml", 0.1);
     let mut cpu = Cpu::new(Some(1)).unwrap();
     for (combination, spec) in study.combinations.iter().enumerate() {
         let ways = spec.representation_count(&study.sensors);
@@ -147,7 +147,7 @@ fn views_of_many_choices_over_the_grid_are_those_made_one_by_one() {
         });
         let some: Vec<Choice> = some.collect();
         for world in &worlds {
-            let all = Viewer::new(&study, &mut cpu).unwrap().over_grid(world, &some).unwrap();
+            let all = Viewer::new(&study, &mut cpu).unwrap().view_grid(world, &some).unwrap();
             for (view, &choice) in all.iter().zip(&some) {
                 let one = View::new(&study, world, choice, &mut cpu).unwrap();
                 assert_eq!(view.labels, one.labels, "{}: {choice:?}", spec.name);

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{Choice, SensorView, View};
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::BlockerSearch;
-use perirobot_march::backend::{Backend, GridPose, Planes, Rays, Shot, Slot, fused};
+use perirobot_march::backend::{Backend, GridPose, Planes, Rays, Shot, Slot, fuse};
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
 use perirobot_scene::truth::region::window_of;
@@ -63,16 +63,16 @@ impl<'a, 'b> Viewer<'a, 'b> {
 
     /// Makes views of choices in a world that hold only for the voxels of regions, all of them together: each
     /// sensor is cast once at each candidate, as in a sweep, and nothing is kept of single rays.
-    pub fn in_regions(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
-        self.within(world, window_of(&world.regions), choices)
+    pub fn view_regions(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+        self.view_window(world, window_of(&world.regions), choices)
     }
 
     /// The same for all voxels of the grid.
-    pub fn over_grid(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
-        self.within(world, world.grid.window(), choices)
+    pub fn view_grid(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+        self.view_window(world, world.grid.window(), choices)
     }
 
-    fn within(&mut self, world: &'a World, window: Window, choices: &[Choice]) -> Result<Vec<View<'a>>> {
+    fn view_window(&mut self, world: &'a World, window: Window, choices: &[Choice]) -> Result<Vec<View<'a>>> {
         let loaded = self.load(world, window)?;
         let said: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
         let standpoint = |choice: &Choice, member: &SensorView| -> Standpoint {
@@ -182,7 +182,7 @@ impl<'a> LoadedWorld<'a> {
             (member.says.clone(), study.sensors[member.sensor].kind.log_odds(way))
         };
         let voices: Vec<_> = members.iter().zip(representations).map(voice).collect();
-        let labels = fused(window, combination.fusion, &voices);
+        let labels = fuse(window, combination.fusion, &voices);
         View { study, world, truth, choice, members, labels, tables, search }
     }
 }

@@ -11,7 +11,7 @@ use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::march::leap;
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
-use perirobot_study::sensor::look::Way;
+use perirobot_study::sensor::look::RayDirection;
 use perirobot_study::sensor::{Station, watch};
 use perirobot_study::study::Study;
 use perirobot_study::world::{World, ray_tables_of};
@@ -39,7 +39,7 @@ pub struct Watchers<'a> {
 
 /// What they watch at a moment.
 #[derive(Debug)]
-pub struct Watch {
+pub struct WatchedVoxels {
     /// What is where; without people if they are left out.
     pub truth: Arc<Truth>,
     /// The voxels in which a body would be noticed, over the grid.
@@ -77,23 +77,23 @@ impl<'a> Watchers<'a> {
     }
 
     /// What they watch in a scene; `truth` is that of this world, with its people or without.
-    pub fn watch(&self, world: &World, truth: Arc<Truth>) -> Watch {
+    pub fn watch(&self, world: &World, truth: Arc<Truth>) -> WatchedVoxels {
         let mut voxels = BitGrid::new(world.grid.window());
         let mut placements = Vec::new();
         for one in &self.each {
-            voxels.add(&self.watched(one, world, &truth));
+            voxels.add(&self.watched_voxels(one, world, &truth));
             if self.tables[one.sensor].is_some() {
                 let station = self.station(one, world, &truth);
                 placements.push((one.sensor, station.placement(&*self.study.sensors[one.sensor].kind)));
             }
         }
-        Watch { truth, voxels, placements }
+        WatchedVoxels { truth, voxels, placements }
     }
 
     /// The voxels in which one of them would notice a body, over the grid or a part of it.
-    pub fn watched(&self, one: &Watcher, world: &World, truth: &Truth) -> BitGrid {
+    pub fn watched_voxels(&self, one: &Watcher, world: &World, truth: &Truth) -> BitGrid {
         let kind = &*self.study.sensors[one.sensor].kind;
-        watch::watched(kind, one.representation, &self.station(one, world, truth))
+        watch::watched_voxels(kind, one.representation, &self.station(one, world, truth))
     }
 
     fn station<'t>(&'t self, one: &Watcher, world: &World, truth: &'t Truth) -> Station<'t> {
@@ -103,12 +103,16 @@ impl<'a> Watchers<'a> {
 
     /// The objects that stand before voxels which nothing watches: for each index in [`Truth::objects`], how
     /// often the ray of a sensor nearest to a voxel ends in it before the voxel, within its range.
-    pub fn before(&self, watch: &Watch, voxels: impl Iterator<Item = [i32; 3]>) -> BTreeMap<usize, u64> {
+    pub fn blocking_objects(
+        &self,
+        watch: &WatchedVoxels,
+        voxels: impl Iterator<Item = [i32; 3]>,
+    ) -> BTreeMap<usize, u64> {
         let (search, objects) = (BlockerSearch::new(&watch.truth.blockers), &watch.truth.objects);
         let sights = watch.placements.iter().filter_map(|(sensor, from)| {
             let rays = self.tables[*sensor].as_ref()?;
             let field = self.study.sensors[*sensor].kind.field_of_view();
-            let begin = search.from(from.caster().origin_q16);
+            let begin = search.rays_from(from.caster().origin_q16);
             Some((rays, from, begin, Sight::new(rays, from, field)))
         });
         let sights: Vec<_> = sights.collect();
@@ -117,7 +121,7 @@ impl<'a> Watchers<'a> {
             for (rays, from, begin, sight) in &sights {
                 let Some(ray) = sight.look(voxel).ray else { continue };
                 let Some(entered_q16) = leap::entry_q16(&sight.start(ray), voxel) else { continue };
-                let way = Way::new(from, rays.dirs_q15[ray as usize]);
+                let way = RayDirection::new(from, rays.dirs_q15[ray as usize]);
                 let gates = rays.gates_of(ray as usize);
                 let Some(hit) = search.first(begin, way.truly_q16, &gates) else { continue };
                 let is_before = hit.t_q16 < entered_q16 && entered_q16 <= gates.range_max_q16;

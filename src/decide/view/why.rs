@@ -62,7 +62,7 @@ use perirobot_march::march::{self, leap};
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 use perirobot_study::sensor::Extent;
-use perirobot_study::sensor::look::Way;
+use perirobot_study::sensor::look::RayDirection;
 use sight::{Look, Sight};
 
 /// Why a voxel is unknown; reasons of sensors that came nearer to knowing it come later.
@@ -174,12 +174,12 @@ impl View<'_> {
         for (voxel, cause) in voxels.into_iter().zip(causes) {
             planes.entry(cause).or_insert_with(|| BitGrid::new(unknown.window())).set(voxel);
         }
-        planes.into_iter().map(|(cause, plane)| Missed { cause, voxels: plane.trimmed() }).collect()
+        planes.into_iter().map(|(cause, plane)| Missed { cause, voxels: plane.trim() }).collect()
     }
 
     /// Why voxels of all regions are unknown.
     pub fn why_in_regions(&self) -> Vec<Missed> {
-        self.why(&self.world.in_regions())
+        self.why(&self.world.region_voxels())
     }
 
     /// How many of the missed voxels lie in a region; together, as many as are unknown there.
@@ -232,7 +232,7 @@ impl<'a> Witness<'a> {
             Some(rays) if member.casts => {
                 let sight = Sight::new(rays, &member.placement, kind.field_of_view());
                 let search = view.search.get_or_init(|| BlockerSearch::new(&truth.blockers));
-                let from = search.from(member.placement.caster().origin_q16);
+                let from = search.rays_from(member.placement.caster().origin_q16);
                 Means::Rays { sight, rays, search, from }
             }
             _ => {
@@ -278,9 +278,9 @@ impl<'a> Witness<'a> {
                     None => because(Reason::BetweenRays),
                     Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
                     Some((ray, begin, entered_q16)) => {
-                        let way = Way::new(&self.member.placement, rays.dirs_q15[ray as usize]);
+                        let way = RayDirection::new(&self.member.placement, rays.dirs_q15[ray as usize]);
                         let hit = search.first(from, way.truly_q16, &gates);
-                        self.ended((ray, hit), &begin, rays, (voxel, entered_q16))
+                        self.end_reason((ray, hit), &begin, rays, (voxel, entered_q16))
                     }
                 }
             }
@@ -289,7 +289,7 @@ impl<'a> Witness<'a> {
 
     /// Why a voxel stays unknown that a ray, as it is believed to go, crosses within its range, and that truly
     /// hit something or nothing.
-    fn ended(
+    fn end_reason(
         &self,
         (ray, hit): (u32, Option<march::Crossing>),
         begin: &march::March,

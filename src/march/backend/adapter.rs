@@ -71,11 +71,11 @@ pub fn adapters() -> Vec<AdapterReport> {
 
 /// The place of the chosen adapter in a list, or what to do about there being none.
 pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usize> {
-    let fail = |what: &str, cure: Words| Err(Issue::says(what).wanted(cure).into());
+    let fail = |what: &str, cure: Words| Err(Issue::says(what).with_advice(cure).into());
     if adapters.is_empty() {
         let cure = "install the GPU vendor's driver, or software Vulkan (on Debian and Ubuntu `apt-get install \
                     mesa-vulkan-drivers libvulkan1`), or use ";
-        return fail("no Vulkan adapter", Words::from(cure) + Argument("backend").quoted("cpu"));
+        return fail("no Vulkan adapter", Words::from(cure) + Argument("backend").quote("cpu"));
     }
     let known = || {
         let lines = adapters.iter().map(|a| format!("\n  {}: {}", a.index, a.label()));
@@ -92,9 +92,9 @@ pub fn select(adapters: &[AdapterReport], choice: &AdapterChoice) -> Result<usiz
                 Some(index) => Ok(index),
                 None => {
                     let cure = Words::from("use ")
-                        + Argument("backend").quoted("cpu")
+                        + Argument("backend").quote("cpu")
                         + " or "
-                        + Argument("adapter").quoted("software")
+                        + Argument("adapter").quote("software")
                         + format!("; there are{}", known());
                     fail("no hardware adapter", cure)
                 }
@@ -153,29 +153,29 @@ mod tests {
     }
 
     #[track_caller]
-    fn chosen(adapters: &[AdapterReport], choice: &str) -> Result<usize, String> {
+    fn choose(adapters: &[AdapterReport], choice: &str) -> Result<usize, String> {
         select(adapters, &choice.parse().unwrap()).map_err(|e| e.to_string())
     }
 
     #[test]
     fn the_biggest_hardware_the_software_and_names() {
         let office = office();
-        assert_eq!(chosen(&office, "hardware"), Ok(2), "discrete before integrated");
-        assert_eq!(chosen(&office, "software"), Ok(0));
-        assert_eq!(chosen(&office, "LLVMpipe"), Ok(0));
-        assert_eq!(chosen(&office, "gpu"), Ok(1), "the first that has the name");
-        assert_eq!(chosen(&office, "2"), Ok(2));
+        assert_eq!(choose(&office, "hardware"), Ok(2), "discrete before integrated");
+        assert_eq!(choose(&office, "software"), Ok(0));
+        assert_eq!(choose(&office, "LLVMpipe"), Ok(0));
+        assert_eq!(choose(&office, "gpu"), Ok(1), "the first that has the name");
+        assert_eq!(choose(&office, "2"), Ok(2));
     }
 
     #[test]
     fn refusals_name_the_cure() {
-        let none = chosen(&[], "hardware").unwrap_err();
+        let none = choose(&[], "hardware").unwrap_err();
         assert!(none.contains("mesa-vulkan-drivers libvulkan1") && none.contains("`backend cpu`"), "{none}");
-        let software_only = chosen(&office()[..1], "hardware").unwrap_err();
+        let software_only = choose(&office()[..1], "hardware").unwrap_err();
         assert!(software_only.contains("`adapter software`"), "{software_only}");
-        let unknown = chosen(&office(), "riva").unwrap_err();
+        let unknown = choose(&office(), "riva").unwrap_err();
         assert!(unknown.contains("`riva`") && unknown.contains("2: Big GPU"), "{unknown}");
-        assert!(chosen(&office(), "3").is_err());
-        assert!(chosen(&office()[1..], "software").is_err());
+        assert!(choose(&office(), "3").is_err());
+        assert!(choose(&office()[1..], "software").is_err());
     }
 }

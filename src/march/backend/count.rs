@@ -96,7 +96,7 @@ impl RegionTally {
         let counted = self.totals.iter().zip(&labelled).map(|(totals, labelled)| confusion(totals, labelled));
         counted
             .zip(self.body_words.detections(&detections))
-            .map(|(counts, found)| counts.with(found))
+            .map(|(counts, found)| counts.with_detection(found))
             .collect()
     }
 

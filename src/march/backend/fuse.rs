@@ -125,7 +125,7 @@ impl<'a> FuseJob<'a> {
                     let Voice { occupied, free, .. } = &self.voices[i];
                     [occupied[word].into(), free[word].into()]
                 };
-                let [occupied, free] = settled(&self.sayings, &heard, disputed.into());
+                let [occupied, free] = settle(&self.sayings, &heard, disputed.into());
                 self.occupied[word] = self.occupied[word] & !disputed | occupied as u32;
                 self.free[word] = self.free[word] & !disputed | free as u32;
             }
@@ -148,7 +148,7 @@ impl Voice<'_> {
 
 /// Which of some voxels of a word are occupied, and which are free: the sums of readings, of which `heard` tells the
 /// voxels that each calls occupied and free.
-pub fn settled(sayings: &[Saying], heard: &impl Fn(usize) -> [u64; 2], voxels: u64) -> [u64; 2] {
+pub fn settle(sayings: &[Saying], heard: &impl Fn(usize) -> [u64; 2], voxels: u64) -> [u64; 2] {
     let mut labels = [0; 2];
     sum(sayings, heard, (0, 0), voxels, &mut labels);
     labels
@@ -188,7 +188,7 @@ fn sum(
 }
 
 /// The labels of all voxels of a window, and the hits of all readings.
-pub(super) fn fused<'a>(
+pub(super) fn fuse<'a>(
     window: Window,
     fusion: Fusion,
     readings: &[Reading],
@@ -238,7 +238,7 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 33) % below
         };
-        let window = Window::between([0; 3], [69, 3, 2]);
+        let window = Window::from_corners([0; 3], [69, 3, 2]);
         let rows = RowSpan { z: 1, ys: 1..4 };
         let mut labels = [0; 3];
         for case in 0..300 {

@@ -19,7 +19,7 @@ use crate::Result;
 use crate::march::{self, End, Gates, March, Slant};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, People, Window};
-pub use fuse::{Saying, settled};
+pub use fuse::{Saying, settle};
 pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 
 /// One scene at one moment, as the backends see it. All planes but `blockers` cover `window`.
@@ -70,7 +70,7 @@ pub struct Rays {
 impl Rays {
     /// The gates of a ray of the table, along it.
     pub fn gates_of(&self, ray: usize) -> Gates {
-        self.gates.of_ray(self.dirs_q15[ray][2])
+        self.gates.ray_gates(self.dirs_q15[ray][2])
     }
 
     /// The slant of the ray that is the most slanted.
@@ -200,7 +200,7 @@ impl Planes {
     }
 
     /// The planes with their names, in order.
-    pub fn named(&self) -> [(&'static str, &BitGrid); 3] {
+    pub fn planes_with_names(&self) -> [(&'static str, &BitGrid); 3] {
         [("occupied", &self.occupied), ("free", &self.free), ("hits", &self.hits)]
     }
 }
@@ -346,7 +346,7 @@ pub trait Backend {
 
 /// What several sensors say together, in the order they speak, over a window: their planes, and what `occupied` and `free`
 /// add to a voxel's log-odds. No voxel of the answer is both occupied and free; its hits are those of any sensor.
-pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> Planes {
+pub fn fuse(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> Planes {
     let reading = |(slot, (_, [hit, miss])): (usize, &(Planes, [i32; 2]))| Reading {
         slot: slot as Slot,
         volume: None,
@@ -355,7 +355,7 @@ pub fn fused(window: Window, fusion: Fusion, voices: &[(Planes, [i32; 2])]) -> P
         presence: false,
     };
     let readings: Vec<_> = voices.iter().enumerate().map(reading).collect();
-    fuse::fused(window, fusion, &readings, |slot| voices.get(slot as usize).map(|(planes, _)| planes))
+    fuse::fuse(window, fusion, &readings, |slot| voices.get(slot as usize).map(|(planes, _)| planes))
 }
 
 /// The error for a table that was never made ready.

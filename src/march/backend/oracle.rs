@@ -60,7 +60,7 @@ impl Backend for Oracle {
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
         let window = self.scene()?.window;
         for (slot, planes) in evidence {
-            self.slots[slot as usize] = Some(over(window, &planes));
+            self.slots[slot as usize] = Some(fit_planes(window, &planes));
         }
         Ok(())
     }
@@ -68,8 +68,9 @@ impl Backend for Oracle {
     fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         let scene = self.scene()?;
         let score = |job: &Vec<Reading>| {
-            let in_region =
-                |region| self.count(scene, region, fusion, job).with(self.detect(scene, region, job));
+            let in_region = |region| {
+                self.count(scene, region, fusion, job).with_detection(self.detect(scene, region, job))
+            };
             scene.regions.iter().map(in_region).collect()
         };
         let answer = jobs.iter().map(score).collect();
@@ -96,7 +97,7 @@ impl Backend for Oracle {
             let Pathend { mut end, blocker, t_q16 } =
                 follow(scene, rays, &placement.caster(), ray, &mut path);
             if placement.truly.is_some() {
-                end.crossings = along(scene, rays, placement, ray, t_q16, &mut path);
+                end.crossings = trace_path(scene, rays, placement, ray, t_q16, &mut path);
             }
             let endpoint = end.crossings as usize;
             let freed = match end.kind {
@@ -112,7 +113,7 @@ impl Backend for Oracle {
             }
             ends.push(end);
         }
-        Ok(Evidence { planes: over(scene.window, &planes), ends })
+        Ok(Evidence { planes: fit_planes(scene.window, &planes), ends })
     }
 }
 
@@ -196,9 +197,13 @@ impl Oracle {
 }
 
 /// Planes over a window, whatever they covered.
-fn over(window: Window, planes: &Planes) -> Planes {
+fn fit_planes(window: Window, planes: &Planes) -> Planes {
     let Planes { occupied, free, hits } = planes;
-    Planes { occupied: occupied.over(window), free: free.over(window), hits: hits.over(window) }
+    Planes {
+        occupied: occupied.to_window(window),
+        free: free.to_window(window),
+        hits: hits.to_window(window),
+    }
 }
 
 /// Most voxels that a ray can be in: it moves one way on each axis.
@@ -270,7 +275,7 @@ impl Ray {
 }
 
 /// The first crossing that would be later than a distance.
-fn after(q16: u64) -> u64 {
+fn next_crossing(q16: u64) -> u64 {
     4 * (q16 + 1)
 }
 
@@ -294,9 +299,10 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
     let words = scene.blockers.words();
     let gates = &rays.gates;
     let slant = slant(rays, number);
-    let [least_q16, range_q16] = [gates.range_min_q16, gates.range_max_q16].map(|q16| along_q16(q16, slant));
+    let [least_q16, range_q16] =
+        [gates.range_min_q16, gates.range_max_q16].map(|q16| ray_range_q16(q16, slant));
     let mut ray = Ray::start(&scene.blockers, placement, rays.dirs_q15[number]);
-    let out_of_range = after(range_q16);
+    let out_of_range = next_crossing(range_q16);
     let limit = ray.exit.min(out_of_range);
     let mut crossings = 0;
     let ended = |kind, crossings: usize, blocker: u32, t_q16: u64| {
@@ -316,7 +322,7 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
             }
             let drawn = hash(placement.draws as u64 ^ number as u64);
             if hash(drawn) < rays.noise.lost_below.into() {
-                return ended(NOTHING, unhindered(ray, limit, path, crossings), 0, range_q16);
+                return ended(NOTHING, unhindered_crossings(ray, limit, path, crossings), 0, range_q16);
             }
             let noise_q16 = noise_q16(rays, slant, drawn, t);
             let read_q16 = (t as i64 + noise_q16).max(0) as u64;
@@ -334,7 +340,7 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
 
 /// Fills `path` with the voxels that a ray is believed to be in up to a distance, were nothing in its way:
 /// how many crossings those are.
-fn along(
+fn trace_path(
     scene: &VoxelScene,
     rays: &Rays,
     from: &GridPose,
@@ -344,12 +350,12 @@ fn along(
 ) -> u32 {
     let ray = Ray::start(&scene.blockers, from, rays.dirs_q15[number]);
     path.voxels[0] = ray.bit as u32;
-    unhindered(ray, ray.exit.min(after(t_q16)), path, 0) as u32
+    unhindered_crossings(ray, ray.exit.min(next_crossing(t_q16)), path, 0) as u32
 }
 
 /// How many crossings a ray makes up to a limit, if it was stopped after so many of them and nothing stops it
 /// now.
-fn unhindered(mut ray: Ray, limit: u64, path: &mut Path, mut crossings: usize) -> usize {
+fn unhindered_crossings(mut ray: Ray, limit: u64, path: &mut Path, mut crossings: usize) -> usize {
     while ray.cross(limit).is_some() {
         crossings += 1;
         path.voxels[crossings] = ray.bit as u32;
@@ -359,13 +365,13 @@ fn unhindered(mut ray: Ray, limit: u64, path: &mut Path, mut crossings: usize) -
 
 /// How many crossings a ray has made where it is read, if it was stopped after so many of them.
 fn endpoint(ray: Ray, read_q16: u64, path: &mut Path, mut crossings: usize) -> usize {
-    let limit = after(read_q16);
+    let limit = next_crossing(read_q16);
     // Voxels entered later than that were not passed.
     while path.entered[crossings] >= limit {
         crossings -= 1;
     }
     // At that distance or farther, blockers stop nothing.
-    unhindered(ray, ray.exit.min(limit), path, crossings)
+    unhindered_crossings(ray, ray.exit.min(limit), path, crossings)
 }
 
 /// How far a ray goes for a voxel of what it measures, which is depth or distance.
@@ -375,7 +381,7 @@ fn slant(rays: &Rays, number: usize) -> u64 {
 }
 
 /// How far along a ray of a slant a depth is.
-fn along_q16(depth_q16: u32, slant: u64) -> u64 {
+fn ray_range_q16(depth_q16: u32, slant: u64) -> u64 {
     ((u64::from(depth_q16) * slant) >> 16).min(2047 << 16)
 }
 
@@ -384,7 +390,7 @@ fn noise_q16(rays: &Rays, slant: u64, drawn: u64, t: u64) -> i64 {
     match rays.noise.unit_q12.get((drawn >> 20) as usize) {
         None => 0,
         Some(&unit) => {
-            let std_q16 = along_q16(rays.noise.std_q16[(t / slant) as usize], slant).min(64 << 16);
+            let std_q16 = ray_range_q16(rays.noise.std_q16[(t / slant) as usize], slant).min(64 << 16);
             (i64::from(unit) * std_q16 as i64 + 2048) >> 12
         }
     }

@@ -76,8 +76,8 @@ fn camera() -> Rays {
 
 /// A room of columns and clutter, 140 × 120 × 60 voxels, with a person and a robot in it.
 fn scene() -> VoxelScene {
-    let grid = Window::between([0; 3], [139, 119, 59]);
-    let block = |min: [i32; 3], max: [i32; 3]| BitGrid::full(Window::between(min, max)).over(grid);
+    let grid = Window::from_corners([0; 3], [139, 119, 59]);
+    let block = |min: [i32; 3], max: [i32; 3]| BitGrid::full(Window::from_corners(min, max)).to_window(grid);
     let mut truth = block([0, 0, 0], [139, 119, 0]);
     truth.add(&block([139, 0, 0], [139, 119, 59]));
     for column in 0..14u32 {
@@ -93,10 +93,10 @@ fn scene() -> VoxelScene {
     truth.add(&human);
     truth.add(&robot);
     let blockers = truth.clone().into();
-    let window = Window::between([20, 20, 0], [119, 99, 54]);
-    let near = Window::between([50, 40, 0], [100, 80, 40]);
-    let regions = vec![BitGrid::full(window), BitGrid::full(near).over(window)];
-    let [truth, human, robot] = [truth, human, robot].map(|plane| plane.over(window));
+    let window = Window::from_corners([20, 20, 0], [119, 99, 54]);
+    let near = Window::from_corners([50, 40, 0], [100, 80, 40]);
+    let regions = vec![BitGrid::full(window), BitGrid::full(near).to_window(window)];
+    let [truth, human, robot] = [truth, human, robot].map(|plane| plane.to_window(window));
     // A part every five layers.
     let part = |[.., z]: [i32; 3]| BodyPart::ALL[z as usize / 5 % BodyPart::ALL.len()];
     let voxels = human.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: part(voxel) }).collect();

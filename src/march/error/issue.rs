@@ -81,7 +81,7 @@ impl Issue {
 
     /// A wrong value of a key, and the rule that it breaks.
     pub fn value(key: impl Into<String>, value: impl fmt::Display, wanted: impl Into<Words>) -> Issue {
-        Issue::new(What::Value { key: key.into(), value: value.to_string() }).wanted(wanted)
+        Issue::new(What::Value { key: key.into(), value: value.to_string() }).with_advice(wanted)
     }
 
     /// Something that must be given is missing.
@@ -109,7 +109,7 @@ impl Issue {
         Issue::says(
             what.into() + format!(" is not in this program, which was built without the feature {feature:?}"),
         )
-        .wanted("build it with cargo's defaults")
+        .with_advice("build it with cargo's defaults")
     }
 
     /// More than can be worked on.
@@ -129,14 +129,14 @@ impl Issue {
 
     /// The same, with the place around it.
     #[must_use]
-    pub fn at(mut self, place: impl Into<Site>) -> Issue {
+    pub fn with_place(mut self, place: impl Into<Site>) -> Issue {
         self.sites.insert(0, place.into());
         self
     }
 
     /// The same, with what would be right.
     #[must_use]
-    pub fn wanted(mut self, wanted: impl Into<Words>) -> Issue {
+    pub fn with_advice(mut self, wanted: impl Into<Words>) -> Issue {
         self.wanted = Some(wanted.into());
         self
     }
@@ -174,7 +174,7 @@ impl Issue {
         let wanted = self.wanted.iter().map(|wanted| format!("{before}{}", wanted.to_text(name_of)));
         let cures = self.cures.iter().map(|cure| format!("; {}", cure.to_text(name_of)));
         text.extend(wanted.chain(cures));
-        bounded(text)
+        shorten_lines(text)
     }
 }
 
@@ -183,7 +183,7 @@ const MOST_OF_LINE: usize = 2000;
 const KEPT_OF_END: usize = 500;
 
 /// A text without the middle of lines that are too long to read: what is quoted may be of any length.
-fn bounded(text: String) -> String {
+fn shorten_lines(text: String) -> String {
     // No text of so few bytes has a line of more characters.
     if text.len() <= MOST_OF_LINE {
         return text;
@@ -266,22 +266,25 @@ mod tests {
         let wrong = Issue::value("fov", 190, "must be below 180");
         for (issue, expected) in [
             (
-                wrong.clone().at(camera()).at(file()),
+                wrong.clone().with_place(camera()).with_place(file()),
                 "study.toml: sensor \"camera\".fov = 190: must be below 180",
             ),
-            (wrong.at("line 3"), "line 3: fov = 190: must be below 180"),
-            (Issue::missing("poses").at(camera()), "sensor \"camera\": no poses"),
+            (wrong.with_place("line 3"), "line 3: fov = 190: must be below 180"),
+            (Issue::missing("poses").with_place(camera()), "sensor \"camera\": no poses"),
             (
-                Issue::says("is empty").at(file()).at(Site::Key("mesh".into())).at(camera()),
+                Issue::says("is empty")
+                    .with_place(file())
+                    .with_place(Site::Key("mesh".into()))
+                    .with_place(camera()),
                 "sensor \"camera\".mesh = study.toml: is empty",
             ),
-            (Issue::says("is tilted").at(Site::Subject("pose 3".into())), "pose 3 is tilted"),
+            (Issue::says("is tilted").with_place(Site::Subject("pose 3".into())), "pose 3 is tilted"),
             (
-                Issue::unknown(&["a", "b"]).at(Site::Argument(Argument("region"), "c".into())),
+                Issue::unknown(&["a", "b"]).with_place(Site::Argument(Argument("region"), "c".into())),
                 "region c: there is no such one, there are a, b",
             ),
             (
-                Issue::damaged("is cut off").wanted("take a whole one").cure("sweep again"),
+                Issue::damaged("is cut off").with_advice("take a whole one").cure("sweep again"),
                 "is cut off: take a whole one; sweep again",
             ),
         ] {
@@ -293,7 +296,7 @@ mod tests {
     fn long_lines_lose_their_middle() {
         let said = |length: usize| {
             let name = "ä".repeat(length);
-            Issue::says(format!("{name}\nis wrong")).at("study.toml").to_string()
+            Issue::says(format!("{name}\nis wrong")).with_place("study.toml").to_string()
         };
         assert_eq!(
             said(MOST_OF_LINE - 12),
@@ -307,8 +310,8 @@ mod tests {
 
     #[test]
     fn a_front_writes_settings_its_own_way() {
-        let words = Words::from("use `") + Argument("backend").to("cpu") + "`";
-        let issue = Issue::says("does not fit").at(Argument("voxel size")).wanted(words);
+        let words = Words::from("use `") + Argument("backend").with_value("cpu") + "`";
+        let issue = Issue::says("does not fit").with_place(Argument("voxel size")).with_advice(words);
         assert_eq!(issue.to_string(), "voxel size: does not fit: use `backend cpu`");
         let flag = |argument: Argument| format!("--{}", argument.0.replace(' ', "-"));
         assert_eq!(issue.to_text(&flag), "--voxel-size: does not fit: use `--backend cpu`");

@@ -8,9 +8,9 @@ use std::sync::{Mutex, PoisonError};
 use super::{Error, Issue, Result};
 
 /// The latest panic, if [`record_panics`] was called.
-static LATEST: Mutex<Option<Recorded>> = Mutex::new(None);
+static LATEST: Mutex<Option<RecordedPanic>> = Mutex::new(None);
 
-struct Recorded {
+struct RecordedPanic {
     message: String,
     place: String,
     backtrace: Backtrace,
@@ -31,7 +31,7 @@ pub fn describe_panic(panic: &(dyn Any + Send)) -> String {
     let message = message_of(panic);
     let latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner);
     match latest.as_ref().filter(|latest| latest.message == message) {
-        Some(Recorded { place, .. }) => format!("panicked: {message} (at {place})"),
+        Some(RecordedPanic { place, .. }) => format!("panicked: {message} (at {place})"),
         None => format!("panicked: {message}"),
     }
 }
@@ -48,7 +48,7 @@ pub fn record_panics() {
     set_hook(Box::new(|panic| {
         let place = panic.location().map_or("an unknown place".into(), ToString::to_string);
         let message = message_of(panic.payload());
-        let recorded = Recorded { message, place, backtrace: Backtrace::capture() };
+        let recorded = RecordedPanic { message, place, backtrace: Backtrace::capture() };
         *LATEST.lock().unwrap_or_else(PoisonError::into_inner) = Some(recorded);
     }));
 }

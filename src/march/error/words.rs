@@ -10,13 +10,13 @@ pub struct Argument(pub &'static str);
 
 impl Argument {
     /// The argument with a value.
-    pub fn to(self, value: impl fmt::Display) -> Words {
+    pub fn with_value(self, value: impl fmt::Display) -> Words {
         Words::from(self) + format!(" {value}")
     }
 
     /// The same between backticks.
-    pub fn quoted(self, value: impl fmt::Display) -> Words {
-        Words::from("`") + self.to(value) + "`"
+    pub fn quote(self, value: impl fmt::Display) -> Words {
+        Words::from("`") + self.with_value(value) + "`"
     }
 }
 
@@ -25,10 +25,10 @@ pub type NameOf<'n> = &'n dyn Fn(Argument) -> String;
 
 /// A sentence, or a part of one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Words(Vec<Piece>);
+pub struct Words(Vec<WordPiece>);
 
 #[derive(Clone, Debug, PartialEq)]
-enum Piece {
+enum WordPiece {
     Text(String),
     Argument(Argument),
 }
@@ -36,9 +36,9 @@ enum Piece {
 impl Words {
     /// The sentence, its arguments written by `name_of`.
     pub fn to_text(&self, name_of: NameOf) -> String {
-        let piece = |piece: &Piece| match piece {
-            Piece::Text(text) => text.clone(),
-            Piece::Argument(argument) => name_of(*argument),
+        let piece = |piece: &WordPiece| match piece {
+            WordPiece::Text(text) => text.clone(),
+            WordPiece::Argument(argument) => name_of(*argument),
         };
         self.0.iter().map(piece).collect()
     }
@@ -52,13 +52,13 @@ impl From<&str> for Words {
 
 impl From<String> for Words {
     fn from(text: String) -> Words {
-        Words(vec![Piece::Text(text)])
+        Words(vec![WordPiece::Text(text)])
     }
 }
 
 impl From<Argument> for Words {
     fn from(argument: Argument) -> Words {
-        Words(vec![Piece::Argument(argument)])
+        Words(vec![WordPiece::Argument(argument)])
     }
 }
 

@@ -141,7 +141,7 @@ mod tests {
     }
 
     /// A ray's crossings as numbers, distance · 4 + axis, each with the voxel it leads into.
-    fn stepped(begin: March) -> Vec<(u64, [i32; 3])> {
+    fn step_all(begin: March) -> Vec<(u64, [i32; 3])> {
         let number = |to: crate::march::Crossing| (4 * u64::from(to.t_q16) + to.axis as u64, to.voxel);
         crossings(begin).map(number).take(60).collect()
     }
@@ -154,7 +154,7 @@ mod tests {
         for origin_q16 in [[5 << 16; 3], [0x5_8000; 3], [0x5_1234, 0x4_ffff, 0x6_0001]] {
             for dir_q16 in dirs {
                 let begin = start(origin_q16, dir_q16);
-                let steps = stepped(begin);
+                let steps = step_all(begin);
                 for number in 0..9i32.pow(3) {
                     let low = [number % 9, number / 9 % 9, number / 81];
                     let high = std::array::from_fn(|r| low[r] + (number + r as i32) % 4);

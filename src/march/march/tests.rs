@@ -115,7 +115,7 @@ fn room_is_what_lies_ahead_in_the_grid() {
 }
 
 /// Steps to the last voxel that a ray enters at or before a distance inside a grid, and counts.
-fn stepped(begin: March, size: [u32; 3], t_q16: u32) -> u32 {
+fn step_count(begin: March, size: [u32; 3], t_q16: u32) -> u32 {
     let (mut march, mut crossings) = (begin, 0);
     loop {
         let axis = next_axis(march.next_q16);
@@ -163,7 +163,7 @@ fn a_closed_form_lands_where_a_march_would() {
             anywhere,
             2300 << 16,
         ] {
-            let expected = stepped(begin, size, t);
+            let expected = step_count(begin, size, t);
             let found = crossings_at(&begin, rooms, t);
             assert_eq!(found, expected, "ray {origin:?} {dir:?} in {size:?} at {t}, exit {exit}");
             inside += (t < exit) as u32;
@@ -318,18 +318,18 @@ fn marches_move_on_and_stay_adjacent() {
 #[test]
 fn a_depth_is_a_distance_along_the_axis_and_farther_off_it() {
     for depth_q16 in [0, 1, 65_535, 65_536, 9_999_999, MAX_RANGE_VOXELS << 16] {
-        assert_eq!(along_q16(depth_q16, period_q16(axial_q16(-5, false))), depth_q16);
-        assert_eq!(along_q16(depth_q16, period_q16(axial_q16(32_768, true))), depth_q16);
+        assert_eq!(ray_range_q16(depth_q16, period_q16(axial_q16(-5, false))), depth_q16);
+        assert_eq!(ray_range_q16(depth_q16, period_q16(axial_q16(32_768, true))), depth_q16);
         for z_q15 in [-32_768, 0, 1, 2048, 2049, 16_384, 18_919, 32_767] {
             let slant = Slant::new(axial_q16(z_q15, true));
             let exact = (u64::from(depth_q16) * ((1 << 31) / z_q15.max(2048) as u64)) >> 16;
             assert_eq!(
-                u64::from(slant.along_q16(depth_q16)),
+                u64::from(slant.ray_range_q16(depth_q16)),
                 exact.min(2047 << 16),
                 "{depth_q16} at {z_q15}"
             );
             // So the deviations of a table reach to the longest range.
-            assert!(slant.along_q16(depth_q16) / slant.period_q16 <= depth_q16 >> 16);
+            assert!(slant.ray_range_q16(depth_q16) / slant.period_q16 <= depth_q16 >> 16);
         }
     }
 }

@@ -65,7 +65,7 @@ impl Score {
     }
 
     /// The score of counts, if they have one.
-    pub fn of(self, counts: &Confusion) -> Option<f64> {
+    pub fn evaluate(self, counts: &Confusion) -> Option<f64> {
         match self {
             Score::F1 => counts.f1(),
             Score::Kappa => counts.kappa(),

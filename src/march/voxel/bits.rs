@@ -23,7 +23,7 @@ impl BitGrid {
 
     /// A plane over an empty window.
     pub fn nowhere() -> Self {
-        BitGrid::new(Window::between([0; 3], [-1; 3]))
+        BitGrid::new(Window::from_corners([0; 3], [-1; 3]))
     }
 
     /// A plane whose voxels are all set.
@@ -114,7 +114,7 @@ impl BitGrid {
 
     /// The smallest window that holds every set voxel; empty if none is set.
     pub fn bounds(&self) -> Window {
-        let nowhere = Window::between([0; 3], [-1; 3]);
+        let nowhere = Window::from_corners([0; 3], [-1; 3]);
         let (min, end) = (self.window.min, self.window.end());
         let rows = (min[2]..end[2]).flat_map(|z| (min[1]..end[1]).map(move |y| [y, z]));
         rows.fold(nowhere, |all, [y, z]| {
@@ -124,17 +124,17 @@ impl BitGrid {
             let (Some(first), Some(last)) = (first, last) else { return all };
             let low = min[0] + (first as u32 * 32 + words[first].trailing_zeros()) as i32;
             let high = min[0] + (last as u32 * 32 + 31 - words[last].leading_zeros()) as i32;
-            all.union(&Window::between([low, y, z], [high, y, z]))
+            all.union(&Window::from_corners([low, y, z], [high, y, z]))
         })
     }
 
     /// The same bits over the smallest window that holds them.
-    pub fn trimmed(&self) -> BitGrid {
-        self.over(self.bounds())
+    pub fn trim(&self) -> BitGrid {
+        self.to_window(self.bounds())
     }
 
     /// The same bits over another window: cut where it is smaller, zero where it is larger.
-    pub fn over(&self, window: Window) -> BitGrid {
+    pub fn to_window(&self, window: Window) -> BitGrid {
         let mut out = BitGrid::new(window);
         out.merge(self, |_, from| from);
         out
@@ -163,7 +163,7 @@ impl BitGrid {
 
     /// Whether some voxel is set in both.
     pub fn intersects(&self, other: &BitGrid) -> bool {
-        let mut shared = self.over(self.window.intersection(&other.window));
+        let mut shared = self.to_window(self.window.intersection(&other.window));
         shared.keep(other);
         !shared.is_empty()
     }

@@ -34,7 +34,7 @@ impl Bricks {
 
     /// The bricks of a plane over a grid; voxels outside the plane count as empty.
     pub(crate) fn new(blockers: &BitGrid) -> Self {
-        let mut grown = occupied(blockers);
+        let mut grown = occupied_bricks(blockers);
         let size = grown.window().size;
         let mut reach = vec![Self::FAR; size.iter().map(|&n| n as usize).product()];
         mark(&mut reach, &grown, None, 0);
@@ -79,7 +79,7 @@ impl Bricks {
 }
 
 /// The bricks that hold a set voxel.
-fn occupied(blockers: &BitGrid) -> BitGrid {
+fn occupied_bricks(blockers: &BitGrid) -> BitGrid {
     let [_, ny, nz] = blockers.window().size;
     let size = Bricks::size_of(blockers.window().size);
     let mut bricks = BitGrid::new(Window { min: [0; 3], size });

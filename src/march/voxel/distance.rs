@@ -25,15 +25,15 @@ pub fn squared_voxels(metres: f64, voxel_size_m: f64) -> u32 {
 /// Metres with so many digits behind the point, rounded down: for distances that there are. A millionth of the last
 /// digit is passed over, which is what is left of sums and roots of decimal fractions.
 pub fn rounded_down(metres: f64, digits: u32) -> String {
-    rounded(metres, digits, |scaled| (scaled + 1e-6).floor())
+    round(metres, digits, |scaled| (scaled + 1e-6).floor())
 }
 
 /// Metres with so many digits behind the point, rounded up, alike: for distances that are needed.
 pub fn rounded_up(metres: f64, digits: u32) -> String {
-    rounded(metres, digits, |scaled| (scaled - 1e-6).ceil())
+    round(metres, digits, |scaled| (scaled - 1e-6).ceil())
 }
 
-fn rounded(metres: f64, digits: u32, whole: impl Fn(f64) -> f64) -> String {
+fn round(metres: f64, digits: u32, whole: impl Fn(f64) -> f64) -> String {
     let scale = 10f64.powi(digits as i32);
     // Not −0.
     format!("{:.*}", digits as usize, whole(metres * scale) / scale + 0.0)
@@ -49,7 +49,7 @@ pub struct Distances {
 
 impl Distances {
     /// From the voxels of a set, which has at least one, over its window.
-    pub fn to(set: &BitGrid) -> Distances {
+    pub fn from_set(set: &BitGrid) -> Distances {
         let window = set.window();
         let [width, depth, height] = window.size.map(|n| n as usize);
         let mut squared = vec![FAR; width * depth * height];
@@ -90,13 +90,13 @@ impl Distances {
     }
 
     /// From a voxel of the window, between centres.
-    pub fn squared(&self, voxel: [i32; 3]) -> u32 {
+    pub fn squared_distance(&self, voxel: [i32; 3]) -> u32 {
         let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (voxel[r] - self.window.min[r]) as usize);
         self.squared[(y * self.window.size[2] as usize + z) * self.window.size[0] as usize + x]
     }
 
     /// The voxels that are no farther than this.
-    pub fn within(&self, squared: u32) -> BitGrid {
+    pub fn voxels_within(&self, squared: u32) -> BitGrid {
         let mut found = BitGrid::new(self.window);
         let [width, _, height] = self.window.size.map(|n| n as usize);
         for (number, line) in self.squared.chunks(width.max(1)).enumerate() {
@@ -117,7 +117,11 @@ impl Distances {
 
     /// The least distance of any voxel of another set, if one is in the window.
     pub fn least(&self, others: &BitGrid) -> Option<u32> {
-        others.voxels().filter(|&voxel| self.window.contains(voxel)).map(|voxel| self.squared(voxel)).min()
+        others
+            .voxels()
+            .filter(|&voxel| self.window.contains(voxel))
+            .map(|voxel| self.squared_distance(voxel))
+            .min()
     }
 }
 
@@ -230,23 +234,30 @@ mod tests {
                     }
                 }
                 set.set(std::array::from_fn(|r| window.min[r] + size[r] as i32 / 3));
-                let found = Distances::to(&set);
+                let found = Distances::from_set(&set);
                 for voxel in BitGrid::full(window).voxels() {
                     let to =
                         |other: [i32; 3]| (0..3).map(|r| voxel[r].abs_diff(other[r]).pow(2)).sum::<u32>();
                     assert_eq!(
-                        Some(found.squared(voxel)),
+                        Some(found.squared_distance(voxel)),
                         set.voxels().map(to).min(),
                         "{voxel:?} of {size:?}"
                     );
                 }
-                let all =
-                    || BitGrid::full(window).voxels().map(|voxel| found.squared(voxel)).collect::<Vec<_>>();
+                let all = || {
+                    BitGrid::full(window)
+                        .voxels()
+                        .map(|voxel| found.squared_distance(voxel))
+                        .collect::<Vec<_>>()
+                };
                 assert_eq!(Some(found.farthest()), all().into_iter().max());
                 for most in [0, 1, 9, 1000] {
-                    let near = found.within(most);
+                    let near = found.voxels_within(most);
                     assert_eq!(near.count(), all().iter().filter(|&&own| own <= most).count() as u64);
-                    assert!(near.voxels().all(|voxel| found.squared(voxel) <= most), "{most} of {size:?}");
+                    assert!(
+                        near.voxels().all(|voxel| found.squared_distance(voxel) <= most),
+                        "{most} of {size:?}"
+                    );
                     let beyond = window.grown(2);
                     assert_eq!(found.least(&BitGrid::full(beyond)), Some(0));
                 }

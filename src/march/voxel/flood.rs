@@ -50,18 +50,18 @@ pub fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
 fn spread(row: &mut [u32], open: &[u32]) {
     let mut carry = 0;
     for (word, &open) in row.iter_mut().zip(open) {
-        *word = along(*word | (carry & open), open, |w, n| w << n);
+        *word = fill(*word | (carry & open), open, |w, n| w << n);
         carry = *word >> 31;
     }
     let mut carry = 0;
     for (word, &open) in row.iter_mut().zip(open).rev() {
-        *word = along(*word | (carry & open), open, |w, n| w >> n);
+        *word = fill(*word | (carry & open), open, |w, n| w >> n);
         carry = *word << 31;
     }
 }
 
 /// Doubling steps: after five, a bit has gone as far as its word is open.
-fn along(mut word: u32, mut open: u32, shift: impl Fn(u32, u32) -> u32) -> u32 {
+fn fill(mut word: u32, mut open: u32, shift: impl Fn(u32, u32) -> u32) -> u32 {
     for n in [1, 2, 4, 8, 16] {
         word |= open & shift(word, n);
         open &= shift(open, n);
@@ -70,7 +70,7 @@ fn along(mut word: u32, mut open: u32, shift: impl Fn(u32, u32) -> u32) -> u32 {
 }
 
 /// The voxels without surface that no path through faces reaches from outside the window.
-pub fn enclosed(surface: &BitGrid) -> BitGrid {
+pub fn enclosed_voxels(surface: &BitGrid) -> BitGrid {
     let window = surface.window();
     let mut around = window;
     around.min = around.min.map(|m| m - 1);
@@ -81,7 +81,7 @@ pub fn enclosed(surface: &BitGrid) -> BitGrid {
     seed.set(around.min);
     let outside = flood(&open, &seed);
     open.remove(&outside);
-    open.over(window)
+    open.to_window(window)
 }
 
 #[cfg(test)]
@@ -91,7 +91,7 @@ mod tests {
 
     /// The surface of a box of voxels.
     fn shell(min: [i32; 3], max: [i32; 3]) -> BitGrid {
-        let window = Window::between(min, max);
+        let window = Window::from_corners(min, max);
         let mut grid = BitGrid::new(window);
         for z in min[2]..=max[2] {
             for y in min[1]..=max[1] {
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn a_closed_shell_keeps_its_inside() {
-        let inside = enclosed(&shell([-2, 3, 0], [70, 12, 5]));
+        let inside = enclosed_voxels(&shell([-2, 3, 0], [70, 12, 5]));
         assert_eq!(inside.count(), 71 * 8 * 4);
         assert!(inside.get([0, 5, 2]) && !inside.get([-2, 5, 2]));
     }
@@ -120,17 +120,17 @@ mod tests {
         hole.set([0, 5, 5]);
         let mut leaky = whole.clone();
         leaky.remove(&hole);
-        assert!(enclosed(&leaky).is_empty());
+        assert!(enclosed_voxels(&leaky).is_empty());
         let mut edge = BitGrid::new(whole.window());
         edge.set([0, 0, 5]);
         let mut nicked = whole.clone();
         nicked.remove(&edge);
-        assert_eq!(enclosed(&nicked).count(), 39 * 8 * 8, "an edge voxel joins no faces");
+        assert_eq!(enclosed_voxels(&nicked).count(), 39 * 8 * 8, "an edge voxel joins no faces");
     }
 
     #[test]
     fn a_flood_follows_a_winding_corridor() {
-        let window = Window::between([0; 3], [99, 20, 0]);
+        let window = Window::from_corners([0; 3], [99, 20, 0]);
         let mut open = BitGrid::new(window);
         for y in (0..20).step_by(2) {
             open.set_run(0, 100, y, 0);

@@ -37,7 +37,7 @@ pub struct Window {
 
 impl Window {
     /// The window from `min` to `max`, both included; empty where `max` is below `min`.
-    pub fn between(min: [i32; 3], max: [i32; 3]) -> Self {
+    pub fn from_corners(min: [i32; 3], max: [i32; 3]) -> Self {
         let size = std::array::from_fn(|r| (max[r] as i64 - min[r] as i64 + 1).max(0) as u32);
         Window { min, size }
     }
@@ -87,11 +87,11 @@ impl Window {
         if self.is_empty() {
             return *self;
         }
-        Window::between(self.min.map(|low| low - by), self.end().map(|end| end - 1 + by))
+        Window::from_corners(self.min.map(|low| low - by), self.end().map(|end| end - 1 + by))
     }
 
     /// The same voxels counted from another origin.
-    pub fn moved(&self, by: [i32; 3]) -> Window {
+    pub fn shift(&self, by: [i32; 3]) -> Window {
         Window { min: std::array::from_fn(|r| self.min[r] + by[r]), size: self.size }
     }
 }
@@ -149,11 +149,11 @@ mod tests {
 
     #[test]
     fn windows_meet_and_join() {
-        let a = Window::between([0, 0, 0], [9, 9, 9]);
-        let b = Window::between([5, -5, 3], [14, 4, 3]);
-        assert_eq!(a.intersection(&b), Window::between([5, 0, 3], [9, 4, 3]));
-        assert_eq!(a.union(&b), Window::between([0, -5, 0], [14, 9, 9]));
-        assert!(a.intersection(&Window::between([20, 0, 0], [30, 9, 9])).is_empty());
+        let a = Window::from_corners([0, 0, 0], [9, 9, 9]);
+        let b = Window::from_corners([5, -5, 3], [14, 4, 3]);
+        assert_eq!(a.intersection(&b), Window::from_corners([5, 0, 3], [9, 4, 3]));
+        assert_eq!(a.union(&b), Window::from_corners([0, -5, 0], [14, 9, 9]));
+        assert!(a.intersection(&Window::from_corners([20, 0, 0], [30, 9, 9])).is_empty());
         assert_eq!(a.volume(), 1000);
         assert!(a.contains([9, 0, 0]) && !a.contains([10, 0, 0]));
     }

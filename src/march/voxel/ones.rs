@@ -35,27 +35,27 @@ impl Ones {
     }
 
     /// Bits of a row.
-    pub fn of(self, row: &[u64]) -> u64 {
+    pub fn count(self, row: &[u64]) -> u64 {
         dispatch!(self.level, simd => ones(simd, row.iter().copied()))
     }
 
     /// Bits that two rows have.
-    pub fn of_both(self, a: &[u64], b: &[u64]) -> u64 {
+    pub fn count_both(self, a: &[u64], b: &[u64]) -> u64 {
         dispatch!(self.level, simd => ones(simd, a.iter().zip(b).map(|(a, b)| a & b)))
     }
 
     /// Bits that two rows have; where they are more than `most`, some number above it.
-    pub fn of_both_up_to(self, a: &[u64], b: &[u64], most: u64) -> u64 {
+    pub fn count_both_up_to(self, a: &[u64], b: &[u64], most: u64) -> u64 {
         dispatch!(self.level, simd => ones_up_to(simd, a, b, most))
     }
 
     /// Bits that a row has and another one lacks.
-    pub fn beyond(self, row: &[u64], other: &[u64]) -> u64 {
+    pub fn count_minus(self, row: &[u64], other: &[u64]) -> u64 {
         dispatch!(self.level, simd => ones(simd, row.iter().zip(other).map(|(row, other)| row & !other)))
     }
 
     /// Bits that a row has and two others lack.
-    pub fn beyond_two(self, row: &[u64], [a, b]: [&[u64]; 2]) -> u64 {
+    pub fn count_minus_two(self, row: &[u64], [a, b]: [&[u64]; 2]) -> u64 {
         let others = a.iter().zip(b);
         dispatch!(self.level, simd => {
             ones(simd, row.iter().zip(others).map(|(row, (a, b))| row & !a & !b))
@@ -63,7 +63,7 @@ impl Ones {
     }
 
     /// Bits that two rows have and a third lacks.
-    pub fn of_both_beyond(self, [a, b]: [&[u64]; 2], other: &[u64]) -> u64 {
+    pub fn count_both_minus(self, [a, b]: [&[u64]; 2], other: &[u64]) -> u64 {
         let both = a.iter().zip(b);
         dispatch!(self.level, simd => {
             ones(simd, both.zip(other).map(|((a, b), other)| a & b & !other))
@@ -71,7 +71,7 @@ impl Ones {
     }
 
     /// Bits of what rows have together.
-    pub fn of_joined(self, rows: Joined) -> u64 {
+    pub fn count_joined(self, rows: Joined) -> u64 {
         dispatch!(self.level, simd => ones(simd, rows.words()))
     }
 
@@ -161,7 +161,7 @@ mod tests {
     }
 
     /// Bits of words of which a rule is true, one by one.
-    fn counted(rows: &[Vec<u64>; 4], rule: impl Fn([bool; 4]) -> bool) -> u64 {
+    fn count(rows: &[Vec<u64>; 4], rule: impl Fn([bool; 4]) -> bool) -> u64 {
         let is_set = |row: &[u64], bit: usize| row[bit / 64] >> (bit % 64) & 1 == 1;
         let of = |&bit: &usize| rule(std::array::from_fn(|row| is_set(&rows[row], bit)));
         (0..64 * rows[0].len()).filter(of).count() as u64
@@ -172,27 +172,27 @@ mod tests {
         let rows = rows();
         let [a, b, c, d] = [0, 1, 2, 3].map(|row| &rows[row][..]);
         for ones in levels() {
-            assert_eq!(ones.of(a), counted(&rows, |[a, ..]| a));
-            assert_eq!(ones.of_both(a, b), counted(&rows, |[a, b, ..]| a && b));
-            assert_eq!(ones.beyond(a, b), counted(&rows, |[a, b, ..]| a && !b));
-            assert_eq!(ones.beyond_two(a, [b, c]), counted(&rows, |[a, b, c, _]| a && !b && !c));
-            assert_eq!(ones.of_both_beyond([a, b], c), counted(&rows, |[a, b, c, _]| a && b && !c));
+            assert_eq!(ones.count(a), count(&rows, |[a, ..]| a));
+            assert_eq!(ones.count_both(a, b), count(&rows, |[a, b, ..]| a && b));
+            assert_eq!(ones.count_minus(a, b), count(&rows, |[a, b, ..]| a && !b));
+            assert_eq!(ones.count_minus_two(a, [b, c]), count(&rows, |[a, b, c, _]| a && !b && !c));
+            assert_eq!(ones.count_both_minus([a, b], c), count(&rows, |[a, b, c, _]| a && b && !c));
             let (first, second) = (Joined::new(a, b), Joined::new(c, d));
-            assert_eq!(ones.of_joined(first), counted(&rows, |[a, b, ..]| a || b));
-            assert_eq!(ones.of_joined(Joined::new(a, &[])), ones.of(a));
-            let expected = counted(&rows, |[a, b, c, d]| (a || b) && !(c || d));
+            assert_eq!(ones.count_joined(first), count(&rows, |[a, b, ..]| a || b));
+            assert_eq!(ones.count_joined(Joined::new(a, &[])), ones.count(a));
+            let expected = count(&rows, |[a, b, c, d]| (a || b) && !(c || d));
             assert_eq!(ones.joined_beyond(first, second), expected);
             let [single, pair] = [Joined::new(b, &[]), Joined::new(c, d)];
             let expected = [
-                counted(&rows, |[a, b, ..]| a && b),
-                counted(&rows, |[a, b, c, d]| a && !b && (c || d)),
-                counted(&rows, |[a, b, c, d]| a && !b && !(c || d)),
+                count(&rows, |[a, b, ..]| a && b),
+                count(&rows, |[a, b, c, d]| a && !b && (c || d)),
+                count(&rows, |[a, b, c, d]| a && !b && !(c || d)),
             ];
             assert_eq!(ones.shared_out(a, single, pair), expected);
             let part = 7..STRETCH + 9;
             assert_eq!(
-                ones.of_joined(first.part(&part)),
-                ones.of_joined(Joined::new(&a[part.clone()], &b[part]))
+                ones.count_joined(first.part(&part)),
+                ones.count_joined(Joined::new(&a[part.clone()], &b[part]))
             );
         }
     }
@@ -202,14 +202,14 @@ mod tests {
         let rows = rows();
         let [a, b] = [&rows[0][..], &rows[1][..]];
         for ones in levels() {
-            let all = ones.of_both(a, b);
+            let all = ones.count_both(a, b);
             for most in 0..all + 2 {
-                let found = ones.of_both_up_to(a, b, most);
+                let found = ones.count_both_up_to(a, b, most);
                 assert_eq!(found > most, all > most);
                 assert!(found == all || found > most);
             }
-            let first = ones.of_both(&a[..STRETCH], &b[..STRETCH]);
-            assert_eq!(ones.of_both_up_to(a, b, first - 1), first, "the rest is not looked at");
+            let first = ones.count_both(&a[..STRETCH], &b[..STRETCH]);
+            assert_eq!(ones.count_both_up_to(a, b, first - 1), first, "the rest is not looked at");
         }
     }
 
@@ -219,9 +219,12 @@ mod tests {
         let [a, b] = [&rows[0][..], &rows[1][..]];
         for ones in levels() {
             let short = STRETCH + 3;
-            assert_eq!(ones.of_both(a, &b[..short]), ones.of_both(&a[..short], &b[..short]));
-            assert_eq!(ones.beyond(&a[..short], b), ones.beyond(&a[..short], &b[..short]));
-            assert_eq!(ones.of_both_up_to(&a[..short], b, u64::MAX), ones.of_both(&a[..short], &b[..short]));
+            assert_eq!(ones.count_both(a, &b[..short]), ones.count_both(&a[..short], &b[..short]));
+            assert_eq!(ones.count_minus(&a[..short], b), ones.count_minus(&a[..short], &b[..short]));
+            assert_eq!(
+                ones.count_both_up_to(&a[..short], b, u64::MAX),
+                ones.count_both(&a[..short], &b[..short])
+            );
         }
     }
 }

@@ -31,8 +31,8 @@ pub(crate) fn key_of(corner: Corner) -> [i32; 3] {
 pub fn extent<'a>(corners: impl IntoIterator<Item = &'a Corner>) -> Window {
     corners
         .into_iter()
-        .map(|&c| Window::between(key_of(c), key_of(c)))
-        .fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one))
+        .map(|&c| Window::from_corners(key_of(c), key_of(c)))
+        .fold(Window::from_corners([0; 3], [-1; 3]), |all, one| all.union(&one))
 }
 
 /// Whether a surface has an inside.
@@ -199,7 +199,7 @@ mod tests {
 
     fn voxels(triangle: &[Corner; 3]) -> BTreeSet<[i32; 3]> {
         let mut set = BTreeSet::new();
-        triangle_voxels(triangle, &Window::between([-99; 3], [99; 3]), |key| assert!(set.insert(key)));
+        triangle_voxels(triangle, &Window::from_corners([-99; 3], [99; 3]), |key| assert!(set.insert(key)));
         set
     }
 

@@ -32,7 +32,7 @@ impl People {
     }
 
     /// The same, but for voxels outside a window.
-    pub fn within(&self, window: Window) -> People {
+    pub fn crop(&self, window: Window) -> People {
         let voxels = self.voxels.iter().filter(|of| window.contains(of.voxel)).copied().collect();
         People { voxels, ..*self }
     }
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn regions_threshold_what_is_hit_in_them() {
-        let window = Window::between([0; 3], [9, 0, 0]);
+        let window = Window::from_corners([0; 3], [9, 0, 0]);
         let voxel = |x, person, part| BodyVoxel { voxel: [x, 0, 0], person, part };
         let voxels = [
             voxel(0, 0, BodyPart::Head),
@@ -91,6 +91,6 @@ mod tests {
         assert_eq!(counts(&row(0, 10), 0, 3), [0, 2, 1, 2, 0], "one voxel felt");
         // Half of a head is none, and where no part is, nobody is.
         assert_eq!(counts(&row(1, 4), 10, 3), [3, 0, 0, 0, 0]);
-        assert_eq!(people.within(Window::between([2, 0, 0], [3, 0, 0])).voxels, voxels[2..4]);
+        assert_eq!(people.crop(Window::from_corners([2, 0, 0], [3, 0, 0])).voxels, voxels[2..4]);
     }
 }

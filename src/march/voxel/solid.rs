@@ -20,7 +20,7 @@ use super::BitGrid;
 use super::grid::ONE_Q16;
 pub use cylinder::cylinder;
 pub use polygon::{NotSimple, column, is_simple};
-pub use within::within;
+pub use within::dilate;
 
 /// Longest radius, as for all ranges: no grid is as large, and squares of lengths up to it stay within 64
 /// bits.

@@ -216,7 +216,7 @@ impl GlbWriter {
         self.binary.extend_from_slice(bytes);
         if self.binary.len() > 0x7fff_ffff {
             return Err(Issue::too_large("the surfaces need more than 2 GiB, which no viewer reads")
-                .at("cell.glb")
+                .with_place("cell.glb")
                 .into());
         }
         let (component, kind) = match bounds {

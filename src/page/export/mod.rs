@@ -14,7 +14,7 @@ use perirobot_sweep::results::columns::{pose_names, representation_names};
 
 /// A file, and what is in it, for people.
 #[derive(Clone, Debug, PartialEq)]
-pub struct File {
+pub struct ExportedFile {
     /// Its name in the folder.
     pub name: String,
     /// What is in it.
@@ -43,8 +43,8 @@ pub fn folder_name(view: &View) -> String {
 }
 
 /// Hands over every file of a view, one after the other. `scene` is what its world was made of.
-pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(File) -> Result<()>) -> Result<()> {
-    let mut out = |name: String, bytes, holds: String| take(File { name, bytes, holds });
+pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(ExportedFile) -> Result<()>) -> Result<()> {
+    let mut out = |name: String, bytes, holds: String| take(ExportedFile { name, bytes, holds });
     let counts = |(occupied, free)| format!("{occupied} voxels occupied, {free} free");
     let (octree, held) = octomap::labels(view)?;
     out("labels.bt".into(), octree.clone(), counts(held))?;

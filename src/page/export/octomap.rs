@@ -11,12 +11,12 @@ pub type VoxelTotals = (u64, u64);
 
 /// The fused labels; unknown voxels are left out.
 pub(crate) fn labels(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
-    map(view, &|voxel| said(&view.labels, voxel))
+    map(view, &|voxel| label(&view.labels, voxel))
 }
 
 /// The evidence of one sensor.
 pub(crate) fn evidence(view: &View, member: &SensorView) -> Result<(Vec<u8>, VoxelTotals)> {
-    map(view, &|voxel| said(&member.says, voxel))
+    map(view, &|voxel| label(&member.says, voxel))
 }
 
 /// The truth; the insides of bodies that belong to no region are left out.
@@ -25,7 +25,7 @@ pub(crate) fn truth(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
     map(view, &|voxel| (!truth.ignored.get(voxel)).then(|| truth.occupied.get(voxel)))
 }
 
-fn said(planes: &Planes, voxel: [i32; 3]) -> Option<bool> {
+fn label(planes: &Planes, voxel: [i32; 3]) -> Option<bool> {
     match (planes.occupied.get(voxel), planes.free.get(voxel)) {
         (true, _) => Some(true),
         (_, true) => Some(false),

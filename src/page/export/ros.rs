@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 use glam::{DQuat, DVec3, EulerRot};
 
-use super::File;
-use crate::render::svg::escaped;
+use super::ExportedFile;
+use crate::render::svg::escape;
 use crate::render::{Colour, Palette};
 use perirobot_decide::view::{SensorView, Verdict, View};
 use perirobot_march::Result;
@@ -33,31 +33,31 @@ const POINT_BYTES: u32 = 16;
 
 /// A frame, and where it is in the one that holds it.
 #[derive(Clone)]
-struct Frame {
+struct RosFrame {
     name: String,
     holder: String,
     pose: Pose,
 }
 
 /// A sensor that stands somewhere.
-struct Placed<'v> {
+struct PlacedSensor<'v> {
     member: &'v SensorView,
     /// Its own frame in the world.
-    own: Frame,
+    own: RosFrame,
     /// The same in the link that carries it, if one does.
-    mounted: Frame,
+    mounted: RosFrame,
     /// That of a camera's image, in its own.
-    optical: Option<(Frame, Image)>,
+    optical: Option<(RosFrame, Image)>,
 }
 
-impl Placed<'_> {
+impl PlacedSensor<'_> {
     /// Its frames, with the first in what carries it.
-    fn frames(&self) -> impl Iterator<Item = &Frame> {
+    fn frames(&self) -> impl Iterator<Item = &RosFrame> {
         std::iter::once(&self.mounted).chain(self.optical.iter().map(|(frame, _)| frame))
     }
 
     /// The name of the frame that its points are in, and where that is in the world.
-    fn of_points(&self) -> (&str, Pose) {
+    fn points_frame(&self) -> (&str, Pose) {
         match &self.optical {
             Some((frame, _)) => (&frame.name, frame.pose.carried_by(&self.own.pose)),
             None => (&self.own.name, self.own.pose),
@@ -66,7 +66,7 @@ impl Placed<'_> {
 }
 
 /// The sensors of a view that stand somewhere.
-fn placed<'v>(view: &'v View) -> Vec<Placed<'v>> {
+fn placed_sensors<'v>(view: &'v View) -> Vec<PlacedSensor<'v>> {
     // The frames that are there already: the world's, and the links that carry sensors.
     let links = view.members.iter().filter_map(|member| view.study.sensors[member.sensor].on.as_ref());
     let mut taken: BTreeSet<String> = links.map(|on| on.link.clone()).chain([WORLD.into()]).collect();
@@ -74,19 +74,19 @@ fn placed<'v>(view: &'v View) -> Vec<Placed<'v>> {
         let sensor = &view.study.sensors[member.sensor];
         let Setting::Pose(pose) = view.world.settings[member.sensor][member.candidate] else { return None };
         let name = frame_name(&sensor.name, &mut taken);
-        let own = Frame { name: name.clone(), holder: WORLD.into(), pose };
+        let own = RosFrame { name: name.clone(), holder: WORLD.into(), pose };
         let mounted = match &sensor.on {
             Some(on) => {
                 let pose = sensor.candidates[member.candidate].setting.pose();
-                Frame { holder: on.link.clone(), pose, ..own.clone() }
+                RosFrame { holder: on.link.clone(), pose, ..own.clone() }
             }
             None => own.clone(),
         };
         let optical = ray_table(view.study, member.sensor).and_then(|rays| rays.image).map(|image| {
             let pose = Pose { position_m: DVec3::ZERO, rotation: DQuat::from_mat3(&Pose::ORIGIN.optical()) };
-            (Frame { name: optical_name(&name), holder: name, pose }, image)
+            (RosFrame { name: optical_name(&name), holder: name, pose }, image)
         });
-        Some(Placed { member, own, mounted, optical })
+        Some(PlacedSensor { member, own, mounted, optical })
     });
     placed.collect()
 }
@@ -112,12 +112,13 @@ fn optical_name(name: &str) -> String {
 }
 
 /// All files for ROS.
-pub(super) fn files(view: &View, octree: &[u8]) -> Result<Vec<File>> {
-    let placed = placed(view);
+pub(super) fn files(view: &View, octree: &[u8]) -> Result<Vec<ExportedFile>> {
+    let placed = placed_sensors(view);
     let mut files = Vec::new();
-    let mut add = |name: String, bytes: Vec<u8>, holds: String| files.push(File { name, bytes, holds });
+    let mut add =
+        |name: String, bytes: Vec<u8>, holds: String| files.push(ExportedFile { name, bytes, holds });
     if !placed.is_empty() {
-        let frames = format!("{} frames", placed.iter().flat_map(Placed::frames).count());
+        let frames = format!("{} frames", placed.iter().flat_map(PlacedSensor::frames).count());
         add("transforms.sh".into(), transforms(&placed).into(), frames.clone());
         add("sensors.urdf".into(), urdf(&placed).into(), frames);
     }
@@ -135,14 +136,14 @@ pub(super) fn files(view: &View, octree: &[u8]) -> Result<Vec<File>> {
 }
 
 /// A script that publishes the frames.
-fn transforms(placed: &[Placed]) -> String {
+fn transforms(placed: &[PlacedSensor]) -> String {
     let mut text =
         "#!/bin/sh\n# Publishes where the sensors are until it is stopped.\ntrap 'kill 0' INT TERM\n"
             .to_string();
-    for frame in placed.iter().flat_map(Placed::frames) {
+    for frame in placed.iter().flat_map(PlacedSensor::frames) {
         let [x, y, z] = frame.pose.position_m.to_array().map(short);
         let [qx, qy, qz, qw] = frame.pose.rotation.to_array().map(short);
-        let [holder, name] = [&frame.holder, &frame.name].map(|name| shell::quoted(name));
+        let [holder, name] = [&frame.holder, &frame.name].map(|name| shell::quote(name));
         text += &format!(
             "ros2 run tf2_ros static_transform_publisher --x {x} --y {y} --z {z} \
              --qx {qx} --qy {qy} --qz {qz} --qw {qw} --frame-id {holder} --child-frame-id {name} &\n"
@@ -152,16 +153,16 @@ fn transforms(placed: &[Placed]) -> String {
 }
 
 /// Links and joints of the frames, for a robot's URDF.
-fn urdf(placed: &[Placed]) -> String {
+fn urdf(placed: &[PlacedSensor]) -> String {
     let mut text = "<?xml version=\"1.0\"?>\n\
          <!-- The sensors' links, and the joints that hold them: include them by xacro in, or copy them to, the URDF that\n     \
          has the links that are named as parents here and are not sensors. -->\n<robot name=\"sensors\">\n"
         .to_string();
-    for frame in placed.iter().flat_map(Placed::frames) {
+    for frame in placed.iter().flat_map(PlacedSensor::frames) {
         let [x, y, z] = frame.pose.position_m.to_array().map(short);
         let (yaw, pitch, roll) = frame.pose.rotation.to_euler(EulerRot::ZYX);
         let [roll, pitch, yaw] = [roll, pitch, yaw].map(short);
-        let [holder, name] = [&frame.holder, &frame.name].map(|name| escaped(name));
+        let [holder, name] = [&frame.holder, &frame.name].map(|name| escape(name));
         text += &format!(
             "  <link name=\"{name}\"/>\n  <joint name=\"{name}_joint\" type=\"fixed\">\n    \
              <parent link=\"{holder}\"/>\n    <child link=\"{name}\"/>\n    \
@@ -210,10 +211,10 @@ fn transform(pose: &Pose) -> Transform {
 }
 
 /// A bag, and how many topics it has.
-fn bag(view: &View, placed: &[Placed], octree: &[u8]) -> Result<(Vec<u8>, usize)> {
+fn bag(view: &View, placed: &[PlacedSensor], octree: &[u8]) -> Result<(Vec<u8>, usize)> {
     let mut bag = BagWriter::default();
     let mut topics = 0;
-    let stamped = |frame: &Frame| TransformStamped {
+    let stamped = |frame: &RosFrame| TransformStamped {
         header: header(&frame.holder),
         child_frame_id: frame.name.clone(),
         transform: transform(&frame.pose),
@@ -256,7 +257,7 @@ fn bag(view: &View, placed: &[Placed], octree: &[u8]) -> Result<(Vec<u8>, usize)
     Ok((bag.finish(), topics))
 }
 
-fn camera_info(frame: &Frame, image: Image) -> CameraInfo {
+fn camera_info(frame: &RosFrame, image: Image) -> CameraInfo {
     let ([width, height], [fx, fy, cx, cy]) = (image.size_px, pinhole(image));
     CameraInfo {
         header: header(&frame.name),
@@ -274,8 +275,8 @@ fn camera_info(frame: &Frame, image: Image) -> CameraInfo {
 }
 
 /// The returns of a sensor in its own frame.
-fn points(view: &View, sensor: &Placed) -> PointCloud2 {
-    let (frame, pose) = sensor.of_points();
+fn points(view: &View, sensor: &PlacedSensor) -> PointCloud2 {
+    let (frame, pose) = sensor.points_frame();
     let returns = view.returns(sensor.member);
     let mut data = Vec::with_capacity(POINT_BYTES as usize * returns.len());
     for found in &returns {
@@ -318,7 +319,7 @@ fn voxels(view: &View) -> Result<Option<VoxelGrid>> {
     let in_slice = |z| rows.clone().flat_map(move |y| along_x(y, z));
     for voxel in slices.flat_map(in_slice) {
         let verdict = view.verdict(voxel);
-        let [red, green, blue] = palette.of(voxel);
+        let [red, green, blue] = palette.colour(voxel);
         let alpha = match verdict {
             Verdict::Tp | Verdict::Fn | Verdict::Uo => u8::MAX,
             Verdict::Fp => 128,

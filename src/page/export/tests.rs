@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use perirobot_decide::view::{Names, find};
+use perirobot_decide::view::{ChoiceSelector, find};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_scene::scene::build::build;
 use perirobot_scene::scene::octomap as trees;
@@ -10,11 +10,11 @@ use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// The files of a choice of poses of the tiny study, the view, and what its world was made of.
-fn exported(poses: &str, test: impl FnOnce(&View, &Scene, Vec<File>)) {
+fn export(poses: &str, test: impl FnOnce(&View, &Scene, Vec<ExportedFile>)) {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/tiny.toml");
     let study = Study::load(&path, &Overrides::default()).unwrap();
     let worlds = World::prepare_all(&study).unwrap();
-    let wanted = Names { poses: poses.into(), ..Names::default() };
+    let wanted = ChoiceSelector { poses: poses.into(), ..ChoiceSelector::default() };
     let (world, choice) = find(&study, &worlds, &wanted).unwrap();
     let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();
     let scene = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap().remove(0);
@@ -28,21 +28,21 @@ fn exported(poses: &str, test: impl FnOnce(&View, &Scene, Vec<File>)) {
 }
 
 /// A file of a folder that is read by what reads files.
-fn in_folder<T>(file: &File, read: impl FnOnce(&Path, &Sources) -> T) -> T {
+fn read_in_folder<T>(file: &ExportedFile, read: impl FnOnce(&Path, &Sources) -> T) -> T {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(&file.name);
     std::fs::write(&path, &file.bytes).unwrap();
-    read(&path, &Sources::beside(&path))
+    read(&path, &Sources::from_main(&path))
 }
 
-fn named<'f>(files: &'f [File], name: &str) -> &'f File {
+fn find_file<'f>(files: &'f [ExportedFile], name: &str) -> &'f ExportedFile {
     let names: Vec<_> = files.iter().map(|file| file.name.as_str()).collect();
     files.iter().find(|file| file.name == name).unwrap_or_else(|| panic!("no {name} in {names:?}"))
 }
 
 #[test]
 fn maps_come_back_voxel_by_voxel() {
-    exported("camera:wall/1/1", |view, _, files| {
+    export("camera:wall/1/1", |view, _, files| {
         let grid = &view.world.grid;
         let planes = [
             ("labels.bt", &view.labels.occupied),
@@ -50,7 +50,8 @@ fn maps_come_back_voxel_by_voxel() {
             ("evidence-camera.bt", &view.members[0].says.occupied),
         ];
         for (name, plane) in planes {
-            let map = in_folder(named(&files, name), |path, sources| trees::read(path, sources).unwrap());
+            let map =
+                read_in_folder(find_file(&files, name), |path, sources| trees::read(path, sources).unwrap());
             assert_eq!(map.resolution_m, grid.voxel_size_m);
             let mut keys = map.occupied;
             keys.sort_unstable();
@@ -68,7 +69,7 @@ fn maps_come_back_voxel_by_voxel() {
             ("truth.bt", truth.occupied.count(), free),
         ] {
             assert_eq!(
-                named(&files, name).holds,
+                find_file(&files, name).holds,
                 format!("{occupied} voxels occupied, {free} free"),
                 "{name}"
             );
@@ -78,11 +79,11 @@ fn maps_come_back_voxel_by_voxel() {
 
 #[test]
 fn the_cell_comes_back_with_its_sensor() {
-    exported("camera:wall/1/0", |view, scene, files| {
-        let file = named(&files, "cell.glb");
+    export("camera:wall/1/0", |view, scene, files| {
+        let file = find_file(&files, "cell.glb");
         let checked = ::gltf::Gltf::from_slice(&file.bytes).unwrap();
         assert_eq!(checked.materials().len(), 4);
-        let nodes = in_folder(file, |path, sources| {
+        let nodes = read_in_folder(file, |path, sources| {
             perirobot_scene::scene::gltf::Gltf::load(path, sources).unwrap().parts(None).unwrap()
         });
         let meshes = scene.objects.iter().filter_map(|object| match &object.surface {
@@ -115,13 +116,13 @@ fn figures_and_voxel_faces_are_closed_and_face_outward() {
         let corner = |i: u32| mesh.vertices[i as usize];
         mesh.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum::<f64>()
     };
-    exported("lidar:posts/upright", |view, _, _| {
+    export("lidar:posts/upright", |view, _, _| {
         let outline = view.outline(&view.members[0]).unwrap();
         assert_eq!(outline.rim, [], "a lidar looks all around");
         let size: f64 = volume(&glb::figure(&outline));
         assert!((size - 4.0 / 3.0 * 0.06f64.powi(3)).abs() < 1e-9, "{size}");
     });
-    exported("camera:wall/1/1", |view, _, _| {
+    export("camera:wall/1/1", |view, _, _| {
         let size = volume(&glb::figure(&view.outline(&view.members[0]).unwrap()));
         // A third of 0.3 m times a picture of about 2 · 0.3 · tan(43.5°) by 2 · 0.3 · tan(29°) m.
         assert!((0.017..0.021).contains(&size), "{size}");
@@ -145,7 +146,7 @@ fn figures_and_voxel_faces_are_closed_and_face_outward() {
 fn names_of_files_are_plain_and_different() {
     assert_eq!(file_name("camera:left wall/15/1"), "camera-left-wall-15-1");
     assert_eq!(file_name("../..\\Straße 1"), "Straße-1");
-    exported("lidar:posts/corner", |view, _, files| {
+    export("lidar:posts/corner", |view, _, files| {
         assert_eq!(folder_name(view), "lidar-posts-corner.tiny.points");
         let names: Vec<_> = files.iter().map(|file| file.name.as_str()).collect();
         let expected = [

@@ -9,7 +9,7 @@ use super::FINE;
 use super::canvas::Canvas;
 use super::eye::PictureCamera;
 use super::legend::{FONT_HEIGHT_PX, FONT_WIDTH_PX, INK, fill, write_haloed};
-use super::plan::labels::Labels;
+use super::plan::labels::PlacedLabels;
 use super::plan::named_things;
 use super::scale::{marks, ruler, step};
 use perirobot_study::world::World;
@@ -71,7 +71,7 @@ pub(super) fn draw(
     let before = (text.len() as f64 * letter) as i32 + MARK_PX;
     write_haloed(canvas, &text, Point::new(at.x - before, at.y - line / 2));
     let free = f64::from(foot - MARK_PX - 2 * line);
-    let mut labels = Labels::within([0.0, 0.0, f64::from(width), free]);
+    let mut labels = PlacedLabels::new([0.0, 0.0, f64::from(width), free]);
     for thing in named_things(world) {
         let z = top_m.map_or(thing.high_m.z, |top| thing.high_m.z.min(top));
         let (Some(a), Some(b)) = (place(thing.low_m.with_z(z)), place(thing.high_m.with_z(z))) else {

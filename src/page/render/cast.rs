@@ -36,7 +36,7 @@ pub(super) fn cast(
     camera: &PictureCamera,
     backend: &mut dyn Backend,
 ) -> Result<Vec<Option<Hit>>> {
-    let (scene, shift, around) = around(plane, grid, camera.eye_m)?;
+    let (scene, shift, around) = enclose_eye(plane, grid, camera.eye_m)?;
     let row = |r: usize| std::array::from_fn(|a| quantise_q15(camera.rotation.col(a)[r]));
     let placement = GridPose {
         origin_q16: around.position_q16(camera.eye_m).map(|x| x as i32),
@@ -61,9 +61,9 @@ pub(super) fn cast(
 }
 
 /// The plane in a grid that holds the eye as well, how far its voxels are moved there, and that grid.
-fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i32; 3], Grid)> {
+fn enclose_eye(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i32; 3], Grid)> {
     let eye = Grid::voxel_of(grid.position_q16(eye_m));
-    let window = plane.window().union(&Window::between(eye, eye));
+    let window = plane.window().union(&Window::from_corners(eye, eye));
     if let Some(axis) = (0..3).find(|&r| window.size[r] > MAX_VOXELS_PER_AXIS) {
         let DVec3 { x, y, z } = eye_m;
         let what = format!(
@@ -77,16 +77,16 @@ fn around(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i3
             + " does, too), or take larger voxels ("
             + Argument("voxel size")
             + ")";
-        return Err(Issue::too_large(what).wanted(cure).at(Argument("from")).into());
+        return Err(Issue::too_large(what).with_advice(cure).with_place(Argument("from")).into());
     }
     let shift = window.min.map(|low| -low);
     let whole = Window { min: [0; 3], size: window.size };
-    let moved = BitGrid::from_words(plane.window().moved(shift), plane.words().to_vec())
+    let moved = BitGrid::from_words(plane.window().shift(shift), plane.words().to_vec())
         .expect("a plane has the words of its window");
-    let one = Window::between([0; 3], [0; 3]);
+    let one = Window::from_corners([0; 3], [0; 3]);
     let none = BitGrid::new(one);
     let scene = VoxelScene {
-        blockers: moved.over(whole).into(),
+        blockers: moved.to_window(whole).into(),
         over_time: None,
         // Only how rays end is looked at.
         window: one,

@@ -80,13 +80,13 @@ impl<'a> Palette<'a> {
         if colour == Colour::Label && view.is_none() {
             let only = Words::from("there are labels with ") + Argument("pose") + " only";
             let place = Site::Argument(Argument("colour"), "label".into());
-            return Err(Issue::says(only).at(place).into());
+            return Err(Issue::says(only).with_place(place).into());
         }
         Ok(Palette { world, view, colour })
     }
 
     /// The colour of a voxel, as if something were there.
-    pub(crate) fn of(&self, voxel: [i32; 3]) -> [u8; 3] {
+    pub(crate) fn colour(&self, voxel: [i32; 3]) -> [u8; 3] {
         match self.ramp() {
             Some(axis) => {
                 let last = self.world.grid.size[axis].max(2) - 1;
@@ -139,7 +139,7 @@ impl<'a> Palette<'a> {
             }
         }
         if veil {
-            entries.push(Entry::Patch(mixed([255; 3], VEIL, VEIL_SHARE), "free, called occupied".into()));
+            entries.push(Entry::Patch(mix([255; 3], VEIL, VEIL_SHARE), "free, called occupied".into()));
         }
         let kinds = points.map_or([false; 2], |view| {
             let casts = view.members.iter().filter_map(|member| member.cast.as_ref());
@@ -170,11 +170,11 @@ impl<'a> Palette<'a> {
 pub(crate) fn ramp(place: u32) -> [u8; 3] {
     let place = place.min(1024);
     let step = (place / 256).min(3) as usize;
-    mixed(RAMP[step], RAMP[step + 1], place - 256 * step as u32)
+    mix(RAMP[step], RAMP[step + 1], place - 256 * step as u32)
 }
 
 /// A colour in the light: faces differ by the way they look, and corners are darker.
-pub(super) fn shaded(colour: [u8; 3], hit: &Hit, solid: &BitGrid) -> [u8; 3] {
+pub(super) fn shade(colour: [u8; 3], hit: &Hit, solid: &BitGrid) -> [u8; 3] {
     let light = match (hit.axis, hit.step) {
         (2, -1) => 256,
         (2, _) => 160,
@@ -197,12 +197,12 @@ pub(super) fn shaded(colour: [u8; 3], hit: &Hit, solid: &BitGrid) -> [u8; 3] {
 }
 
 /// A colour behind the veil of free space that is called occupied.
-pub(super) fn veiled(colour: [u8; 3], veil: &Hit, haze: &BitGrid) -> [u8; 3] {
-    mixed(colour, shaded(VEIL, veil, haze), VEIL_SHARE)
+pub(super) fn veil(colour: [u8; 3], veil: &Hit, haze: &BitGrid) -> [u8; 3] {
+    mix(colour, shade(VEIL, veil, haze), VEIL_SHARE)
 }
 
 /// So much of 256 of the other colour.
-fn mixed(one: [u8; 3], other: [u8; 3], share: u32) -> [u8; 3] {
+fn mix(one: [u8; 3], other: [u8; 3], share: u32) -> [u8; 3] {
     std::array::from_fn(|c| ((u32::from(one[c]) * (256 - share) + u32::from(other[c]) * share) / 256) as u8)
 }
 
@@ -219,10 +219,10 @@ mod tests {
 
     #[test]
     fn faces_differ_and_corners_are_dark() {
-        let mut solid = BitGrid::new(Window::between([0; 3], [4; 3]));
+        let mut solid = BitGrid::new(Window::from_corners([0; 3], [4; 3]));
         solid.set([2, 2, 1]);
         let seen = |axis, step| Hit { voxel: [2, 2, 1], axis, step, distance_q16: 0 };
-        let white = |hit: Hit, solid: &BitGrid| shaded([255; 3], &hit, solid)[0];
+        let white = |hit: Hit, solid: &BitGrid| shade([255; 3], &hit, solid)[0];
         let lights = [seen(2, -1), seen(2, 1), seen(0, 1), seen(1, -1)].map(|hit| white(hit, &solid));
         assert_eq!(lights, [255, 159, 207, 231]);
         solid.set([3, 2, 2]);

@@ -89,7 +89,7 @@ impl PictureCamera {
         let (eye_m, ahead) = match wish.eye {
             Eye::At(at) if at.distance(target) < 1e-6 => {
                 let both = Words::from(Argument("from")) + " is where " + Argument("look at") + " is";
-                return Err(Issue::says(both).wanted("move one of them").into());
+                return Err(Issue::says(both).with_advice("move one of them").into());
             }
             Eye::At(at) => (at, target - at),
             Eye::Towards(direction) => {

@@ -99,11 +99,11 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     if whole.is_empty() {
         let both =
             Words::from(Argument("only region")) + " and " + Argument("cut above") + " leave nothing to draw";
-        return Err(Issue::says(both).wanted("widen them").into());
+        return Err(Issue::says(both).with_advice("widen them").into());
     }
     let haze = view
         .filter(|_| wish.colour == Colour::Label)
-        .map(|view| Cut::new(wish).plane(world, beyond_returns(view)));
+        .map(|view| Cut::new(wish).plane(world, false_volumes(view)));
     let haze = haze.filter(|haze| !haze.is_empty());
     let mut entries = palette.entries(&whole, haze.is_some(), view.filter(|_| wish.points > 0));
     entries.extend(wish.ways.iter().map(|way| colour::Entry::Patch(colour::WAY, way.words())));
@@ -112,7 +112,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     if height < 32 {
         let least = legend.height_px() + 32;
         let rule = format!("at least {least} pixels high");
-        return Err(Error::input(Argument("size"), "the legend leaves no room").wanted(rule));
+        return Err(Error::input(Argument("size"), "the legend leaves no room").with_advice(rule));
     }
     let size = [wish.size_px[0] * FINE, height * FINE];
     let camera = PictureCamera::new(wish, size, &world.grid, &whole)?;
@@ -135,7 +135,7 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
 
 /// Free space that is called occupied though no ray was read there: volumes around what was detected, zones.
 /// Returns that noise puts beside what they hit are dots.
-fn beyond_returns(view: &View) -> BitGrid {
+fn false_volumes(view: &View) -> BitGrid {
     let mut voxels = view.voxels(Verdict::Fp);
     let cast = view.members.iter().filter_map(|member| member.cast.as_ref());
     cast.for_each(|cast| voxels.remove(&cast.planes.occupied));
@@ -161,14 +161,14 @@ fn paint(
     let hits = cast::cast(solid, grid, camera, backend)?;
     let mut colours: Vec<[u8; 3]> = hits
         .iter()
-        .map(|hit| hit.map_or(colour::SKY, |hit| colour::shaded(palette.of(hit.voxel), &hit, solid)))
+        .map(|hit| hit.map_or(colour::SKY, |hit| colour::shade(palette.colour(hit.voxel), &hit, solid)))
         .collect();
     let far = |hit: &Option<Hit>| hit.map_or(u32::MAX, |hit| hit.distance_q16);
     if let Some(haze) = haze {
         let before = cast::cast(haze, grid, camera, backend)?;
         for ((colour, hit), before) in colours.iter_mut().zip(&hits).zip(&before) {
             if let Some(veil) = before.filter(|veil| veil.distance_q16 < far(hit)) {
-                *colour = colour::veiled(*colour, &veil, haze);
+                *colour = colour::veil(*colour, &veil, haze);
             }
         }
     }

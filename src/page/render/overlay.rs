@@ -36,7 +36,7 @@ pub(super) fn points(
         let chosen = |ray: usize| u64::from(march::pcg(ray as u32)) < share;
         for found in returns.iter().filter(|found| chosen(found.ray) && places.get(found.voxel)) {
             let Some(([x, y], distance_q16)) = camera.project(found.at_m) else { continue };
-            let here = inside([x.floor(), y.floor()], camera.size);
+            let here = ray_index([x.floor(), y.floor()], camera.size);
             if here.is_some_and(|at| distance_q16 <= f64::from(samples.depths_q16[at]) + SLACK_Q16) {
                 let is_there = view.truth.occupied.get(found.voxel);
                 dot(samples, [x, y], 1.0, POINTS[usize::from(!is_there)], camera.size);
@@ -116,7 +116,7 @@ fn dot(samples: &mut Samples, [x, y]: [f64; 2], radius: f64, colour: [u8; 3], si
         let (px, py) = (x.floor() + f64::from(dx), y.floor() + f64::from(dy));
         let (from_x, from_y) = (px + 0.5 - x, py + 0.5 - y);
         if from_x * from_x + from_y * from_y <= radius * radius
-            && let Some(at) = inside([px, py], size)
+            && let Some(at) = ray_index([px, py], size)
         {
             samples.colours[at] = colour;
         }
@@ -124,7 +124,7 @@ fn dot(samples: &mut Samples, [x, y]: [f64; 2], radius: f64, colour: [u8; 3], si
 }
 
 /// The index of a ray, if there is such a one.
-fn inside([x, y]: [f64; 2], [width, height]: [u32; 2]) -> Option<usize> {
+fn ray_index([x, y]: [f64; 2], [width, height]: [u32; 2]) -> Option<usize> {
     let is = (0.0..f64::from(width)).contains(&x) && (0.0..f64::from(height)).contains(&y);
     is.then(|| y as usize * width as usize + x as usize)
 }

@@ -16,15 +16,15 @@ impl Svg {
     }
 
     /// Adds an element with words in it; a reader shows those of `title` while the mouse is over it.
-    pub fn titled(&mut self, name: &str, attributes: &[(&str, &dyn Display)], title: &str) {
+    pub fn add_titled(&mut self, name: &str, attributes: &[(&str, &dyn Display)], title: &str) {
         self.begin(name, attributes);
-        let _ = writeln!(self.text, "><title>{}</title></{name}>", escaped(title));
+        let _ = writeln!(self.text, "><title>{}</title></{name}>", escape(title));
     }
 
     /// Adds words.
     pub fn words(&mut self, attributes: &[(&str, &dyn Display)], words: &str) {
         self.begin("text", attributes);
-        let _ = writeln!(self.text, ">{}</text>", escaped(words));
+        let _ = writeln!(self.text, ">{}</text>", escape(words));
     }
 
     /// Adds elements as they are.
@@ -40,7 +40,7 @@ impl Svg {
     fn begin(&mut self, name: &str, attributes: &[(&str, &dyn Display)]) {
         let _ = write!(self.text, "<{name}");
         for (key, value) in attributes {
-            let _ = write!(self.text, " {key}=\"{}\"", escaped(&value.to_string()));
+            let _ = write!(self.text, " {key}=\"{}\"", escape(&value.to_string()));
         }
     }
 
@@ -49,14 +49,14 @@ impl Svg {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"{class}\" role=\"img\" aria-label=\"{}\" \
              viewBox=\"{left} {top} {width} {height}\" width=\"{width}\" height=\"{height}\">\n{}</svg>\n",
-            escaped(label),
+            escape(label),
             self.text
         )
     }
 }
 
 /// Words as they stand in XML, where characters that XML cannot hold are left out.
-pub fn escaped(words: &str) -> String {
+pub fn escape(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for letter in words.chars() {
         match letter {
@@ -86,7 +86,7 @@ mod tests {
         let mut svg = Svg::default();
         let nasty = "</text><script>\"&'\u{1}\u{ffff}\nend";
         svg.words(&[("class", &nasty), ("x", &tenth(-0.04))], nasty);
-        svg.titled("circle", &[("r", &1)], nasty);
+        svg.add_titled("circle", &[("r", &1)], nasty);
         let text = svg.finish("plan", nasty, [0.0, 0.0, 1.0, 2.0]);
         let document = roxmltree::Document::parse(&text).unwrap();
         let read = |name: &str| document.descendants().find(|node| node.has_tag_name(name)).unwrap();

@@ -31,15 +31,15 @@ impl Writing {
     }
 
     /// A value with three digits behind the point, as in tables.
-    pub(super) fn in_table(self, value: f64) -> String {
-        self.shown(value, 3)
+    pub(super) fn to_table_text(self, value: f64) -> String {
+        self.show(value, 3)
     }
 
     /// A value that compares so with a limit.
     pub(super) fn apart(self, value: f64, order: Ordering, limit: f64) -> String {
         let is_told =
             |text: &String| self.read(text).partial_cmp(&limit) == Some(order) && self.is_fair(text, value);
-        (self.least()..=17).map(|digits| self.shown(value, digits)).find(is_told).unwrap_or_else(|| {
+        (self.least()..=17).map(|digits| self.show(value, digits)).find(is_told).unwrap_or_else(|| {
             let limit = self.exactly(limit);
             match order {
                 Ordering::Less => format!("just below {limit}"),
@@ -64,7 +64,7 @@ impl Writing {
         if self == Writing::Percent { 0 } else { 3 }
     }
 
-    fn shown(self, value: f64, digits: usize) -> String {
+    fn show(self, value: f64, digits: usize) -> String {
         match self {
             Writing::Percent => format!("{:.digits$}\u{a0}%", value * 100.0),
             Writing::Down if digits < 10 => rounded_down(value, digits as u32),
@@ -108,8 +108,8 @@ mod tests {
         check(Writing::Up, 0.1004, 0.2, "0.101");
         check(Writing::Up, 0.1, 0.1, "0.100");
         check(Writing::Up, 0.0996, 0.1, "0.0996");
-        assert_eq!(Writing::Down.in_table(-0.2001), "-0.201");
-        assert_eq!(Writing::Up.in_table(0.1001), "0.101");
+        assert_eq!(Writing::Down.to_table_text(-0.2001), "-0.201");
+        assert_eq!(Writing::Up.to_table_text(0.1001), "0.101");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The best sets of sensors: the question in words, and the tables of the front, of a set and of places.
 
 use super::table::{NONE, Table};
-use perirobot_decide::choose::{Asked, AskedScore, Chosen, RefinedReport, SetReport, StepReport};
+use perirobot_decide::choose::{AskedScore, ChooseQuestion, Chosen, RefinedReport, SetReport, StepReport};
 use perirobot_march::metrics::{Across, Score};
 
 /// How scores are called.
@@ -16,7 +16,7 @@ pub(super) struct Spelling {
 /// What was asked, in a sentence or two.
 pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     let Chosen { candidates, asked, .. } = chosen;
-    let Asked { objective, over, region, at_most, .. } = asked;
+    let ChooseQuestion { objective, over, region, at_most, .. } = asked;
     let (score, over) = ((spelling.score)(*objective), (spelling.over)(*over));
     let mut text = format!(
         "the highest {score} ({over}) in region {region}, by at most {at_most} {}",
@@ -41,7 +41,7 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
 }
 
 /// What the front's columns say, and what is certified.
-pub(super) fn how_to_read(chosen: &Chosen) -> String {
+pub(super) fn reading_guide(chosen: &Chosen) -> String {
     let score = chosen.asked.objective.title();
     let proven = chosen.report.steps.iter().filter(|step| step.proven).count();
     let of = match proven {
@@ -104,7 +104,7 @@ pub(super) fn places(chosen: &Chosen) -> Table {
 }
 
 /// A set in words: its score and its cost.
-pub(super) fn scored(set: &SetReport, score: &str) -> String {
+pub(super) fn describe_score(set: &SetReport, score: &str) -> String {
     let cost = set.cost.map_or(String::new(), |cost| format!(", cost {cost}"));
     format!("{score} {}{cost}", four(set.score))
 }
@@ -127,7 +127,9 @@ pub(super) fn set(set: &SetReport, score: &str) -> Table {
 pub(super) fn refined_words(refined: &RefinedReport, score: &str) -> String {
     let RefinedReport { at_most, score_before, rounds, cast, stays, .. } = refined;
     let found = match (&refined.best, refined.gain) {
-        (Some(best), Some(gain)) => format!("{}, {gain:+.4} by finer poses, not proven", scored(best, score)),
+        (Some(best), Some(gain)) => {
+            format!("{}, {gain:+.4} by finer poses, not proven", describe_score(best, score))
+        }
         _ => format!("{score} {}, nothing gained by finer poses", four(*score_before)),
     };
     let stay = match stays.as_slice() {

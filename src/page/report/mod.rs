@@ -30,7 +30,7 @@ const NEAR_SIDE: &str = "Only the near side of a body can be hit: human_seen end
 pub const PLAIN_MEANS: &str = "Means count each snapshot once, however long it lasts (dwell_s); weighted means are in scores.csv and in the summary.";
 
 /// The line under the table of a score with an upper bound, if it needs one.
-fn near_side(score: Score) -> String {
+fn bound_note(score: Score) -> String {
     if score == Score::HumanSeen { format!("{NEAR_SIDE}\n") } else { String::new() }
 }
 

@@ -20,7 +20,7 @@ pub struct ReportSelection {
 impl ReportSelection {
     /// The named region and combination, or all of them; an unknown name is an [`Error::Input`](perirobot_march::Error::Input) that lists
     /// the known.
-    pub fn named(
+    pub fn resolve(
         results: &Results,
         region: Option<&str>,
         combination: Option<&str>,
@@ -29,8 +29,8 @@ impl ReportSelection {
         let regions: Vec<&str> = results.regions.iter().map(String::as_str).collect();
         let combinations: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
         Ok(ReportSelection {
-            regions: chosen(Argument("region"), region, &regions)?,
-            combinations: chosen(Argument("combination"), combination, &combinations)?,
+            regions: resolve_name(Argument("region"), region, &regions)?,
+            combinations: resolve_name(Argument("combination"), combination, &combinations)?,
             scores: scores.to_vec(),
         })
     }
@@ -46,13 +46,13 @@ impl ReportSelection {
     }
 }
 
-fn chosen(argument: Argument, name: Option<&str>, known: &[&str]) -> Result<Vec<usize>> {
+fn resolve_name(argument: Argument, name: Option<&str>, known: &[&str]) -> Result<Vec<usize>> {
     let Some(name) = name else { return Ok((0..known.len()).collect()) };
     match known.iter().position(|k| *k == name) {
         Some(index) => Ok(vec![index]),
         None => {
-            let rule = Issue::says("must be one of those of the sweep").wanted(format!("{known:?}"));
-            Err(rule.at(Site::Argument(argument, name.into())).into())
+            let rule = Issue::says("must be one of those of the sweep").with_advice(format!("{known:?}"));
+            Err(rule.with_place(Site::Argument(argument, name.into())).into())
         }
     }
 }

@@ -47,7 +47,7 @@ impl Series {
         score: Score,
     ) -> Result<Vec<Option<Over>>> {
         let choices = 0..results.combinations[self.combination].choices();
-        choices.map(|choice| results.over(moments.clone(), self.key(choice, region), score)).collect()
+        choices.map(|choice| results.summarize(moments.clone(), self.key(choice, region), score)).collect()
     }
 
     /// The weighted mean of a score of each of its choices over some moments.
@@ -59,7 +59,9 @@ impl Series {
         score: Score,
     ) -> Result<Vec<Option<f64>>> {
         let choices = 0..results.combinations[self.combination].choices();
-        choices.map(|choice| results.weighted(moments.clone(), &self.key(choice, region), score)).collect()
+        choices
+            .map(|choice| results.weighted_mean(moments.clone(), &self.key(choice, region), score))
+            .collect()
     }
 
     /// Its choices that have a mean of a score over some moments, with it, the best first; equal ones keep
@@ -100,7 +102,7 @@ pub(super) fn worst_snapshot(
 ) -> Result<Option<usize>> {
     let mut worst: Option<(usize, f64)> = None;
     for (snapshot, moment) in scene.moments.clone().enumerate() {
-        let Some(over) = results.over(moment..moment + 1, key, score)? else { continue };
+        let Some(over) = results.summarize(moment..moment + 1, key, score)? else { continue };
         if worst.is_none_or(|(_, value)| score.merit(over.worst) < score.merit(value)) {
             worst = Some((snapshot, over.worst));
         }

@@ -6,7 +6,7 @@ use super::series::{Series, worst_snapshot};
 use super::terminal::{best, distribution, groups, maxima, moving_scenes, reasons};
 use perirobot_march::Error;
 use perirobot_march::metrics::{Detection, Score};
-use perirobot_sweep::results::example::{NO_SCORE, counts, results, results_in, worked, worked_counts};
+use perirobot_sweep::results::example::{NO_SCORE, counts, example, results, results_in, worked_counts};
 use perirobot_sweep::results::{Results, RowKey};
 
 fn key(combination: usize, choice: usize, representation: usize) -> RowKey {
@@ -14,7 +14,7 @@ fn key(combination: usize, choice: usize, representation: usize) -> RowKey {
 }
 
 fn all(results: &Results, scores: &[Score]) -> ReportSelection {
-    ReportSelection::named(results, None, None, scores).unwrap()
+    ReportSelection::resolve(results, None, None, scores).unwrap()
 }
 
 #[test]
@@ -28,7 +28,7 @@ fn counts_are_found_by_name() {
     assert_eq!(results.counts(0, 0, &key(0, 2, 0)).unwrap().uf, 20);
     assert_eq!(results.counts(1, 0, &key(1, 0, 1)).unwrap().uf, 10101);
     // Both repeats of moments 1 and 2: unknown 10, 1010 + 10000, 20000, 21000 and one found voxel each.
-    let over = results.over(1..3, key(0, 0, 0), Score::F1).unwrap().unwrap();
+    let over = results.summarize(1..3, key(0, 0, 0), Score::F1).unwrap().unwrap();
     let pooled = 8.0 / (8.0 + (10000 + 11000 + 20000 + 21000) as f64);
     assert_eq!((over.pooled, over.values), (Some(pooled), 4));
     assert_eq!(over.worst, 2.0 / 21002.0);
@@ -36,20 +36,20 @@ fn counts_are_found_by_name() {
 
 #[test]
 fn scores_over_scenes_and_snapshots() {
-    let results = worked();
-    let over = results.over(0..3, key(0, 0, 0), Score::F1).unwrap().unwrap();
+    let results = example();
+    let over = results.summarize(0..3, key(0, 0, 0), Score::F1).unwrap().unwrap();
     // (1 + 1/4 + 1/2) / 3; 3 found, 8 unknown.
     assert_eq!((over.mean, over.worst, over.pooled), (1.75 / 3.0, 0.25, Some(6.0 / 14.0)));
-    let some = results.over(0..3, key(0, 2, 0), Score::F1).unwrap().unwrap();
+    let some = results.summarize(0..3, key(0, 2, 0), Score::F1).unwrap().unwrap();
     assert_eq!((some.mean, some.values, some.of), (2.0 / 3.0, 1, 3));
-    assert_eq!(results.over(0..1, key(0, 2, 0), Score::F1).unwrap(), None);
+    assert_eq!(results.summarize(0..1, key(0, 2, 0), Score::F1).unwrap(), None);
     let baselines = results.baselines_over(1..3, 0, Score::F1).map(|(_, over)| over.map(|o| o.mean));
     assert_eq!(baselines, [Some(1.0), Some(0.2), Some(0.1), None]);
 }
 
 #[test]
 fn maxima_per_scene_and_their_mean() {
-    let results = worked();
+    let results = example();
     let camera = maxima(&results, 0, 0, Score::F1).unwrap();
     let at = |value, choice, representation| Some(Maximum { value, choice, representation });
     // Still: 1 beats 1/2. Moving: 3/8, 1/2 and 2/3, which only one snapshot has.
@@ -77,7 +77,7 @@ fn maxima_per_scene_and_their_mean() {
 
 #[test]
 fn nothing_is_relative_without_one_largest_combination() {
-    let mut results = worked();
+    let mut results = example();
     results.subject.combinations[1].members.pop();
     assert_eq!(most_sensors(&results), None);
     let text = maxima::render(&results, &all(&results, &[Score::F1])).unwrap();
@@ -88,7 +88,7 @@ fn nothing_is_relative_without_one_largest_combination() {
 
 #[test]
 fn the_best_of_each_wall() {
-    let results = worked();
+    let results = example();
     let found = groups::groups(&results, [0, 0, 0], &(1..3), Score::F1).unwrap();
     let plain: Vec<_> = found.iter().map(|g| (g.group.as_str(), g.best, g.overall)).collect();
     // In the moving scene the second pose is the better of the left wall: 1/2 against 3/8.
@@ -134,14 +134,14 @@ fn the_best_over_snapshots_by_mean_and_by_worst() {
         assert!(text.contains(line), "no {line:?} in {text}");
     }
     assert!(!text.contains("still"), "{text}");
-    let mut results = worked();
+    let mut results = example();
     results.subject.scenes.remove(1);
     assert_eq!(moving_scenes::render(&results, &all(&results, &[Score::F1])).unwrap(), "");
 }
 
 #[test]
 fn distributions_stand_beside_their_baselines() {
-    let results = worked();
+    let results = example();
     let text = distribution::render(&results, &all(&results, &[Score::F1])).unwrap();
     for line in [
         // 3/8, 1/2 and 2/3: quartiles halfway, 7/16 and 7/12.
@@ -150,7 +150,8 @@ fn distributions_stand_beside_their_baselines() {
     ] {
         assert!(text.contains(line), "no {line:?} in {text}");
     }
-    let of_one = ReportSelection::named(&results, Some("robot"), Some("pair"), &[Score::HumanSeen]).unwrap();
+    let of_one =
+        ReportSelection::resolve(&results, Some("robot"), Some("pair"), &[Score::HumanSeen]).unwrap();
     let text = distribution::render(&results, &of_one).unwrap();
     assert!(text.contains("pair · box;volume") && !text.contains("camera ·"), "{text}");
     assert!(text.contains("0    –        –       –        –    –  |"), "nobody is in the region: {text}");
@@ -238,7 +239,7 @@ fn the_table_for_pandas() {
     let begin = "moving,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,0.25,0,0.25,0.25,4";
     assert!(lines[8].starts_with(&format!("{begin}{nobody},")), "{}", lines[8]);
     assert!(lines[15].starts_with("*,camera,camera:left/1,points,robot,0.5,0,0.5,0.5,4,"), "{}", lines[15]);
-    let one = scores_csv(&worked());
+    let one = scores_csv(&example());
     assert!(
         one.contains("\nstill,camera,camera:left/1,points,robot,0.5,,0.5,0.5,1,"),
         "no spread of one repeat: {one}"
@@ -254,20 +255,20 @@ fn the_part_that_is_missed_most_is_named() {
         _ => 0,
     };
     let results = results(1, |moment, _, key| {
-        counts(1).with(Detection::from_counts([2, 1, 1, 4, 3], missed(moment, key.choice)))
+        counts(1).with_detection(Detection::from_counts([2, 1, 1, 4, 3], missed(moment, key.choice)))
     });
     let text = scores_csv(&results);
     let end = |line: usize| text.lines().nth(line).unwrap().rsplitn(3, ',').take(2).collect::<Vec<_>>();
     assert_eq!(end(1), ["1", "head"], "in the still scene head and torso are missed once: {text}");
     assert_eq!(end(15), ["3", "torso"], "{text}");
     assert_eq!(end(16), ["0", ""], "{text}");
-    let score = |score| results.over(0..3, key(0, 0, 0), score).unwrap().unwrap().mean;
+    let score = |score| results.summarize(0..3, key(0, 0, 0), score).unwrap().unwrap().mean;
     assert_eq!((score(Score::PartsDetected), score(Score::PeopleDetected)), (0.75, 1.0));
 }
 
 #[test]
 fn several_sensors_in_one_representation_need_not_name_it() {
-    let mut results = worked();
+    let mut results = example();
     let title = |results: &Results, combination| Series { combination, representation: 0 }.title(results);
     assert_eq!([0, 1].map(|c| title(&results, c)), ["camera · points", "pair · points;volume"]);
     results.subject.combinations[1].representations.pop();
@@ -276,7 +277,7 @@ fn several_sensors_in_one_representation_need_not_name_it() {
 
 #[test]
 fn few_combinations_get_a_block_and_many_a_line() {
-    let results = worked();
+    let results = example();
     let text = best::render(&results).unwrap();
     for line in [
         "camera · points · region robot: 3 choices of poses, 2 scenes, 3 snapshots\n",
@@ -308,12 +309,12 @@ fn few_combinations_get_a_block_and_many_a_line() {
 
 #[test]
 fn unknown_names_are_refused_with_the_known_ones() {
-    let results = worked();
+    let results = example();
     for (region, combination, expected) in [
         (Some("robots"), None, "region robots: must be one of those of the sweep: [\"robot\"]"),
         (None, Some("x"), "combination x: must be one of those of the sweep: [\"camera\", \"pair\"]"),
     ] {
-        let error = ReportSelection::named(&results, region, combination, &[]).unwrap_err();
+        let error = ReportSelection::resolve(&results, region, combination, &[]).unwrap_err();
         assert_eq!(error.to_string(), expected);
     }
 }

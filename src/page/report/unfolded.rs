@@ -40,7 +40,7 @@ pub(super) struct Map {
 pub(super) struct MapPart {
     pub(super) label: Option<Label>,
     pub(super) face: Face,
-    pub(super) spots: Vec<Spot>,
+    pub(super) spots: Vec<PaperSpot>,
     /// Width and height of a spot, where they form a lattice.
     pub(super) size: Option<DVec2>,
 }
@@ -56,7 +56,7 @@ pub(super) struct Label {
 
 /// Candidates that fall together on paper.
 #[derive(Clone, Debug)]
-pub(super) struct Spot {
+pub(super) struct PaperSpot {
     pub(super) at: DVec2,
     pub(super) candidates: Vec<usize>,
 }
@@ -65,7 +65,7 @@ pub(super) struct Spot {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Face {
     /// A side of a room between two corners, which is folded out.
-    Folded(Side, [DVec3; 2]),
+    Folded(RoomSide, [DVec3; 2]),
     /// A plane along two axes.
     Plane([usize; 2]),
 }
@@ -73,7 +73,7 @@ pub(super) enum Face {
 impl Face {
     /// Whether it is seen from straight above.
     pub(super) fn is_plan(&self) -> bool {
-        matches!(self, Face::Folded(Side(2, _), _) | Face::Plane([0, 1]))
+        matches!(self, Face::Folded(RoomSide(2, _), _) | Face::Plane([0, 1]))
     }
 
     /// Where a place comes to lie.
@@ -93,11 +93,12 @@ impl Face {
 
 /// A side of a room: the axis that it is across, whether it is the upper one along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Side(usize, bool);
+pub(super) struct RoomSide(usize, bool);
 
-const SIDES: [Side; 5] = [Side(2, true), Side(0, false), Side(0, true), Side(1, false), Side(1, true)];
+const SIDES: [RoomSide; 5] =
+    [RoomSide(2, true), RoomSide(0, false), RoomSide(0, true), RoomSide(1, false), RoomSide(1, true)];
 
-impl Side {
+impl RoomSide {
     /// How far the farthest of some positions is from it.
     fn farthest_m(self, all: &[Position], room: [DVec3; 2]) -> f64 {
         let away = |one: &Position| (one.at[self.0] - room[usize::from(self.1)][self.0]).abs();
@@ -108,10 +109,10 @@ impl Side {
     fn lay(self, at: DVec3, [low, high]: [DVec3; 2]) -> DVec2 {
         let down = high.z - at.z;
         match self {
-            Side(0, false) => DVec2::new(low.x - down, at.y),
-            Side(0, true) => DVec2::new(high.x + down, at.y),
-            Side(1, false) => DVec2::new(at.x, low.y - down),
-            Side(1, true) => DVec2::new(at.x, high.y + down),
+            RoomSide(0, false) => DVec2::new(low.x - down, at.y),
+            RoomSide(0, true) => DVec2::new(high.x + down, at.y),
+            RoomSide(1, false) => DVec2::new(at.x, low.y - down),
+            RoomSide(1, true) => DVec2::new(at.x, high.y + down),
             _ => at.truncate(),
         }
     }
@@ -137,9 +138,10 @@ pub(super) fn maps(positions: &[Position], room: Option<[DVec3; 2]>) -> Vec<Map>
         }
     }
     let sides = SIDES.into_iter().filter(|_| room.is_some());
-    let mut sides: Vec<(Side, Vec<&str>, Vec<Position>)> =
+    let mut sides: Vec<(RoomSide, Vec<&str>, Vec<Position>)> =
         sides.map(|side| (side, Vec::new(), Vec::new())).collect();
-    let far = |side: &Side, all: &[Position]| room.map_or(f64::INFINITY, |room| side.farthest_m(all, room));
+    let far =
+        |side: &RoomSide, all: &[Position]| room.map_or(f64::INFINITY, |room| side.farthest_m(all, room));
     let mut own: Vec<(String, Vec<Position>)> = Vec::new();
     for (name, all) in groups {
         // A row high on a wall is near the ceiling, too: the nearest side is meant.
@@ -197,11 +199,15 @@ fn plane(all: &[Position]) -> [usize; 2] {
 
 impl MapPart {
     fn new(all: &[Position], face: Face, label: Option<Label>) -> MapPart {
-        let mut spots: BTreeMap<[i64; 2], Spot> = BTreeMap::new();
+        let mut spots: BTreeMap<[i64; 2], PaperSpot> = BTreeMap::new();
         for one in all {
             let at = face.lay(one.at);
             let key = at.to_array().map(|metres| (metres * 1e6).round() as i64);
-            spots.entry(key).or_insert(Spot { at, candidates: Vec::new() }).candidates.push(one.candidate);
+            spots
+                .entry(key)
+                .or_insert(PaperSpot { at, candidates: Vec::new() })
+                .candidates
+                .push(one.candidate);
         }
         let keys: Vec<[i64; 2]> = spots.keys().copied().collect();
         MapPart { label, face, size: lattice(&keys), spots: spots.into_values().collect() }
@@ -233,17 +239,17 @@ mod tests {
 
     const ROOM: [DVec3; 2] = [DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0)];
 
-    fn at(candidate: usize, group: &str, x: f64, y: f64, z: f64) -> Position<'_> {
+    fn position_at(candidate: usize, group: &str, x: f64, y: f64, z: f64) -> Position<'_> {
         Position { candidate, group, at: DVec3::new(x, y, z) }
     }
 
     #[test]
     fn walls_fold_out_around_the_ceiling() {
         let positions = [
-            at(0, "left-wall", 1.0, 1.9, 2.5),
-            at(1, "left-wall", 1.0, 1.9, 2.5),
-            at(2, "back-wall", -2.9, 0.5, 1.0),
-            at(3, "ceiling", 0.0, 1.0, 2.9),
+            position_at(0, "left-wall", 1.0, 1.9, 2.5),
+            position_at(1, "left-wall", 1.0, 1.9, 2.5),
+            position_at(2, "back-wall", -2.9, 0.5, 1.0),
+            position_at(3, "ceiling", 0.0, 1.0, 2.9),
         ];
         let maps = maps(&positions, Some(ROOM));
         let [map] = &maps[..] else { panic!("{maps:?}") };
@@ -274,8 +280,9 @@ mod tests {
 
     #[test]
     fn what_hangs_on_no_wall_has_a_map_of_its_own() {
-        let floor: Vec<Position> =
-            (0..6).map(|n| at(n, "floor", (n % 3) as f64 * 0.5, (n / 3) as f64 * 0.25, 0.0)).collect();
+        let floor: Vec<Position> = (0..6)
+            .map(|n| position_at(n, "floor", (n % 3) as f64 * 0.5, (n / 3) as f64 * 0.25, 0.0))
+            .collect();
         let all = maps(&floor, Some(ROOM));
         let [map] = &all[..] else { panic!("{all:?}") };
         assert_eq!(
@@ -284,7 +291,7 @@ mod tests {
         );
         assert_eq!(map.parts[0].size, Some(DVec2::new(0.5, 0.25)));
         // One wall alone is drawn as it is seen from before it, in its own axes.
-        let wall = [at(0, "wall", 0.0, 1.9, 1.0), at(1, "wall", 1.0, 1.9, 2.0)];
+        let wall = [position_at(0, "wall", 0.0, 1.9, 1.0), position_at(1, "wall", 1.0, 1.9, 2.0)];
         assert_eq!(maps(&wall, Some(ROOM))[0].axes, Some([0, 2]));
         // On a link nothing is unfolded.
         assert_eq!(maps(&wall, None)[0].title, "wall");

@@ -1,7 +1,7 @@
 //! What scores are over, under which condition, and where the worst is, in words.
 
 use perirobot_decide::approach::Company;
-use perirobot_decide::judge::{JudgedSet, Moment, Part, Passage, Where};
+use perirobot_decide::judge::{CasePart, JudgedSet, Moment, Passage, Where};
 use perirobot_march::metrics::Across;
 use perirobot_study::study::Condition;
 use perirobot_sweep::results::{Results, Subject};
@@ -25,7 +25,7 @@ pub(super) fn count(number: usize, what: &str) -> String {
 }
 
 /// Which of all moments a score is of.
-pub(super) fn of_which(over: Across) -> &'static str {
+pub(super) fn describe_moments(over: Across) -> &'static str {
     match over {
         Across::Worst => "the worst of all moments",
         Across::Mean => "the mean of all moments",
@@ -46,12 +46,12 @@ pub fn words(condition: Condition) -> &'static str {
 
 /// Which case it is, and which part of it, as far as there are several.
 pub(super) fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
-    let case = &set.conditions.of(condition)[at.case].alteration.words();
+    let case = &set.conditions.cases(condition)[at.case].alteration.words();
     let part = match at.part {
-        Some(Part::Moment(moment)) if set.conditions.moments.len() > 1 => {
+        Some(CasePart::Moment(moment)) if set.conditions.moments.len() > 1 => {
             format!("in {}", title(subject, &set.conditions.moments[moment]))
         }
-        Some(Part::Passage(passage)) => way_in(subject, &set.conditions.passages[passage]),
+        Some(CasePart::Passage(passage)) => way_in(subject, &set.conditions.passages[passage]),
         _ => String::new(),
     };
     let parts: Vec<&str> = [case.as_str(), &part].into_iter().filter(|part| !part.is_empty()).collect();

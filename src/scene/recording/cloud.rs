@@ -26,7 +26,7 @@ const MOST_POINTS: usize = 100_000_000;
 pub(super) fn check_count(points: usize) -> Result<(), Issue> {
     match points > MOST_POINTS {
         true => Err(Issue::too_large(format!("has {points} points"))
-            .wanted(format!("at most {MOST_POINTS} are read"))),
+            .with_advice(format!("at most {MOST_POINTS} are read"))),
         false => Ok(()),
     }
 }

@@ -20,7 +20,7 @@ pub(super) fn lines(
         let length = bytes[at..].iter().take(LONGEST_LINE + 1).position(|byte| *byte == b'\n');
         if length.is_none() && bytes.len() - at > LONGEST_LINE {
             return Err(Issue::too_large(format!("line {} has more than {LONGEST_LINE} bytes", number + 1))
-                .wanted(format!("is it text up to the line `{last}`?")));
+                .with_advice(format!("is it text up to the line `{last}`?")));
         }
         let length = length.ok_or_else(|| Issue::damaged(format!("ends before the line `{last}`")))?;
         let line = String::from_utf8_lossy(&bytes[at..at + length]);

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::FARTHEST_M;
-use super::voxels::{Known, VoxelMap};
+use super::voxels::{VoxelKnowledge, VoxelMap};
 use perirobot_march::backend::Planes;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Window};
@@ -15,7 +15,7 @@ const MOST_VOXELS: usize = 1 << 31;
 pub(super) type Each<'a> = dyn Fn(&mut dyn FnMut([i32; 3], f64)) + 'a;
 
 /// An array of labels: 1 is occupied, 0 free, −1 unknown.
-pub(super) struct Labels<'a> {
+pub(super) struct LabelArray<'a> {
     pub(super) shape: [usize; 3],
     pub(super) each: &'a Each<'a>,
     /// Whether 255 is unknown, too.
@@ -33,17 +33,17 @@ pub(super) fn voxels_of([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize
     rows.flat_map(move |[y, z]| (0..nx).map(move |x| [x, y, z]))
 }
 
-impl Labels<'_> {
+impl LabelArray<'_> {
     /// The map that they make.
     pub(super) fn map(self) -> Result<VoxelMap, Issue> {
-        let Labels { shape, origin_m, voxel_size_m, .. } = self;
+        let LabelArray { shape, origin_m, voxel_size_m, .. } = self;
         let [x, y, z] = shape.map(|n| n.min(1 << 21));
         if shape.iter().any(|n| *n > 1 << 20) || x.next_multiple_of(32) * y * z > MOST_VOXELS {
             let what = format!(
                 "has the shape {shape:?}: at most {} voxels on an axis and {MOST_VOXELS} in all are read, with x filled up to 32",
                 1 << 20
             );
-            return Err(Issue::too_large(what).wanted("cut the map to the cell").at("labels"));
+            return Err(Issue::too_large(what).with_advice("cut the map to the cell").with_place("labels"));
         }
         let window = Window { min: [0; 3], size: [x, y, z].map(|n| n as u32) };
         let [mut occupied, mut free, mut hits] = [(); 3].map(|()| BitGrid::new(window));
@@ -57,7 +57,7 @@ impl Labels<'_> {
         });
         if let Some((voxel, label)) = odd {
             let rule = "must be 1 (occupied), 0 (free) or -1 (unknown)";
-            return Err(Issue::value(format!("{voxel:?}"), label, rule).at("labels"));
+            return Err(Issue::value(format!("{voxel:?}"), label, rule).with_place("labels"));
         }
         if let Some(each) = self.hits {
             each(&mut |voxel, is_hit| {
@@ -67,17 +67,19 @@ impl Labels<'_> {
             });
         }
         if occupied.is_empty() && free.is_empty() {
-            return Err(Issue::says("has no voxel that is occupied or free").at("labels"));
+            return Err(Issue::says("has no voxel that is occupied or free").with_place("labels"));
         }
         if !origin_m.to_array().iter().all(|v| v.abs() <= FARTHEST_M) {
             let rule = format!("must be three lengths in metres, from -{FARTHEST_M} to {FARTHEST_M}");
-            return Err(Issue::says(rule).at("origin_m"));
+            return Err(Issue::says(rule).with_place("origin_m"));
         }
         if !(voxel_size_m.is_finite() && voxel_size_m > 0.0) {
-            return Err(Issue::says("must be one positive length in metres").at("voxel_size_m"));
+            return Err(Issue::says("must be one positive length in metres").with_place("voxel_size_m"));
         }
-        let known =
-            Known::Planes { planes: Planes { occupied, free, hits }, knows_hits: self.hits.is_some() };
+        let known = VoxelKnowledge::Planes {
+            planes: Planes { occupied, free, hits },
+            knows_hits: self.hits.is_some(),
+        };
         Ok(VoxelMap { voxel_size_m, corner_m: origin_m, sensor_m: None, known })
     }
 }

@@ -44,7 +44,9 @@ pub(super) fn parse(
             let what = format!(
                 "its clouds are in the frames {first:?} and {frame:?}, which /tf_static does not join"
             );
-            return Err(Issue::says(what).wanted("name one message, or one topic whose sensor does not move"));
+            return Err(
+                Issue::says(what).with_advice("name one message, or one topic whose sensor does not move")
+            );
         }
         let found = points_m(&cloud, pose, &mut points, &mut limit)?;
         match found.iter().any(|point| point.is_finite()) {

@@ -36,11 +36,11 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
-use crate::pose::{Frame, Pose};
+use crate::pose::{Pose, RotationFrame};
 use crate::scene::octomap;
 use crate::source::{Sources, accepted_formats};
 use cloud::Cloud;
-use labels::{Each, Labels, voxels_of};
+use labels::{Each, LabelArray, voxels_of};
 use perirobot_march::backend::Planes;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::Grid;
@@ -74,7 +74,7 @@ pub enum Recording {
 
 /// What of a file is read, where it holds more than one thing or leaves something out.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Asked<'a> {
+pub struct RecordingSelection<'a> {
     /// Where the sensor was, in the recording's frame. Without it the file of a cloud says it, or else the sensor
     /// was at the frame's origin. Of a map it tells only what was hidden.
     pub sensor_m: Option<DVec3>,
@@ -102,7 +102,7 @@ impl Anchor {
     }
 
     /// Where a pose is. A turn about the vertical is that of [`Anchor::new`]; only point clouds can be tilted.
-    pub fn of_pose(Pose { position_m, rotation }: Pose) -> Anchor {
+    pub fn from_pose(Pose { position_m, rotation }: Pose) -> Anchor {
         match rotation.x.abs().max(rotation.y.abs()) < LEVEL {
             true => Anchor::new(position_m, 2.0 * libm::atan2(rotation.z, rotation.w)),
             false => Anchor { position_m, world_from_frame: DMat3::from_quat(rotation) },
@@ -111,15 +111,15 @@ impl Anchor {
 
     /// Where a frame stands by numbers: x, y, z in metres and the yaw in degrees, or x, y, z and a quaternion w, x, y, z of
     /// length 1. `None` for other numbers, and for those beyond [`FARTHEST_M`].
-    pub fn of_numbers(numbers: &[f64]) -> Option<Anchor> {
+    pub fn from_numbers(numbers: &[f64]) -> Option<Anchor> {
         if !numbers.iter().all(|number| number.abs() <= FARTHEST_M) {
             return None;
         }
         match *numbers {
             [x, y, z, yaw_deg] => Some(Anchor::new(DVec3 { x, y, z }, yaw_deg.to_radians())),
             [x, y, z, qw, qx, qy, qz] => {
-                let pose = Pose::from_quaternion(DVec3 { x, y, z }, [qw, qx, qy, qz], Frame::Link);
-                pose.ok().map(Anchor::of_pose)
+                let pose = Pose::from_quaternion(DVec3 { x, y, z }, [qw, qx, qy, qz], RotationFrame::Link);
+                pose.ok().map(Anchor::from_pose)
             }
             _ => None,
         }
@@ -147,14 +147,14 @@ impl Recording {
     /// # Errors
     /// When the file cannot be read, is damaged, or holds nothing; when something is asked that is not asked of
     /// such a file.
-    pub fn read(path: &Path, asked: Asked, sources: &Sources) -> Result<Recording> {
-        let at = |issue: Issue| Error::from(issue.at(path));
+    pub fn read(path: &Path, asked: RecordingSelection, sources: &Sources) -> Result<Recording> {
+        let at = |issue: Issue| Error::from(issue.with_place(path));
         let bytes = || sources.bytes(path);
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let ending = ending.as_deref().unwrap_or_default();
         if ending != "mcap" && (asked.topic.is_some() || asked.message.is_some()) {
             return Err(Error::input(path, "is no bag, and topic and message are asked of .mcap files only")
-                .wanted("leave them out"));
+                .with_advice("leave them out"));
         }
         let clouds = match ending {
             "pcd" => vec![pcd::parse(&sources.bytes_of_text(path)?).map_err(at)?],
@@ -167,10 +167,10 @@ impl Recording {
             "bt" | "ot" | "npz" => {
                 let map = match ending {
                     "npz" => npz::parse(&bytes()?).map_err(at)?,
-                    _ => VoxelMap::of_tree(octomap::read_tree(path, sources)?),
+                    _ => VoxelMap::from_tree(octomap::read_tree(path, sources)?),
                 };
                 let map = VoxelMap { sensor_m: asked.sensor_m, ..map };
-                return Recording::of_map(map).map_err(|e| e.at(path).into());
+                return Recording::from_map(map).map_err(|e| e.with_place(path).into());
             }
             _ => return Err(Error::input(path, accepted_formats(path, ENDINGS))),
         };
@@ -182,7 +182,7 @@ impl Recording {
     ///
     /// # Errors
     /// When a label is another number, none is known, or a length is none.
-    pub fn of_labels(
+    pub fn from_labels(
         shape: [usize; 3],
         label: &dyn Fn([usize; 3]) -> u8,
         origin_m: DVec3,
@@ -193,12 +193,12 @@ impl Recording {
                 see([x, y, z].map(|n| n as i32), label([x, y, z]).into());
             }
         };
-        let labels = Labels { shape, each, are_bytes: true, hits: None, origin_m, voxel_size_m };
-        Recording::of_map(labels.map()?)
+        let labels = LabelArray { shape, each, are_bytes: true, hits: None, origin_m, voxel_size_m };
+        Recording::from_map(labels.map()?)
     }
 
     /// A map, if its voxels are of a size that is read.
-    fn of_map(map: VoxelMap) -> Result<Recording, Issue> {
+    fn from_map(map: VoxelMap) -> Result<Recording, Issue> {
         match VOXEL_SIZES_M.contains(&map.voxel_size_m) {
             true => Ok(Recording::Map(Box::new(map))),
             false => {
@@ -217,7 +217,7 @@ impl Recording {
     /// where the recording does not tell which voxels its returns came from.
     pub fn planes(&self, anchor: &Anchor, grid: &Grid) -> Said {
         match self {
-            Recording::Map(map) => map.in_grid(anchor, grid),
+            Recording::Map(map) => map.to_grid(anchor, grid),
             Recording::Clouds(clouds) => {
                 let mut planes = Planes::blank(grid.window());
                 clouds.iter().for_each(|cloud| cloud.carve_in(anchor, grid, &mut planes));

@@ -70,7 +70,7 @@ impl Array {
 
     /// The first numbers, at most four, in the order in which they are stored: enough to tell that there are more than three.
     pub(super) fn numbers(&self) -> Vec<f64> {
-        (0..self.shape.iter().product()).take(4).map(|n| self.at(n)).collect()
+        (0..self.shape.iter().product()).take(4).map(|n| self.get(n)).collect()
     }
 
     /// Whether its numbers are bytes without a sign, which have no −1.
@@ -83,11 +83,11 @@ impl Array {
         let Ok([nx, ny, nz]) = self.three() else { return };
         for [x, y, z] in voxels_of([nx, ny, nz]) {
             let n = if self.is_fortran { x + nx * (y + ny * z) } else { z + nz * (y + ny * x) };
-            see([x, y, z].map(|n| n as i32), self.at(n));
+            see([x, y, z].map(|n| n as i32), self.get(n));
         }
     }
 
-    fn at(&self, n: usize) -> f64 {
+    fn get(&self, n: usize) -> f64 {
         self.number.read(&self.bytes[self.begin + n * self.number.bytes()..], self.is_big_endian)
     }
 }

@@ -17,7 +17,7 @@ use flate2::bufread::DeflateDecoder;
 use glam::DVec3;
 use rawzip::{CompressionMethod, ZipArchive, ZipFileHeaderRecord, ZipSliceArchive};
 
-use super::labels::{Each, Labels};
+use super::labels::{Each, LabelArray};
 use super::npy::Array;
 use super::voxels::VoxelMap;
 use crate::source::MemoryLimit;
@@ -29,7 +29,8 @@ const MOST_UNPACKED: u64 = 1032;
 /// Parses an archive.
 pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let no_archive = |_| {
-        Issue::damaged("is not an archive of arrays, or a truncated one").wanted("write it with numpy.savez")
+        Issue::damaged("is not an archive of arrays, or a truncated one")
+            .with_advice("write it with numpy.savez")
     };
     let archive = ZipArchive::from_slice(bytes).map_err(no_archive)?;
     let entries: Vec<_> = archive.entries().collect::<Result<_, _>>().map_err(no_archive)?;
@@ -38,13 +39,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
         // Of several that have the name numpy takes the last.
         let entry =
             entries.iter().rfind(|entry| entry.file_path().as_ref() == format!("{name}.npy").as_bytes());
-        let array =
-            entry.map(|entry| unpacked(&archive, entry, &mut limit).and_then(Array::parse)).transpose();
-        array.map_err(|e| e.at(name))
+        let array = entry.map(|entry| unpack(&archive, entry, &mut limit).and_then(Array::parse)).transpose();
+        array.map_err(|e| e.with_place(name))
     };
     let wanted = |found: Option<Array>, name: &str| {
         found.ok_or_else(|| {
-            Issue::missing(name).wanted(
+            Issue::missing(name).with_advice(
                 "labels (x, y, z), origin_m (3) and voxel_size_m are read, as numpy.savez writes them",
             )
         })
@@ -54,12 +54,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let voxel_size_m = wanted(array("voxel_size_m")?, "voxel_size_m")?;
     let hits = array("hits")?;
 
-    let shape = labels.three().map_err(|e| e.at("labels"))?;
+    let shape = labels.three().map_err(|e| e.with_place("labels"))?;
     // Three planes of a bit a voxel, with rows along x filled up to 32.
     let [x, y, z] = shape.map(|n| n.min(1 << 20) as u64);
     limit.spend(3 * x.next_multiple_of(32) * y * z / 8)?;
     if hits.as_ref().is_some_and(|hits| hits.shape != labels.shape) {
-        return Err(Issue::damaged("is not as large as labels").at("hits"));
+        return Err(Issue::damaged("is not as large as labels").with_place("hits"));
     }
     // What is not as many numbers as it should be is no length.
     let origin_m = match origin_m.numbers()[..] {
@@ -73,11 +73,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VoxelMap, Issue> {
     let each_hit = hits.as_ref().map(|hits| |see: &mut dyn FnMut([i32; 3], f64)| hits.each(see));
     let hits = each_hit.as_ref().map(|each| each as &Each);
     let each: &Each = &|see| labels.each(see);
-    Labels { shape, each, are_bytes: labels.is_of_bytes(), hits, origin_m, voxel_size_m }.map()
+    LabelArray { shape, each, are_bytes: labels.is_of_bytes(), hits, origin_m, voxel_size_m }.map()
 }
 
 /// The bytes of a file in an archive, if they are as many as the archive declares.
-fn unpacked(
+fn unpack(
     archive: &ZipSliceArchive<&[u8]>,
     entry: &ZipFileHeaderRecord,
     limit: &mut MemoryLimit,
@@ -85,14 +85,14 @@ fn unpacked(
     if entry.flags().is_encrypted() {
         return Err(Issue::unsupported("is encrypted"));
     }
-    let damaged = || Issue::damaged("is damaged in the archive").wanted("write it again");
+    let damaged = || Issue::damaged("is damaged in the archive").with_advice("write it again");
     let packed = archive.get_entry(entry.wayfinder()).map_err(|_| damaged())?;
     let plain: Box<dyn Read> = match entry.compression_method() {
         CompressionMethod::STORE => Box::new(packed.data()),
         CompressionMethod::DEFLATE => Box::new(DeflateDecoder::new(packed.data())),
         other => {
             let method = Issue::unsupported(format!("is packed by the method {other}"));
-            return Err(method.wanted("what numpy.savez and numpy.savez_compressed write is read"));
+            return Err(method.with_advice("what numpy.savez and numpy.savez_compressed write is read"));
         }
     };
     let length = entry.uncompressed_size_hint();

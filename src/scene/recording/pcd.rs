@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::cloud::{Cloud, check_count};
 use super::header::lines;
 use super::number::Number;
-use super::points::{Field, Layout, Order};
+use super::points::{Field, Order, PointLayout};
 use crate::pose::unit_quaternion;
 use crate::source::MemoryLimit;
 use perirobot_march::error::Issue;
@@ -13,7 +13,7 @@ use perirobot_march::error::Issue;
 /// Parses a file. Its viewpoint is where the sensor was, and how it was turned: points are in the sensor's own
 /// frame, and the viewpoint moves them, as PCL's programs do.
 pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
-    let mut header = Header { viewpoint: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ..Header::default() };
+    let mut header = PcdHeader { viewpoint: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ..PcdHeader::default() };
     let length = lines(bytes, "DATA", |_, words| header.line(words))?;
     let layout = header.layout()?;
     let of_sides = match header.sides[..] {
@@ -30,7 +30,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
             let mut limit = MemoryLimit::new(bytes.len() as u64);
             limit.spend_on::<DVec3>(count)?;
             let wanted = count.saturating_mul(layout.bytes());
-            layout.points(&decompressed(data, wanted, &mut limit)?, count, Order::Columns)?
+            layout.points(&decompress(data, wanted, &mut limit)?, count, Order::Columns)?
         }
         other => return Err(Issue::unsupported(format!("has DATA {other:.40?}"))),
     };
@@ -49,7 +49,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
 }
 
 #[derive(Default)]
-struct Header {
+struct PcdHeader {
     names: Vec<String>,
     sizes: Vec<usize>,
     kinds: Vec<char>,
@@ -61,7 +61,7 @@ struct Header {
     data: String,
 }
 
-impl Header {
+impl PcdHeader {
     /// Takes a line; whether others follow.
     fn line(&mut self, words: &[&str]) -> Result<bool, Issue> {
         let Some((key, values)) = words.split_first() else { return Ok(true) };
@@ -96,8 +96,8 @@ impl Header {
     }
 
     /// The numbers of a point.
-    fn layout(&self) -> Result<Layout, Issue> {
-        let Header { names, sizes, kinds, counts, .. } = self;
+    fn layout(&self) -> Result<PointLayout, Issue> {
+        let PcdHeader { names, sizes, kinds, counts, .. } = self;
         let ones = vec![1; names.len()];
         let counts = if counts.is_empty() { &ones } else { counts };
         if names.is_empty() || [sizes.len(), kinds.len(), counts.len()] != [names.len(); 3] {
@@ -117,7 +117,7 @@ impl Header {
                     false => Err(Issue::damaged(format!("has {count} numbers {name:?} in each point"))),
                 }
             });
-        Ok(Layout(fields.collect::<Result<_, _>>()?))
+        Ok(PointLayout(fields.collect::<Result<_, _>>()?))
     }
 }
 
@@ -126,7 +126,7 @@ const MOST_NUMBERS: usize = 1 << 16;
 
 /// The bytes of a compressed file's data: two lengths, and what LZF made of the columns. `wanted` is how many bytes the
 /// points have. If packing does not help, some programs store the bytes as they are, and both lengths are equal.
-fn decompressed(data: &[u8], wanted: usize, limit: &mut MemoryLimit) -> Result<Vec<u8>, Issue> {
+fn decompress(data: &[u8], wanted: usize, limit: &mut MemoryLimit) -> Result<Vec<u8>, Issue> {
     let damaged = || Issue::damaged("its compressed points end too early: the file is truncated or damaged");
     let length = |at: usize| {
         let word = data.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_le_bytes);
@@ -136,7 +136,7 @@ fn decompressed(data: &[u8], wanted: usize, limit: &mut MemoryLimit) -> Result<V
     let input = data.get(8..8 + packed).ok_or_else(damaged)?;
     if unpacked != wanted {
         let what = format!("its compressed points are {unpacked} bytes, and its header makes them {wanted}");
-        return Err(Issue::damaged(what).wanted("the file is truncated or damaged"));
+        return Err(Issue::damaged(what).with_advice("the file is truncated or damaged"));
     }
     limit.spend(unpacked as u64)?;
     match unpack(input, unpacked) {

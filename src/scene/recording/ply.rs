@@ -5,12 +5,12 @@ use glam::DVec3;
 use super::cloud::Cloud;
 use super::header::lines;
 use super::number::Number;
-use super::points::{Field, Layout, Order};
+use super::points::{Field, Order, PointLayout};
 use perirobot_march::error::Issue;
 
 /// Parses a file. It does not say where the sensor was: at the origin.
 pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
-    let mut header = Header::default();
+    let mut header = PlyHeader::default();
     let length = lines(bytes, "end_header", |number, words| header.line(number, words))?;
     let order = header.order.ok_or_else(|| Issue::damaged("header lacks the line `format`"))?;
     let count = header.count.ok_or_else(|| Issue::damaged("header lacks the line `element vertex`"))?;
@@ -18,15 +18,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, Issue> {
 }
 
 #[derive(Default)]
-struct Header {
+struct PlyHeader {
     order: Option<Order>,
     count: Option<usize>,
-    layout: Layout,
+    layout: PointLayout,
     /// Whether the element whose properties are listed is the points.
     in_points: bool,
 }
 
-impl Header {
+impl PlyHeader {
     /// Takes a line; whether others follow.
     fn line(&mut self, number: usize, words: &[&str]) -> Result<bool, Issue> {
         match words {

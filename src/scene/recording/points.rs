@@ -9,7 +9,7 @@ use perirobot_march::error::Issue;
 
 /// The numbers of a point, in their order.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Layout(pub(super) Vec<Field>);
+pub(super) struct PointLayout(pub(super) Vec<Field>);
 
 /// One or several numbers of a name.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ pub(super) enum Order {
     Columns,
 }
 
-impl Layout {
+impl PointLayout {
     /// The points of a file's data, of which there are so many.
     ///
     /// # Errors
@@ -38,9 +38,9 @@ impl Layout {
     pub(super) fn points(&self, data: &[u8], count: usize, order: Order) -> Result<Vec<DVec3>, Issue> {
         check_count(count)?;
         match order {
-            Order::Text => self.of_text(data, count),
-            Order::Records { is_big_endian } => self.of_binary(data, count, is_big_endian, false),
-            Order::Columns => self.of_binary(data, count, false, true),
+            Order::Text => self.parse_text(data, count),
+            Order::Records { is_big_endian } => self.parse_binary(data, count, is_big_endian, false),
+            Order::Columns => self.parse_binary(data, count, false, true),
         }
     }
 
@@ -59,7 +59,7 @@ impl Layout {
         Ok(axes)
     }
 
-    fn of_text(&self, data: &[u8], count: usize) -> Result<Vec<DVec3>, Issue> {
+    fn parse_text(&self, data: &[u8], count: usize) -> Result<Vec<DVec3>, Issue> {
         let before = |axis: usize| self.0[..axis].iter().map(|field| field.count).sum::<usize>();
         let places = self.axes()?.map(before);
         let text = std::str::from_utf8(data).map_err(|_| Issue::damaged("its points are no text"))?;
@@ -74,7 +74,9 @@ impl Layout {
                             "point {row}: {line:.60?} has no number at place {}",
                             place + 1
                         ))
-                        .wanted("must be numbers with a decimal point, as in 1.5, with spaces between them")
+                        .with_advice(
+                            "must be numbers with a decimal point, as in 1.5, with spaces between them",
+                        )
                     })?;
                 }
                 Ok(point)
@@ -82,11 +84,11 @@ impl Layout {
             .collect::<Result<_, Issue>>()?;
         match points.len() == count {
             true => Ok(points),
-            false => Err(truncated(points.len(), count)),
+            false => Err(truncation(points.len(), count)),
         }
     }
 
-    fn of_binary(
+    fn parse_binary(
         &self,
         data: &[u8],
         count: usize,
@@ -97,7 +99,7 @@ impl Layout {
         let length = self.bytes();
         let axes = self.axes()?;
         if data.len() / length < count {
-            return Err(truncated(data.len() / length, count));
+            return Err(truncation(data.len() / length, count));
         }
         // Where the number of an axis stands for the first point, and how far it is to that of the next.
         let places = axes.map(|axis| {
@@ -117,6 +119,6 @@ impl Layout {
     }
 }
 
-fn truncated(found: usize, promised: usize) -> Issue {
+fn truncation(found: usize, promised: usize) -> Issue {
     Issue::damaged(format!("has {found} of the {promised} points of its header: the file is truncated"))
 }

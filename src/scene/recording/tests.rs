@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rawzip::{CompressionMethod, ZipArchiveWriter};
 
 use super::cloud::Cloud;
-use super::voxels::{Known, VoxelMap};
+use super::voxels::{VoxelKnowledge, VoxelMap};
 use super::*;
 use crate::scene::octomap::{Leaf, Tree};
 use perirobot_march::voxel::{BitGrid, Window};
@@ -21,7 +21,7 @@ fn grid(voxel_size_m: f64, size: [u32; 3]) -> Grid {
 }
 
 /// A map whose voxels are occupied, free or unknown by chance, a third each.
-fn speckled(random: &mut ChaCha8Rng, voxel_size_m: f64, corner_m: DVec3, size: [u32; 3]) -> VoxelMap {
+fn speckle(random: &mut ChaCha8Rng, voxel_size_m: f64, corner_m: DVec3, size: [u32; 3]) -> VoxelMap {
     let window = Window { min: [0; 3], size };
     let mut planes = Planes::blank(window);
     for voxel in BitGrid::full(window).voxels() {
@@ -31,14 +31,14 @@ fn speckled(random: &mut ChaCha8Rng, voxel_size_m: f64, corner_m: DVec3, size: [
             _ => {}
         }
     }
-    let known = Known::Planes { planes, knows_hits: false };
+    let known = VoxelKnowledge::Planes { planes, knows_hits: false };
     VoxelMap { voxel_size_m, corner_m, sensor_m: None, known }
 }
 
 fn planes_of(map: &VoxelMap) -> &Planes {
     match &map.known {
-        Known::Planes { planes, .. } => planes,
-        Known::Leaves(_) => unreachable!("tests make arrays"),
+        VoxelKnowledge::Planes { planes, .. } => planes,
+        VoxelKnowledge::Leaves(_) => unreachable!("tests make arrays"),
     }
 }
 
@@ -47,7 +47,7 @@ fn a_map_on_the_grid_of_a_study_comes_back_as_it_is() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for voxel_size_m in [0.05, 0.1, 0.02, 1.0 / 3.0] {
         let grid = grid(voxel_size_m, [40, 7, 33]);
-        let map = speckled(&mut random, voxel_size_m, grid.corner_m([0; 3]), grid.size);
+        let map = speckle(&mut random, voxel_size_m, grid.corner_m([0; 3]), grid.size);
         let said = Recording::Map(Box::new(map.clone())).planes(&Anchor::new(HERE, 0.0), &grid).planes;
         assert_eq!(said.occupied, planes_of(&map).occupied, "{voxel_size_m}");
         assert_eq!(said.free, planes_of(&map).free, "{voxel_size_m}");
@@ -58,7 +58,7 @@ fn a_map_on_the_grid_of_a_study_comes_back_as_it_is() {
 fn a_quarter_turn_moves_each_voxel_to_its_place() {
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let grid = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [12, 9, 4] };
-    let map = speckled(&mut random, 0.1, HERE, [9, 12, 4]);
+    let map = speckle(&mut random, 0.1, HERE, [9, 12, 4]);
     // x of the map goes along the world's y, its y against the world's x.
     let anchor = Anchor::new(DVec3::new(1.2, 0.0, 0.0), std::f64::consts::FRAC_PI_2);
     let said = Recording::Map(Box::new(map.clone())).planes(&anchor, &grid).planes;
@@ -70,7 +70,7 @@ fn a_quarter_turn_moves_each_voxel_to_its_place() {
 }
 
 /// Area that a square of one voxel, so much smaller on each side, shares with a quadrangle, by clipping.
-fn shared(square: [f64; 2], corners: [[f64; 2]; 4], by: f64) -> f64 {
+fn shared_area(square: [f64; 2], corners: [[f64; 2]; 4], by: f64) -> f64 {
     let mut polygon = corners.to_vec();
     for (axis, side) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
         let limit = if side > 0.0 { square[axis] + by } else { square[axis] + 65536.0 - by };
@@ -107,7 +107,7 @@ fn turned_maps_of_other_sizes_agree_with_shares_of_area() {
         let voxel_size_m = random.random_range(20..300) as f64 / 1000.0;
         let size =
             [3 + random.random_range(0..12), 3 + random.random_range(0..12), 2 + random.random_range(0..4)];
-        let map = speckled(&mut random, voxel_size_m, DVec3::new(0.013, -0.4, 0.02), size);
+        let map = speckle(&mut random, voxel_size_m, DVec3::new(0.013, -0.4, 0.02), size);
         let yaw_rad = random.random_range(-314..314) as f64 / 100.0;
         let at = DVec3::new(random.random_range(-60..60) as f64 / 100.0, 0.531, -0.053);
         let anchor = Anchor::new(at, yaw_rad);
@@ -134,7 +134,7 @@ fn turned_maps_of_other_sizes_agree_with_shares_of_area() {
                         let flat = around.map(|at| [corner(at)[0], corner(at)[1]]);
                         let square = [f64::from(x) * 65536.0, f64::from(y) * 65536.0];
                         // What is about as deep as a hair is left to integers.
-                        let [all, inside] = [0.0, 384.0].map(|by| shared(square, flat, by) > 1.0);
+                        let [all, inside] = [0.0, 384.0].map(|by| shared_area(square, flat, by) > 1.0);
                         is_close |= all && !inside;
                         if inside {
                             is_touched = true;
@@ -165,12 +165,12 @@ fn numbers_in_single_precision_move_no_voxel() {
         let grid = Grid { voxel_size_m, origin, size: [700, 3, 2] };
         let single = |v: f64| f64::from(v as f32);
         let corner_m = DVec3::from_array(grid.corner_m([0; 3]).to_array().map(single));
-        let map = speckled(&mut random, single(voxel_size_m), corner_m, grid.size);
+        let map = speckle(&mut random, single(voxel_size_m), corner_m, grid.size);
         let said = Recording::Map(Box::new(map.clone())).planes(&Anchor::new(HERE, 0.0), &grid).planes;
         assert_eq!(said.occupied, planes_of(&map).occupied, "{voxel_size_m}");
         assert_eq!(said.free, planes_of(&map).free, "{voxel_size_m}");
     }
-    let fine = Recording::Map(Box::new(speckled(&mut random, 0.001, HERE, [3; 3])));
+    let fine = Recording::Map(Box::new(speckle(&mut random, 0.001, HERE, [3; 3])));
     let is_too_fine = |voxel_size_m| fine.is_too_fine(&Anchor::new(HERE, 0.0), &grid(voxel_size_m, [9; 3]));
     assert!(is_too_fine(0.07) && !is_too_fine(0.06));
 }
@@ -195,7 +195,7 @@ fn leaves_of_a_tree_are_cubes() {
         Leaf { key: [-4, 4, 0], edge: 4, occupied: false },
         Leaf { key: [0, 4, 0], edge: 1, occupied: true },
     ];
-    let map = VoxelMap::of_tree(Tree { resolution_m: 0.1, leaves });
+    let map = VoxelMap::from_tree(Tree { resolution_m: 0.1, leaves });
     let grid = grid(0.1, [8, 8, 3]);
     let said = Recording::Map(Box::new(map)).planes(&Anchor::new(HERE, 0.0), &grid).planes;
     assert_eq!(said.occupied.voxels().collect::<Vec<_>>(), [[3, 2, 0]]);
@@ -345,7 +345,7 @@ fn thin_labels_are_refused_before_their_planes_are_made() {
     // A row of one voxel takes the room of 32: 2^20 x 70 rows would be three planes of 280 MB.
     let begun = std::time::Instant::now();
     let each: &dyn Fn([usize; 3]) -> u8 = &|_| panic!("nothing is read");
-    let error = Recording::of_labels([1, 1 << 20, 70], each, DVec3::ZERO, 0.1).unwrap_err().to_string();
+    let error = Recording::from_labels([1, 1 << 20, 70], each, DVec3::ZERO, 0.1).unwrap_err().to_string();
     assert!(error.contains("with x filled up to 32: cut the map to the cell"), "{error}");
     assert!(begun.elapsed().as_secs() < 5);
 }
@@ -353,9 +353,9 @@ fn thin_labels_are_refused_before_their_planes_are_made() {
 #[test]
 fn maps_of_a_country_are_moved_to_the_cell() {
     let numbers = [-500_000.0, -5_700_000.0, 0.0, 0.0];
-    let anchor = Anchor::of_numbers(&numbers).unwrap();
+    let anchor = Anchor::from_numbers(&numbers).unwrap();
     assert_eq!(anchor.world(DVec3::new(500_001.5, 5_700_000.25, 1.0)), DVec3::new(1.5, 0.25, 1.0));
-    assert_eq!(Anchor::of_numbers(&[1.1e8, 0.0, 0.0, 0.0]), None);
+    assert_eq!(Anchor::from_numbers(&[1.1e8, 0.0, 0.0, 0.0]), None);
 }
 
 fn pcd(data: &str, fields: &str, viewpoint: &str) -> Vec<u8> {
@@ -466,7 +466,7 @@ fn labels_come_in_either_order_and_any_whole_type() {
 }
 
 /// An archive of numpy's: labels (4, 3, 2), of which [1, 0, 0] is occupied and hit, [0, 0, 1] free, all else unknown.
-fn of_numpy(name: &str) -> Vec<u8> {
+fn numpy_file(name: &str) -> Vec<u8> {
     std::fs::read(
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/fuzz/corpus/npz").join(name),
     )
@@ -475,7 +475,7 @@ fn of_numpy(name: &str) -> Vec<u8> {
 
 #[test]
 fn what_numpy_stores_and_packs_is_read() {
-    let [stored, packed] = ["stored.npz", "packed.npz"].map(of_numpy);
+    let [stored, packed] = ["stored.npz", "packed.npz"].map(numpy_file);
     assert!(packed.len() < stored.len());
     for bytes in [stored, packed] {
         let map = npz::parse(&bytes).unwrap();
@@ -525,7 +525,7 @@ fn a_small_archive_of_many_voxels_is_refused() {
 fn archives_that_are_damaged_or_packed_otherwise_are_refused() {
     let refused = |bytes: &[u8]| format!("{:?}", npz::parse(bytes).unwrap_err());
     for name in ["stored.npz", "packed.npz"] {
-        let good = of_numpy(name);
+        let good = numpy_file(name);
         let directory = good.windows(4).position(|bytes| bytes == b"PK\x01\x02").unwrap();
         let name_begins = directory + 46;
         assert!(good[name_begins..].starts_with(b"labels.npy"));

@@ -19,12 +19,12 @@ pub struct VoxelMap {
     pub(super) corner_m: DVec3,
     /// Where the sensor was that recorded it, in the map's frame, if that is known.
     pub(super) sensor_m: Option<DVec3>,
-    pub(super) known: Known,
+    pub(super) known: VoxelKnowledge,
 }
 
 /// What a map knows.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Known {
+pub(super) enum VoxelKnowledge {
     /// Cubes of voxels, none of which overlap.
     Leaves(Vec<Leaf>),
     /// A plane for each label, and where it is known one of the voxels that returns came from.
@@ -33,8 +33,8 @@ pub(super) enum Known {
 
 impl VoxelMap {
     /// The map of an OctoMap, whose key 0 begins at the origin.
-    pub(super) fn of_tree(tree: Tree) -> VoxelMap {
-        let known = Known::Leaves(tree.leaves);
+    pub(super) fn from_tree(tree: Tree) -> VoxelMap {
+        let known = VoxelKnowledge::Leaves(tree.leaves);
         VoxelMap { voxel_size_m: tree.resolution_m, corner_m: DVec3::ZERO, sensor_m: None, known }
     }
 
@@ -42,8 +42,8 @@ impl VoxelMap {
     fn planes(&self, window: Window) -> Planes {
         let mut out = Planes::blank(window);
         match &self.known {
-            Known::Planes { planes, .. } => out.add(planes),
-            Known::Leaves(leaves) => {
+            VoxelKnowledge::Planes { planes, .. } => out.add(planes),
+            VoxelKnowledge::Leaves(leaves) => {
                 let end = window.end();
                 for Leaf { key, edge, occupied } in leaves {
                     let plane = if *occupied { &mut out.occupied } else { &mut out.free };
@@ -61,10 +61,12 @@ impl VoxelMap {
     /// The voxels of which it knows something, as a box.
     fn extent(&self) -> Window {
         match &self.known {
-            Known::Planes { planes, .. } => planes.occupied.window(),
-            Known::Leaves(leaves) => leaves.iter().fold(Window::between([0; 3], [-1; 3]), |all, leaf| {
-                all.union(&Window::between(leaf.key, leaf.key.map(|low| low + leaf.edge - 1)))
-            }),
+            VoxelKnowledge::Planes { planes, .. } => planes.occupied.window(),
+            VoxelKnowledge::Leaves(leaves) => {
+                leaves.iter().fold(Window::from_corners([0; 3], [-1; 3]), |all, leaf| {
+                    all.union(&Window::from_corners(leaf.key, leaf.key.map(|low| low + leaf.edge - 1)))
+                })
+            }
         }
     }
 
@@ -75,8 +77,8 @@ impl VoxelMap {
 
     pub(super) fn describe(&self) -> String {
         let kind = match &self.known {
-            Known::Planes { .. } => "labels",
-            Known::Leaves(_) => "an OctoMap",
+            VoxelKnowledge::Planes { .. } => "labels",
+            VoxelKnowledge::Leaves(_) => "an OctoMap",
         };
         let size_m = self.bounds_m()[1] - self.bounds_m()[0];
         format!(
@@ -92,7 +94,7 @@ impl VoxelMap {
 
     /// The part of it that may lie in a grid.
     fn nearby(&self, anchor: &Anchor, grid: &Grid) -> Window {
-        self.extent().intersection(&Laid { map: self, anchor, grid }.below(grid.window()))
+        self.extent().intersection(&Laid { map: self, anchor, grid }.source_window(grid.window()))
     }
 
     /// How many voxels that part has.
@@ -101,7 +103,7 @@ impl VoxelMap {
     }
 
     /// What it says in the grid of a study.
-    pub(super) fn in_grid(&self, anchor: &Anchor, grid: &Grid) -> Said {
+    pub(super) fn to_grid(&self, anchor: &Anchor, grid: &Grid) -> Said {
         let laid = Laid { map: self, anchor, grid };
         let nearby = self.planes(self.nearby(anchor, grid));
         let [_, depth, _] = grid.size;
@@ -109,7 +111,7 @@ impl VoxelMap {
         let mut planes = Planes::blank(grid.window());
         rows.iter().for_each(|row| planes.add(row));
         planes.free.remove(&planes.occupied);
-        Said { planes, knows_hits: matches!(self.known, Known::Planes { knows_hits: true, .. }) }
+        Said { planes, knows_hits: matches!(self.known, VoxelKnowledge::Planes { knows_hits: true, .. }) }
     }
 }
 
@@ -131,7 +133,7 @@ impl Laid<'_> {
     }
 
     /// A box of voxels of the map that holds all that reach into a box of voxels of the grid.
-    fn below(&self, part: Window) -> Window {
+    fn source_window(&self, part: Window) -> Window {
         let end = part.end();
         let corners = (0..8).map(|corner| {
             let at = std::array::from_fn(|r| if corner >> r & 1 == 0 { part.min[r] } else { end[r] });
@@ -143,7 +145,7 @@ impl Laid<'_> {
             |r: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c[r]).reduce(pick).unwrap_or(0.0);
         // One voxel more on each side makes up for rounding; no map reaches as far as the limit.
         let near = |voxels: f64| voxels.clamp(-1e9, 1e9) as i32;
-        Window::between(
+        Window::from_corners(
             std::array::from_fn(|r| near(over(r, f64::min).floor()) - 1),
             std::array::from_fn(|r| near(over(r, f64::max).ceil()) + 1),
         )
@@ -152,7 +154,7 @@ impl Laid<'_> {
     /// What the map says in a row of columns of the grid's voxels. Beyond `nearby` it says nothing.
     fn row(&self, y: i32, nearby: &Planes) -> Planes {
         let [width, _, height] = self.grid.size.map(|n| n as i32);
-        let mut row = Planes::blank(Window::between([0, y, 0], [width - 1, y, height - 1]));
+        let mut row = Planes::blank(Window::from_corners([0, y, 0], [width - 1, y, height - 1]));
         let part = nearby.free.window();
         let layers: Vec<Range<i32>> = (0..height).map(|z| self.layers(z, part)).collect();
         for x in 0..width {
@@ -183,7 +185,7 @@ impl Laid<'_> {
     fn layers(&self, z: i32, part: Window) -> Range<i32> {
         let [width, depth, _] = self.grid.size;
         let layer = Window { min: [0, 0, z], size: [width, depth, 1] };
-        let below = self.below(layer).intersection(&part.grown(1));
+        let below = self.source_window(layer).intersection(&part.grown(1));
         let (low, high) = (i64::from(z) << 16, i64::from(z + 1) << 16);
         let height = |k: i32| self.corner_q16([0, 0, k])[2];
         let reaches = |k: &i32| height(*k) + HAIR_Q16 < high && height(*k + 1) > low + HAIR_Q16;
@@ -196,7 +198,7 @@ impl Laid<'_> {
     fn columns(&self, [x, y]: [i32; 2], part: Window) -> Vec<[i32; 2]> {
         let [_, _, height] = self.grid.size;
         let column = Window { min: [x, y, 0], size: [1, 1, height] };
-        let below = self.below(column).intersection(&part.grown(1));
+        let below = self.source_window(column).intersection(&part.grown(1));
         let square = [x, y].map(|low| i64::from(low) << 16);
         let mut columns = Vec::new();
         for j in below.min[1]..below.end()[1] {

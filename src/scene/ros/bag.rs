@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::Frames;
-use super::chunk::{LONGEST_RECORD, unpacked};
+use super::chunk::{LONGEST_RECORD, unpack};
 use super::messages::{Message, PointCloud2, TfMessage, Time};
 use super::ros1::{FromRos1, byte_sequence};
 use crate::source::MemoryLimit;
@@ -57,7 +57,7 @@ pub(crate) fn read_clouds(
         let kind = topic.rsplit('/').next().unwrap_or_default();
         if is_a::<TfMessage>(&message) && [STATIC_FRAMES, MOVING_FRAMES].contains(&kind) {
             let learn = if kind == STATIC_FRAMES { Frames::learn } else { Frames::learn_moving };
-            let said: TfMessage = decoded(&message)?;
+            let said: TfMessage = decode(&message)?;
             return said.transforms.into_iter().try_for_each(|one| learn(&mut frames, topic, one));
         }
         if is_a::<PointCloud2>(&message) {
@@ -92,7 +92,7 @@ pub(crate) fn read_clouds(
             && is_a::<PointCloud2>(&message)
             && let Some(in_time) = places.next().flatten()
         {
-            take(&frames, in_time, decoded(&message)?)?;
+            take(&frames, in_time, decode(&message)?)?;
         }
         Ok(())
     })?;
@@ -109,7 +109,7 @@ fn asked_for(
     match (topic, &known[..]) {
         (_, []) => {
             let none = Issue::says(format!("has no messages of {}", PointCloud2::NAME))
-                .wanted("record the topic of the point clouds, with `ros2 bag record`");
+                .with_advice("record the topic of the point clouds, with `ros2 bag record`");
             match others.is_empty() {
                 true => Err(none),
                 false => {
@@ -126,7 +126,7 @@ fn asked_for(
 }
 
 /// A message of a bag.
-struct Recorded<'m> {
+struct BagMessage<'m> {
     channel: &'m mcap::Channel<'static>,
     header: MessageHeader,
     data: &'m [u8],
@@ -134,7 +134,7 @@ struct Recorded<'m> {
 
 /// Hands over each message of a file. The file and one unpacked chunk are in memory; all chunks together may not be far
 /// larger than the file, and no record of a damaged file makes room for more than it can hold.
-fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue>) -> Result<(), Issue> {
+fn each_message(bytes: &[u8], mut take: impl FnMut(BagMessage) -> Result<(), Issue>) -> Result<(), Issue> {
     let options =
         LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(LONGEST_RECORD);
     let mut reader = LinearReader::new_with_options(options);
@@ -146,7 +146,7 @@ fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue
         return Err(not_whole(what));
     }
     while let Some(event) = reader.next_event() {
-        let (opcode, data) = match event.map_err(damaged)? {
+        let (opcode, data) = match event.map_err(damage)? {
             LinearReadEvent::ReadRequest(wanted) => {
                 let (next, rest) = left.split_at(wanted.min(left.len()));
                 reader.insert(next.len()).copy_from_slice(next);
@@ -162,7 +162,7 @@ fn each_message(bytes: &[u8], mut take: impl FnMut(Recorded) -> Result<(), Issue
             Some(Record::DataEnd(_)) => is_summary = true,
             Some(Record::Chunk { header, data }) => {
                 limit.spend(header.uncompressed_size)?;
-                let records = unpacked(&header, data)?;
+                let records = unpack(&header, data)?;
                 let mut rest = &records[..];
                 while let Some((opcode, body)) = next_record(&mut rest)? {
                     take_record(record(opcode, body)?, &mut channels, &mut take)?;
@@ -198,11 +198,11 @@ fn record(opcode: u8, body: &[u8]) -> Result<Option<Record<'_>>, Issue> {
         }
         Some(())
     };
-    fits().ok_or_else(|| damaged(mcap::McapError::UnexpectedEof))?;
-    parse_record(opcode, body).map(Some).map_err(damaged)
+    fits().ok_or_else(|| damage(mcap::McapError::UnexpectedEof))?;
+    parse_record(opcode, body).map(Some).map_err(damage)
 }
 
-fn damaged(e: mcap::McapError) -> Issue {
+fn damage(e: mcap::McapError) -> Issue {
     let what = match e {
         mcap::McapError::BadMagic => {
             "its last bytes are not those of MCAP: copy it again, or run `mcap recover FILE -o NAME.mcap`"
@@ -227,7 +227,7 @@ fn next_record<'d>(rest: &mut &'d [u8]) -> Result<Option<(u8, &'d [u8])>, Issue>
         let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
         after.split_at_checked(length)
     });
-    let (body, after) = record.ok_or_else(|| damaged(mcap::McapError::UnexpectedEof))?;
+    let (body, after) = record.ok_or_else(|| damage(mcap::McapError::UnexpectedEof))?;
     *rest = after;
     Ok(Some((opcode, body)))
 }
@@ -236,31 +236,31 @@ fn next_record<'d>(rest: &mut &'d [u8]) -> Result<Option<(u8, &'d [u8])>, Issue>
 fn take_record(
     record: Option<Record>,
     channels: &mut ChannelAccumulator<'static>,
-    take: &mut impl FnMut(Recorded) -> Result<(), Issue>,
+    take: &mut impl FnMut(BagMessage) -> Result<(), Issue>,
 ) -> Result<(), Issue> {
     match record {
         Some(Record::Schema { header, data }) => {
-            channels.add_schema(header, data.into_owned().into()).map_err(damaged)
+            channels.add_schema(header, data.into_owned().into()).map_err(damage)
         }
-        Some(Record::Channel(channel)) => channels.add_channel(channel).map_err(damaged),
+        Some(Record::Channel(channel)) => channels.add_channel(channel).map_err(damage),
         Some(Record::Message { header, data }) => {
             let channel = channels.get(header.channel_id).ok_or_else(|| {
                 Issue::damaged(format!("has a message of the channel {}, which it lacks", header.channel_id))
             })?;
-            take(Recorded { channel: &channel, header, data: &data })
+            take(BagMessage { channel: &channel, header, data: &data })
         }
         _ => Ok(()),
     }
 }
 
 /// Whether a message is one of ROS of a type. Some programs write the types of ROS 2 as those of ROS 1, without `msg`.
-fn is_a<M: Message>(message: &Recorded) -> bool {
+fn is_a<M: Message>(message: &BagMessage) -> bool {
     let Some(schema) = message.channel.schema.as_ref() else { return false };
     let is_known = [ENCODING, ENCODING_OF_ROS1].contains(&message.channel.message_encoding.as_str());
     is_known && (schema.name == M::NAME || schema.name == M::NAME.replacen("/msg/", "/", 1))
 }
 
-fn decoded<M: Message + DeserializeOwned + FromRos1>(message: &Recorded) -> Result<M, Issue> {
+fn decode<M: Message + DeserializeOwned + FromRos1>(message: &BagMessage) -> Result<M, Issue> {
     let wrong = |what: &str| {
         let (topic, number) = (&message.channel.topic, message.header.sequence);
         Issue::damaged(format!("message {number} of {topic} is no {}: {what}", M::NAME))

@@ -12,20 +12,20 @@ use perirobot_march::error::Issue;
 pub(super) const LONGEST_RECORD: usize = 1 << 30;
 
 /// The records of a chunk, unpacked. A damaged one makes room for no more than it holds.
-pub(super) fn unpacked<'d>(header: &ChunkHeader, packed: Cow<'d, [u8]>) -> Result<Cow<'d, [u8]>, Issue> {
+pub(super) fn unpack<'d>(header: &ChunkHeader, packed: Cow<'d, [u8]>) -> Result<Cow<'d, [u8]>, Issue> {
     let damaged = |what: String| Issue::damaged(format!("is no whole MCAP file: {what}"));
     let size = header.uncompressed_size;
     if size > LONGEST_RECORD as u64 {
         return Err(Issue::too_large(format!("has a chunk of {size} bytes"))
-            .wanted(format!("record it in chunks of {LONGEST_RECORD} bytes at most")));
+            .with_advice(format!("record it in chunks of {LONGEST_RECORD} bytes at most")));
     }
     let unpacked = match header.compression.as_str() {
         "" => packed,
-        "lz4" => Cow::Owned(frames(&packed, size, of_lz4).map_err(damaged)?),
-        "zstd" => Cow::Owned(frames(&packed, size, of_zstd).map_err(damaged)?),
+        "lz4" => Cow::Owned(frames(&packed, size, unpack_lz4).map_err(damaged)?),
+        "zstd" => Cow::Owned(frames(&packed, size, unpack_zstd).map_err(damaged)?),
         other => {
             return Err(Issue::unsupported(format!("its chunks are packed by {other:?}"))
-                .wanted("record it with lz4, zstd or no compression"));
+                .with_advice("record it with lz4, zstd or no compression"));
         }
     };
     if unpacked.len() as u64 != size {
@@ -40,47 +40,47 @@ pub(super) fn unpacked<'d>(header: &ChunkHeader, packed: Cow<'d, [u8]>) -> Resul
 }
 
 /// What became of a frame.
-enum Frame {
+enum ChunkFrame {
     Read,
     /// So many bytes that follow hold nothing.
     Skip(usize),
 }
 
 /// Takes the next frame of packed bytes, and appends what it holds, to one byte more than is left to be read at most.
-type TakeFrame = fn(packed: &mut &[u8], left: u64, bytes: &mut Vec<u8>) -> Result<Frame, String>;
+type TakeFrame = fn(packed: &mut &[u8], left: u64, bytes: &mut Vec<u8>) -> Result<ChunkFrame, String>;
 
 /// Frames one after the other, until there is enough; what comes behind is padding.
 fn frames(mut packed: &[u8], size: u64, take: TakeFrame) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     while !packed.is_empty() && (bytes.len() as u64) < size {
         let left = size - bytes.len() as u64;
-        if let Frame::Skip(length) = take(&mut packed, left, &mut bytes)? {
+        if let ChunkFrame::Skip(length) = take(&mut packed, left, &mut bytes)? {
             packed = packed.get(length..).ok_or("a frame ends early")?;
         }
     }
     Ok(bytes)
 }
 
-fn of_lz4(packed: &mut &[u8], left: u64, bytes: &mut Vec<u8>) -> Result<Frame, String> {
+fn unpack_lz4(packed: &mut &[u8], left: u64, bytes: &mut Vec<u8>) -> Result<ChunkFrame, String> {
     use lz4_flex::frame::{Error, FrameDecoder};
     match FrameDecoder::new(packed).take(left + 1).read_to_end(bytes) {
-        Ok(_) => Ok(Frame::Read),
+        Ok(_) => Ok(ChunkFrame::Read),
         Err(e) => match e.get_ref().and_then(|e| e.downcast_ref()) {
-            Some(&Error::SkippableFrame(length)) => Ok(Frame::Skip(length as usize)),
+            Some(&Error::SkippableFrame(length)) => Ok(ChunkFrame::Skip(length as usize)),
             _ => Err(e.to_string()),
         },
     }
 }
 
-fn of_zstd(packed: &mut &[u8], left: u64, bytes: &mut Vec<u8>) -> Result<Frame, String> {
+fn unpack_zstd(packed: &mut &[u8], left: u64, bytes: &mut Vec<u8>) -> Result<ChunkFrame, String> {
     use ruzstd::decoding::{StreamingDecoder, errors::FrameDecoderError, errors::ReadFrameHeaderError};
     match StreamingDecoder::new(packed) {
         Ok(frame) => match frame.take(left + 1).read_to_end(bytes) {
-            Ok(_) => Ok(Frame::Read),
+            Ok(_) => Ok(ChunkFrame::Read),
             Err(e) => Err(e.to_string()),
         },
         Err(FrameDecoderError::ReadFrameHeaderError(ReadFrameHeaderError::SkipFrame { length, .. })) => {
-            Ok(Frame::Skip(length as usize))
+            Ok(ChunkFrame::Skip(length as usize))
         }
         Err(e) => Err(e.to_string()),
     }
@@ -122,7 +122,7 @@ mod tests {
     fn several_frames_are_read_and_what_is_behind_them_is_not() {
         for (name, pack) in [("lz4", lz4 as fn(&[u8]) -> Vec<u8>), ("zstd", zstd)] {
             let packed = [&pack(b"one ")[..], &SKIPPED, &pack(b"and two"), b"padding"].concat();
-            let read = |size, crc| unpacked(&header(name, size, crc), packed.as_slice().into());
+            let read = |size, crc| unpack(&header(name, size, crc), packed.as_slice().into());
             assert_eq!(&*read(11, 0).unwrap(), b"one and two", "{name}");
             assert_eq!(&*read(11, crc32fast::hash(b"one and two")).unwrap(), b"one and two", "{name}");
             for (size, crc, expected) in [
@@ -134,11 +134,11 @@ mod tests {
                 let told = perirobot_march::Error::from(read(size, crc).unwrap_err()).to_string();
                 assert!(told.contains(expected), "{name}: {told}");
             }
-            let cut = unpacked(&header(name, 4, 0), pack(b"one ")[..9].to_vec().into());
+            let cut = unpack(&header(name, 4, 0), pack(b"one ")[..9].to_vec().into());
             assert!(cut.is_err(), "{name}");
         }
         let told =
-            perirobot_march::Error::from(unpacked(&header("brotli", 1, 0), b"x"[..].into()).unwrap_err());
+            perirobot_march::Error::from(unpack(&header("brotli", 1, 0), b"x"[..].into()).unwrap_err());
         assert!(told.to_string().contains("packed by \"brotli\""), "{told}");
     }
 }

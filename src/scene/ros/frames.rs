@@ -19,15 +19,15 @@ const STILL: f64 = 1e-6;
 /// Where each frame is in the one that holds it.
 #[derive(Debug, Default)]
 pub(crate) struct Frames {
-    still: BTreeMap<String, Held>,
-    moving: BTreeMap<String, Held>,
+    still: BTreeMap<String, ChildFrame>,
+    moving: BTreeMap<String, ChildFrame>,
     /// Frames that two topics place differently.
     contradicted: BTreeSet<String>,
 }
 
 /// A frame in the one that holds it.
 #[derive(Debug, PartialEq)]
-struct Held {
+struct ChildFrame {
     by: String,
     /// None if what the bag tells is no pose.
     pose: Option<Pose>,
@@ -36,17 +36,22 @@ struct Held {
     moves: bool,
 }
 
-impl Held {
-    fn new(topic: &str, said: &TransformStamped) -> Held {
+impl ChildFrame {
+    fn new(topic: &str, said: &TransformStamped) -> ChildFrame {
         let (at, turned) = (said.transform.translation, said.transform.rotation);
         let position_m = DVec3::new(at.x, at.y, at.z);
         let rotation = DQuat::from_xyzw(turned.x, turned.y, turned.z, turned.w);
         let is_pose = position_m.is_finite() && (rotation.length() - 1.0).abs() < 1e-3;
         let pose = is_pose.then(|| Pose { position_m, rotation: rotation.normalize() });
-        Held { by: plain(&said.header.frame_id).to_owned(), pose, topic: topic.to_owned(), moves: false }
+        ChildFrame {
+            by: plain(&said.header.frame_id).to_owned(),
+            pose,
+            topic: topic.to_owned(),
+            moves: false,
+        }
     }
 
-    fn is_as(&self, other: &Held) -> bool {
+    fn is_as(&self, other: &ChildFrame) -> bool {
         let is_near = match (&self.pose, &other.pose) {
             (Some(a), Some(b)) => {
                 a.position_m.abs_diff_eq(b.position_m, STILL)
@@ -64,7 +69,7 @@ impl Frames {
     /// # Errors
     /// When there are too many frames.
     pub(super) fn learn(&mut self, topic: &str, said: TransformStamped) -> Result<(), Issue> {
-        let held = Held::new(topic, &said);
+        let held = ChildFrame::new(topic, &said);
         let child = plain(&said.child_frame_id).to_owned();
         if self.still.get(&child).is_some_and(|before| before.topic != held.topic && !before.is_as(&held)) {
             self.contradicted.insert(child.clone());
@@ -78,7 +83,7 @@ impl Frames {
     /// # Errors
     /// As [`Frames::learn`].
     pub(super) fn learn_moving(&mut self, topic: &str, said: TransformStamped) -> Result<(), Issue> {
-        let held = Held::new(topic, &said);
+        let held = ChildFrame::new(topic, &said);
         match self.moving.entry(plain(&said.child_frame_id).to_owned()) {
             Entry::Vacant(first) => drop(first.insert(held)),
             Entry::Occupied(mut first) => {
@@ -125,7 +130,7 @@ impl Frames {
         let by = |frame: &&str| self.still.get(*frame).map(|held| held.by.as_str());
         let chain: Vec<&str> = std::iter::successors(Some(plain(frame)), by).take(DEEPEST + 1).collect();
         let moving = self.moving.get(outermost).map(|held| {
-            let Held { by, topic, pose, moves } = held;
+            let ChildFrame { by, topic, pose, moves } = held;
             let doing = match (moves, pose) {
                 (false, Some(Pose { position_m: p, .. })) => {
                     format!("has the frame {outermost:?} at {:.3}, {:.3}, {:.3} m in {by:?}", p.x, p.y, p.z)

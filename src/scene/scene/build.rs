@@ -23,7 +23,7 @@ pub fn build_or_all(
 ) -> Result<Vec<Scene>, Vec<Error>> {
     let (scenes, problems) = read_all(spec, sources, voxel_size_m);
     if !problems.is_empty() {
-        return Err(sources.judged(problems));
+        return Err(sources.classify(problems));
     }
     let one = |what: String| Err(vec![Error::input(&spec.path, what)]);
     let objects = &scenes[0].objects;
@@ -51,7 +51,7 @@ fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scen
                 scenes.iter_mut().zip(moments).for_each(|(scene, moment)| scene.objects.extend(moment))
             }
             Err(e) => {
-                problems.push(e.at(format!("object {:?}", object.name)).at(&spec.path));
+                problems.push(e.with_place(format!("object {:?}", object.name)).with_place(&spec.path));
             }
         }
     }
@@ -63,7 +63,7 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     use super::*;
-    use crate::scene::keypoints::{KeypointFile, Layout};
+    use crate::scene::keypoints::{JointLayout, KeypointFile};
     use crate::scene::mesh_file::{MeshFile, MeshFormat};
     use crate::scene::spec::{ObjectSpec, PersonFile, SurfaceSpec};
     use crate::scene::{Interior, Optical, Role, Surface, Up};
@@ -100,12 +100,12 @@ mod tests {
             warnings: Vec::new(),
         };
         // The joints lie in a folder of their own.
-        let sources = Sources::beside(&spec.path).allow_outside();
+        let sources = Sources::from_main(&spec.path).allow_outside();
         build(&spec, &sources, 0.08).map(|mut snapshots| snapshots.remove(0))
     }
 
     fn table(path: &std::path::Path) -> KeypointFile {
-        KeypointFile { path: path.into(), layout: Layout::Coco17 }
+        KeypointFile { path: path.into(), layout: JointLayout::Coco17 }
     }
 
     #[test]

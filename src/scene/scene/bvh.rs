@@ -18,8 +18,8 @@ use super::mesh_file::z_up;
 use super::{Up, keypoints};
 use crate::source::Sources;
 use crate::spelling::plural;
-use hierarchy::{Axis, Bone, Channel};
-use motion::Motion;
+use hierarchy::{Bone, BoneAxis, Channel};
+use motion::MotionFrames;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 
@@ -49,7 +49,7 @@ pub struct Bvh {
     path: PathBuf,
     /// Parents before children.
     bones: Vec<Bone>,
-    motion: Motion,
+    motion: MotionFrames,
 }
 
 impl Bvh {
@@ -58,7 +58,7 @@ impl Bvh {
     /// # Errors
     /// When it cannot be read, is cut off, or contradicts itself. Frames are checked when they are posed.
     pub fn load(path: &Path, sources: &Sources) -> Result<Bvh> {
-        let file = Bvh::parse(path, sources.table(path)?).map_err(|issue| issue.at(path))?;
+        let file = Bvh::parse(path, sources.table(path)?).map_err(|issue| issue.with_place(path))?;
         if file.motion.behind > 0 {
             let lines = plural(file.motion.behind, "line");
             sources.remark(path, format!("without {lines} behind the frames that it declares"));
@@ -69,7 +69,7 @@ impl Bvh {
     fn parse(path: &Path, text: String) -> Result<Bvh, Issue> {
         let (bones, rest) = hierarchy::read(&text)?;
         let channels = bones.iter().map(|bone| bone.channels.len()).sum();
-        let motion = Motion::read(text, rest, channels)?;
+        let motion = MotionFrames::read(text, rest, channels)?;
         Ok(Bvh { path: path.into(), bones, motion })
     }
 
@@ -85,13 +85,13 @@ impl Bvh {
     /// When the frame is damaged, a joint has no bone, a bone that is named is none of the file's, or a joint is farther
     /// away than any; where the person is moved above the origin, when it has no hips side by side.
     pub fn keypoints(&self, file: &MotionFile) -> Result<Keypoints> {
-        self.posed(file).map_err(|issue| issue.at(&self.path).into())
+        self.pose(file).map_err(|issue| issue.with_place(&self.path).into())
     }
 
-    fn posed(&self, file: &MotionFile) -> Result<Keypoints, Issue> {
+    fn pose(&self, file: &MotionFile) -> Result<Keypoints, Issue> {
         let chosen = bones::choose(&self.bones, &file.bones)?;
-        let rest = self.placed(None);
-        let now = self.placed(Some(&self.motion.frame(file.time_s)?));
+        let rest = self.place_bones(None);
+        let now = self.place_bones(Some(&self.motion.frame(file.time_s)?));
         let unknown =
             || Issue::says("its left and its right hip are on one spot, so that nothing says where it faces");
         let up = if file.up == Up::Y { DVec3::Y } else { DVec3::Z };
@@ -99,13 +99,13 @@ impl Bvh {
         let keypoints = keypoints.map(|joint| joint.map(|joint| z_up(joint, file.up)));
         if let Some(far) = keypoints.iter().flatten().find(|joint| joint.abs().max_element() > FARTHEST_M) {
             let rule = format!("must be within {FARTHEST_M} m of the origin: is its unit right?");
-            return Err(Issue::says(format!("has a joint at {far} m")).wanted(rule));
+            return Err(Issue::says(format!("has a joint at {far} m")).with_advice(rule));
         }
-        if file.centred { centred(&keypoints).ok_or_else(unknown) } else { Ok(keypoints) }
+        if file.centred { centre(&keypoints).ok_or_else(unknown) } else { Ok(keypoints) }
     }
 
     /// Where the bones are in the file's own frame and unit: as the skeleton is drawn, or by the channels of a frame.
-    fn placed(&self, frame: Option<&[f64]>) -> Vec<DAffine3> {
+    fn place_bones(&self, frame: Option<&[f64]>) -> Vec<DAffine3> {
         let mut placed: Vec<DAffine3> = Vec::with_capacity(self.bones.len());
         let mut values = frame.into_iter().flatten().copied();
         for bone in &self.bones {
@@ -126,17 +126,17 @@ impl Bvh {
 }
 
 /// A turn about an axis, with the sines of `libm`, so that two machines agree.
-fn about(axis: Axis, angle_rad: f64) -> DMat3 {
+fn about(axis: BoneAxis, angle_rad: f64) -> DMat3 {
     let (sin, cos) = libm::sincos(angle_rad);
     match axis {
-        Axis::X => DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, cos, sin, 0.0, -sin, cos]),
-        Axis::Y => DMat3::from_cols_array(&[cos, 0.0, -sin, 0.0, 1.0, 0.0, sin, 0.0, cos]),
-        Axis::Z => DMat3::from_cols_array(&[cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0]),
+        BoneAxis::X => DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, cos, sin, 0.0, -sin, cos]),
+        BoneAxis::Y => DMat3::from_cols_array(&[cos, 0.0, -sin, 0.0, 1.0, 0.0, sin, 0.0, cos]),
+        BoneAxis::Z => DMat3::from_cols_array(&[cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0]),
     }
 }
 
 /// A person whose hips are above the origin, turned about z to face +x, as high as before.
-fn centred(joints: &Keypoints) -> Option<Keypoints> {
+fn centre(joints: &Keypoints) -> Option<Keypoints> {
     let [left, right] = keypoints::HIPS.map(|hip| joints[hip]);
     let (left, right) = (left?, right?);
     let middle = (left + right) / 2.0;

@@ -31,7 +31,7 @@ const MOST_TRIANGLES: usize = 20_000_000;
 /// When the file cannot be read, is no COLLADA, refers to what is not there, has a number that is none, or
 /// has no triangle with an area. The message names the element and its line.
 pub fn load(path: &Path, sources: &Sources) -> Result<(Mesh, Up)> {
-    parse(&sources.table(path)?).map_err(|issue| issue.at(path).into())
+    parse(&sources.table(path)?).map_err(|issue| issue.with_place(path).into())
 }
 
 fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
@@ -40,7 +40,7 @@ fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
-            .wanted("a COLLADA file's is <COLLADA>"));
+            .with_advice("a COLLADA file's is <COLLADA>"));
     }
     let library = Library::new(&document, MemoryLimit::new(text.len() as u64));
     let (unit_m, up) = (unit_m(root)?, up_axis(root)?);
@@ -59,7 +59,7 @@ fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
             triangles += 1;
             if triangles > MOST_TRIANGLES {
                 return Err(Issue::too_large(format!("unfolds to more than {MOST_TRIANGLES} triangles"))
-                    .wanted("place fewer copies"));
+                    .with_advice("place fewer copies"));
             }
             welder.triangle(corners);
             Ok(())
@@ -67,7 +67,7 @@ fn parse(text: &str) -> Result<(Mesh, Up), Issue> {
     })?;
     let mesh = welder.finish();
     if mesh.triangles.is_empty() {
-        return Err(Issue::says("has no triangle in its scene").wanted("export the surfaces as meshes"));
+        return Err(Issue::says("has no triangle in its scene").with_advice("export the surfaces as meshes"));
     }
     Ok((mesh, up))
 }
@@ -89,10 +89,8 @@ fn unit_m(root: Node) -> Result<f64, Issue> {
     let Some(meter) = unit.and_then(|unit| unit.attribute("meter")) else { return Ok(1.0) };
     match meter.trim().parse() {
         Ok(unit_m) if unit_m > 0.0 && f64::is_finite(unit_m) => Ok(unit_m),
-        _ => {
-            Err(Issue::says(format!("<unit meter = {meter:.40?}>"))
-                .wanted("must be a finite number above zero"))
-        }
+        _ => Err(Issue::says(format!("<unit meter = {meter:.40?}>"))
+            .with_advice("must be a finite number above zero")),
     }
 }
 
@@ -121,8 +119,8 @@ impl<'a, 'i> Library<'a, 'i> {
     fn follow(&self, node: Node<'a, 'i>, attribute: &str, tag: &str) -> Result<Node<'a, 'i>, Issue> {
         let url = node
             .attribute(attribute)
-            .ok_or_else(|| self.at(node, Issue::says(format!("{attribute} is missing"))))?;
-        let wrong = |rule: String| self.at(node, Issue::value(attribute, format!("{url:.60?}"), rule));
+            .ok_or_else(|| self.with_line(node, Issue::says(format!("{attribute} is missing"))))?;
+        let wrong = |rule: String| self.with_line(node, Issue::value(attribute, format!("{url:.60?}"), rule));
         let id = url
             .strip_prefix('#')
             .ok_or_else(|| wrong("must be # and the id of an element of the same file".into()))?;
@@ -131,9 +129,9 @@ impl<'a, 'i> Library<'a, 'i> {
     }
 
     /// A problem in an element, with its line.
-    fn at(&self, node: Node, issue: Issue) -> Issue {
+    fn with_line(&self, node: Node, issue: Issue) -> Issue {
         let line = self.document.text_pos_at(node.range().start).row;
-        issue.at(format!("<{}> in line {line}", node.tag_name().name()))
+        issue.with_place(format!("<{}> in line {line}", node.tag_name().name()))
     }
 
     fn numbers(&self, node: Node) -> Result<Vec<f64>, Issue> {
@@ -148,16 +146,17 @@ impl<'a, 'i> Library<'a, 'i> {
     fn words<T>(&self, node: Node, what: &str, read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Issue> {
         let words = node.text().unwrap_or_default().split_whitespace();
         let number = |word: &str| {
-            self.limit.borrow_mut().spend_on::<f64>(1).map_err(|issue| self.at(node, issue))?;
-            read(word).ok_or_else(|| self.at(node, Issue::says(format!("{word:.40?} is no {what}"))))
+            self.limit.borrow_mut().spend_on::<f64>(1).map_err(|issue| self.with_line(node, issue))?;
+            read(word).ok_or_else(|| self.with_line(node, Issue::says(format!("{word:.40?} is no {what}"))))
         };
         words.map(number).collect()
     }
 
     fn attribute(&self, node: Node, name: &str) -> Result<Option<usize>, Issue> {
         let read = |value: &str| {
-            let wrong =
-                |_| self.at(node, Issue::value(name, format!("{value:.40?}"), "must be a whole number"));
+            let wrong = |_| {
+                self.with_line(node, Issue::value(name, format!("{value:.40?}"), "must be a whole number"))
+            };
             value.trim().parse().map_err(wrong)
         };
         node.attribute(name).map(read).transpose()

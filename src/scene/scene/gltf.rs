@@ -49,7 +49,7 @@ impl Gltf {
     /// When the file or a buffer cannot be read, or needs an extension.
     pub fn load(path: &Path, sources: &Sources) -> Result<Gltf> {
         let container = Container::open(path, sources)?;
-        refuse_extensions(&container.root).map_err(|issue| issue.at(path))?;
+        refuse_extensions(&container.root).map_err(|issue| issue.with_place(path))?;
         if let count @ 1.. = container.hidden.len() {
             let nodes = plural(count, "node");
             sources.remark(path, format!("without {nodes} that KHR_node_visibility hides, and all below"));
@@ -65,7 +65,8 @@ impl Gltf {
     /// # Errors
     /// When there is no such animation, or several of that name, or it moves no node, or contradicts itself.
     pub fn clip(&self, which: &WhichClip) -> Result<Clip> {
-        Clip::read(&self.container, which, &mut self.budget()).map_err(|issue| issue.at(&self.path).into())
+        Clip::read(&self.container, which, &mut self.budget())
+            .map_err(|issue| issue.with_place(&self.path).into())
     }
 
     /// The default scene's nodes (or the first scene's, or all nodes) that have triangles, parents first: as
@@ -74,7 +75,7 @@ impl Gltf {
     /// # Errors
     /// When the file contradicts itself, has a position that is not finite, or has no triangle at all.
     pub fn parts(&self, moment: Option<(&Clip, f64)>) -> Result<Vec<NodeMesh>> {
-        self.read_nodes(moment).map_err(|issue| issue.at(&self.path).into())
+        self.read_nodes(moment).map_err(|issue| issue.with_place(&self.path).into())
     }
 
     /// All nodes as they stand in the file, as one mesh.
@@ -90,21 +91,23 @@ impl Gltf {
     fn read_nodes(&self, moment: Option<(&Clip, f64)>) -> Result<Vec<NodeMesh>, Issue> {
         let container = &self.container;
         let mut budget = self.budget();
-        let moved = moment.map(|(clip, time_s)| clip.moved(time_s)).transpose()?.unwrap_or_default();
+        let moved = moment.map(|(clip, time_s)| clip.move_nodes(time_s)).transpose()?.unwrap_or_default();
         let placed = nodes::place_nodes(container, &moved)?;
         let mut meshes = Vec::new();
         for node in placed.iter().filter(|node| !node.is_hidden && !node.is_nothing()) {
             let Some(mesh) = &node.json.mesh else { continue };
             let weights = moved.get(&node.index).and_then(|moved| moved.weights.as_deref());
             let mesh = surface::read_mesh(container, mesh.value(), node, weights, &placed, &mut budget)
-                .map_err(|issue| issue.at(format!("nodes[{}]", node.index)))?;
+                .map_err(|issue| issue.with_place(format!("nodes[{}]", node.index)))?;
             if !mesh.triangles.is_empty() {
                 let names = nodes::names(&placed, node, &mut budget)?;
                 meshes.push(NodeMesh { names, mesh });
             }
         }
         if meshes.is_empty() {
-            return Err(Issue::says("has no triangle in its scene").wanted("export the surfaces as meshes"));
+            return Err(
+                Issue::says("has no triangle in its scene").with_advice("export the surfaces as meshes")
+            );
         }
         Ok(meshes)
     }

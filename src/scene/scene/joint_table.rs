@@ -51,7 +51,7 @@ impl JointTable {
     /// # Errors
     /// When the file cannot be read, a column has no name of its own, a cell is not a number, or times do not increase.
     pub fn load(path: &Path, sources: &Sources) -> Result<JointTable> {
-        parse(&sources.table(path)?).map_err(|issue| issue.at(path).into())
+        parse(&sources.table(path)?).map_err(|issue| issue.with_place(path).into())
     }
 
     /// Its first and its last time, in seconds.
@@ -60,7 +60,7 @@ impl JointTable {
     }
 
     /// Each joint and its value at a time; a whole turn of joints that turn without end is told by their names.
-    pub(super) fn at(
+    pub(super) fn values_at(
         &self,
         time_s: f64,
         turn: impl Fn(&str) -> Option<f64>,
@@ -102,17 +102,18 @@ fn parse(text: &str) -> Result<JointTable, Issue> {
             "its header begins with {:.40?}",
             header.get(0).unwrap_or_default()
         ))
-        .wanted("must be time_s, then the names of joints"));
+        .with_advice("must be time_s, then the names of joints"));
     }
     let mut seen = HashSet::new();
     if let Some(wrong) = joints.iter().find(|name| name.is_empty() || !seen.insert(name.as_str())) {
-        return Err(Issue::says(format!("column {wrong:?}")).wanted("each must have a name of its own"));
+        return Err(Issue::says(format!("column {wrong:?}")).with_advice("each must have a name of its own"));
     }
     let (mut times_s, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     for record in records {
         let record = record.map_err(|e| table_issue(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
-        refuse_width(record.iter(), header.len()).map_err(|issue| issue.at(format!("line {line}")))?;
+        refuse_width(record.iter(), header.len())
+            .map_err(|issue| issue.with_place(format!("line {line}")))?;
         let number = |(cell, column): (&str, &str)| {
             let number = cell.parse::<f64>().ok().filter(|number| number.abs() <= LARGEST);
             number.ok_or_else(|| {
@@ -120,23 +121,23 @@ fn parse(text: &str) -> Result<JointTable, Issue> {
                     Some(cause) => cause.into(),
                     None => format!("must be a number from -{LARGEST} to {LARGEST}"),
                 };
-                Issue::value(column, format!("{cell:.40}"), rule).at(format!("line {line}"))
+                Issue::value(column, format!("{cell:.40}"), rule).with_place(format!("line {line}"))
             })
         };
         let row: Vec<f64> = record.iter().zip(&header).map(number).collect::<Result<_, _>>()?;
         if let Some(before) = times_s.last().filter(|before| **before >= row[0]) {
             let rule = format!("must increase, and is {before} before");
-            return Err(Issue::value("time_s", row[0], rule).at(format!("line {line}")));
+            return Err(Issue::value("time_s", row[0], rule).with_place(format!("line {line}")));
         }
         times_s.push(row[0]);
         values.extend_from_slice(&row[1..]);
         if values.len() > MOST_VALUES {
             return Err(Issue::too_large(format!("has more than {MOST_VALUES} values"))
-                .wanted("cut it, or thin it out"));
+                .with_advice("cut it, or thin it out"));
         }
     }
     if times_s.is_empty() {
-        return Err(Issue::says("has no row").wanted("one for each time"));
+        return Err(Issue::says("has no row").with_advice("one for each time"));
     }
     Ok(JointTable { joints, times_s, values })
 }
@@ -158,7 +159,11 @@ mod tests {
             (4.0, 0.0, -10.0),
             (9.0, 0.0, -10.0),
         ] {
-            assert_eq!(table.at(time_s, |_| None).collect::<Vec<_>>(), [("a", a), ("b", b)], "{time_s}");
+            assert_eq!(
+                table.values_at(time_s, |_| None).collect::<Vec<_>>(),
+                [("a", a), ("b", b)],
+                "{time_s}"
+            );
         }
     }
 
@@ -176,7 +181,7 @@ mod tests {
             (1.5, -80.0, -80.0),
             (2.5, 10.0, 5.0),
         ] {
-            let found: Vec<_> = table.at(time_s, turn).collect();
+            let found: Vec<_> = table.values_at(time_s, turn).collect();
             assert_eq!(found, [("wheel", wheel), ("arm", arm)], "{time_s}");
         }
     }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 
-pub use layout::Layout;
+pub use layout::JointLayout;
 pub(super) use layout::face;
 
 use crate::source::{Sources, decimal_commas, refuse_other_separators, table_issue};
@@ -63,7 +63,7 @@ pub struct KeypointFile {
     /// The table.
     pub path: PathBuf,
     /// The order of its rows.
-    pub layout: Layout,
+    pub layout: JointLayout,
 }
 
 impl KeypointFile {
@@ -75,23 +75,24 @@ impl KeypointFile {
     /// # Errors
     /// When the file cannot be read, a row is not as above, or no joint is known.
     pub fn read(&self, sources: &Sources) -> Result<Keypoints> {
-        let joints = parse(&sources.text(&self.path)?, self.layout).map_err(|issue| issue.at(&self.path))?;
+        let joints =
+            parse(&sources.text(&self.path)?, self.layout).map_err(|issue| issue.with_place(&self.path))?;
         placeholder_remarks(&joints).into_iter().for_each(|what| sources.remark(&self.path, what));
         Ok(joints)
     }
 }
 
 /// The joints of a person that ships.
-pub fn shipped(person: &perirobot_shipped::Person) -> Result<Keypoints> {
-    parse(person.joints, Layout::Coco17).map_err(|issue| issue.at(person.name).into())
+pub fn load_shipped(person: &perirobot_shipped::Person) -> Result<Keypoints> {
+    parse(person.joints, JointLayout::Coco17).map_err(|issue| issue.with_place(person.name).into())
 }
 
 /// The joints turned about the origin, then moved, as [`super::Mesh::transformed`] does with a surface.
-pub(crate) fn transformed(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
+pub(crate) fn transform(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
     keypoints.map(|joint| joint.map(|position| rotation * position + translation))
 }
 
-fn parse(text: &str, layout: Layout) -> Result<Keypoints, Issue> {
+fn parse(text: &str, layout: JointLayout) -> Result<Keypoints, Issue> {
     refuse_other_separators(text)?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -111,22 +112,22 @@ fn parse(text: &str, layout: Layout) -> Result<Keypoints, Issue> {
         }
         let Some(joint) = joints.get(points.len()) else {
             return Err(Issue::too_large(format!("more than {} joints", joints.len()))
-                .wanted(format!("one row for each joint of {}", layout.described()))
-                .at(format!("line {line}")));
+                .with_advice(format!("one row for each joint of {}", layout.describe()))
+                .with_place(format!("line {line}")));
         };
         let point = parse_row(joint, layout, &cells).map_err(|issue| {
             let issue = match decimal_commas(record.iter(), 5) {
-                Some(cause) => issue.wanted(cause),
+                Some(cause) => issue.with_advice(cause),
                 None => issue,
             };
-            issue.at(format!("line {line} ({joint})"))
+            issue.with_place(format!("line {line} ({joint})"))
         });
         points.push(point?);
     }
     if points.len() < joints.len() {
-        return Err(Issue::says(format!("has {} joints", points.len())).wanted(format!(
+        return Err(Issue::says(format!("has {} joints", points.len())).with_advice(format!(
             "{} has {}, with empty cells where one is unknown",
-            layout.described(),
+            layout.describe(),
             joints.len()
         )));
     }
@@ -146,11 +147,11 @@ fn parse(text: &str, layout: Layout) -> Result<Keypoints, Issue> {
         && known.iter().all(|point| *point == first)
     {
         return Err(
-            Issue::says(format!("all of its joints are at {first}")).wanted("give each its own place")
+            Issue::says(format!("all of its joints are at {first}")).with_advice("give each its own place")
         );
     }
     if points.iter().all(Option::is_none) {
-        return Err(Issue::says("all joints are empty").wanted("give the position of at least one"));
+        return Err(Issue::says("all joints are empty").with_advice("give the position of at least one"));
     }
     Ok(layout.keypoints(&points))
 }
@@ -176,7 +177,7 @@ fn placeholder_remarks(joints: &Keypoints) -> Vec<String> {
 
 /// Refuses a column that only counts.
 fn numbered_rows(what: &str) -> Issue {
-    Issue::says(what).wanted("remove the column that counts the rows; the columns are x_m,y_m,z_m")
+    Issue::says(what).with_advice("remove the column that counts the rows; the columns are x_m,y_m,z_m")
 }
 
 fn is_header(cells: &[&str]) -> bool {
@@ -184,13 +185,13 @@ fn is_header(cells: &[&str]) -> bool {
     cells.strip_suffix(&["confidence"]).unwrap_or(cells) == ["x_m", "y_m", "z_m"]
 }
 
-fn parse_row(joint: &str, layout: Layout, cells: &[&str]) -> Result<Option<DVec3>, Issue> {
+fn parse_row(joint: &str, layout: JointLayout, cells: &[&str]) -> Result<Option<DVec3>, Issue> {
     // No name is a number.
     let is_name = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
     let numbers = match cells {
         [name, rest @ ..] if rest.len() >= 3 && is_name(name) => {
             if *name != joint {
-                let rule = format!("must be {joint} (the order of {})", layout.described());
+                let rule = format!("must be {joint} (the order of {})", layout.describe());
                 return Err(Issue::value("joint", format!("{name:.40}"), rule));
             }
             rest

@@ -50,7 +50,7 @@ impl<'a> SceneFiles<'a> {
                 self.gltf(path)?.parts(Some((&clip, *time_s)))
             }
         }
-        .map_err(at("mesh"))
+        .map_err(with_key("mesh"))
     }
 
     /// The joints of a person of whom a body can be drawn.
@@ -63,11 +63,11 @@ impl<'a> SceneFiles<'a> {
     }
 
     pub(super) fn motion(&mut self, path: &Path) -> Result<Rc<Bvh>> {
-        kept(&mut self.motions, path, || Bvh::load(path, self.sources))
+        read_once(&mut self.motions, path, || Bvh::load(path, self.sources))
     }
 
     pub(super) fn joint_table(&mut self, path: &Path) -> Result<Rc<JointTable>> {
-        kept(&mut self.joint_tables, path, || JointTable::load(path, self.sources))
+        read_once(&mut self.joint_tables, path, || JointTable::load(path, self.sources))
     }
 
     pub(super) fn spend(&mut self, part: &Object) -> Result<()> {
@@ -75,14 +75,14 @@ impl<'a> SceneFiles<'a> {
         let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
             let what = format!("with it, the scene unfolds to more than {MOST_TRIANGLES} triangles");
             let cure = "simplify its meshes, take larger voxels, or split the recording";
-            Issue::too_large(what).wanted(cure)
+            Issue::too_large(what).with_advice(cure)
         })?;
         self.triangles_left = left;
         Ok(())
     }
 
     pub(super) fn gltf(&mut self, path: &Path) -> Result<Rc<Gltf>> {
-        kept(&mut self.gltf, path, || Gltf::load(path, self.sources).map_err(at("mesh")))
+        read_once(&mut self.gltf, path, || Gltf::load(path, self.sources).map_err(with_key("mesh")))
     }
 
     pub(super) fn clip(&mut self, path: &Path, which: &WhichClip) -> Result<Rc<Clip>> {
@@ -91,14 +91,14 @@ impl<'a> SceneFiles<'a> {
             return Ok(clip.clone());
         }
         let clip = self.gltf(path)?.clip(which);
-        let clip = Rc::new(clip.map_err(|e| e.at("snapshots.animation.clip"))?);
+        let clip = Rc::new(clip.map_err(|e| e.with_place("snapshots.animation.clip"))?);
         self.clips.insert(key, clip.clone());
         Ok(clip)
     }
 }
 
 /// What a file holds, read if it was not read before.
-fn kept<T>(
+fn read_once<T>(
     files: &mut HashMap<PathBuf, Rc<T>>,
     path: &Path,
     read: impl FnOnce() -> Result<T>,
@@ -120,6 +120,6 @@ pub fn read_person(person: &PersonFile, sources: &Sources) -> Result<Keypoints> 
 }
 
 /// A loader's message begins with the file, the value of this key.
-pub(super) fn at(key: &'static str) -> impl Fn(Error) -> Error {
-    move |e| e.at(Site::Key(key.into()))
+pub(super) fn with_key(key: &'static str) -> impl Fn(Error) -> Error {
+    move |e| e.with_place(Site::Key(key.into()))
 }

@@ -25,8 +25,8 @@ pub(super) fn require_body(keypoints: Keypoints, path: &Path) -> Result<Keypoint
     match is_drawn(&keypoints) {
         true => Ok(keypoints),
         false => Err(Issue::says("no two neighbouring joints are known")
-            .wanted("nothing of a body can be drawn")
-            .at(path)
+            .with_advice("nothing of a body can be drawn")
+            .with_place(path)
             .into()),
     }
 }
@@ -120,7 +120,7 @@ fn head(keypoints: &Keypoints, sag_m: f64) -> Option<Mesh> {
     let up = forward.cross(left);
     let turn = DQuat::from_mat3(&DMat3::from_cols(forward, left, up));
     let skull = ellipsoid(DVec3::new(0.1, 0.08, 0.12), sag_m);
-    Some(skull.transformed(turn, center + 0.02 * up))
+    Some(skull.transform(turn, center + 0.02 * up))
 }
 
 fn neck(keypoints: &Keypoints) -> Option<[DVec3; 2]> {

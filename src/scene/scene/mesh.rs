@@ -20,7 +20,7 @@ impl Mesh {
 
     /// The mesh turned about the origin, then moved: a point p becomes `rotation * p + translation`.
     #[must_use]
-    pub fn transformed(mut self, rotation: DQuat, translation: DVec3) -> Mesh {
+    pub fn transform(mut self, rotation: DQuat, translation: DVec3) -> Mesh {
         for vertex in &mut self.vertices {
             *vertex = rotation * *vertex + translation;
         }
@@ -29,7 +29,7 @@ impl Mesh {
 
     /// The mesh under a transform; one that mirrors turns the triangles inside out, so they are turned back.
     #[must_use]
-    pub(super) fn placed(&self, transform: &DAffine3) -> Mesh {
+    pub(super) fn place(&self, transform: &DAffine3) -> Mesh {
         let mut mesh = self.clone();
         for vertex in &mut mesh.vertices {
             *vertex = transform.transform_point3(*vertex);
@@ -42,7 +42,7 @@ impl Mesh {
 
     /// The mesh scaled about the origin, as for a file in millimetres.
     #[must_use]
-    pub(crate) fn scaled(mut self, factor: f64) -> Mesh {
+    pub(crate) fn scale(mut self, factor: f64) -> Mesh {
         for vertex in &mut self.vertices {
             *vertex *= factor;
         }
@@ -123,7 +123,7 @@ pub(super) mod tests {
     fn appended_triangles_keep_their_corners() {
         let triangle = Mesh { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2]] };
         let mut both = triangle.clone();
-        both.append(&triangle.clone().transformed(DQuat::IDENTITY, DVec3::Z).scaled(2.0));
+        both.append(&triangle.clone().transform(DQuat::IDENTITY, DVec3::Z).scale(2.0));
         assert_eq!(both.triangles, [[0, 1, 2], [3, 4, 5]]);
         assert_eq!(both.vertices[4], DVec3::new(2.0, 0.0, 2.0));
         assert_eq!(both.bounds(), Some((DVec3::ZERO, DVec3::splat(2.0))));

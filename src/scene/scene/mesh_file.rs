@@ -59,7 +59,7 @@ impl MeshFile {
     /// Those of [`load_mesh`].
     pub fn load(&self, sources: &Sources) -> Result<Mesh> {
         let (mesh, up) = load_mesh(&self.path, sources)?;
-        let (mut mesh, up) = (mesh.scaled(self.scale), up.unwrap_or(self.up));
+        let (mut mesh, up) = (mesh.scale(self.scale), up.unwrap_or(self.up));
         mesh.vertices.iter_mut().for_each(|vertex| *vertex = z_up(*vertex, up));
         if self.breaks_up_rule(sources) {
             mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));

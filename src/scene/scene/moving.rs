@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::loaded::{SceneFiles, at};
+use super::loaded::{SceneFiles, with_key};
 use super::parts::parts;
 use super::{Object, Surface, keypoints};
 use crate::pose::Pose;
@@ -26,7 +26,7 @@ pub(super) fn moments(
     let mut moments: Vec<Vec<Arc<Object>>> = Vec::new();
     let distinct = if object.motion.is_still() { 1 } else { snapshots };
     for snapshot in 0..distinct {
-        let now = object.at(snapshot);
+        let now = object.snapshot(snapshot);
         let (rotation, position_m) = (now.rotation, now.position_m);
         let own = ObjectSpec { rotation: DQuat::IDENTITY, position_m: DVec3::ZERO, ..now };
         let shape = match shapes.iter().position(|(spec, _)| *spec == own) {
@@ -35,7 +35,7 @@ pub(super) fn moments(
                 // A mistake in the first snapshot is mostly a mistake in all.
                 let in_snapshot = |e: Error| match snapshot {
                     0 => e,
-                    _ => e.at(format!("snapshot {snapshot}")),
+                    _ => e.with_place(format!("snapshot {snapshot}")),
                 };
                 let mut parts = parts(&own, files, sag_m).map_err(in_snapshot)?;
                 if let Some(first) = parts.first_mut() {
@@ -46,8 +46,8 @@ pub(super) fn moments(
                 shapes.len() - 1
             }
         };
-        let parts = shapes[shape].1.iter().map(|part| placed(part.clone(), rotation, position_m));
-        let moment = shared(parts.collect(), &moments);
+        let parts = shapes[shape].1.iter().map(|part| place(part.clone(), rotation, position_m));
+        let moment = share(parts.collect(), &moments);
         // A part that an earlier snapshot has, too, has two owners.
         moment.iter().filter(|part| Arc::strong_count(part) == 1).try_for_each(|part| files.spend(part))?;
         if let Some(first) = moments.first() {
@@ -63,10 +63,10 @@ pub(super) fn moments(
 
 /// An object turned about the origin, then moved, with its joints and links. Voxels of a map stay: they have
 /// no pose.
-fn placed(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
-    let keypoints = object.keypoints.map(|k| keypoints::transformed(&k, rotation, position_m));
+fn place(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
+    let keypoints = object.keypoints.map(|k| keypoints::transform(&k, rotation, position_m));
     let surface = match object.surface {
-        Surface::Mesh(mesh) => Surface::Mesh(mesh.transformed(rotation, position_m)),
+        Surface::Mesh(mesh) => Surface::Mesh(mesh.transform(rotation, position_m)),
         voxels => voxels,
     };
     let frame = Pose { position_m, rotation };
@@ -74,7 +74,7 @@ fn placed(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
     Object { surface, keypoints, linkage, ..object }
 }
 
-fn shared(parts: Vec<Object>, earlier: &[Vec<Arc<Object>>]) -> Vec<Arc<Object>> {
+fn share(parts: Vec<Object>, earlier: &[Vec<Arc<Object>>]) -> Vec<Arc<Object>> {
     let part = |(i, part): (usize, Object)| {
         let same = earlier.iter().filter_map(|moment| moment.get(i)).find(|other| ***other == part);
         same.cloned().unwrap_or_else(|| Arc::new(part))
@@ -90,7 +90,7 @@ fn same_parts(first: &[Arc<Object>], now: &[Arc<Object>], snapshot: usize) -> Re
         return Err(Issue::says(format!(
             "has the parts {first} in snapshot 0, but {now} in snapshot {snapshot}"
         ))
-        .wanted("its animation shrinks a part to nothing")
+        .with_advice("its animation shrinks a part to nothing")
         .into());
     }
     Ok(())
@@ -104,9 +104,11 @@ fn time_warnings(object: &ObjectSpec, files: &mut SceneFiles) -> Result<Vec<Stri
     }
     let [first, last] = match (&object.surface, joint_table) {
         (SurfaceSpec::Mannequin(PersonFile::Motion(file)), _) => {
-            files.motion(&file.path).map_err(at("mannequin"))?.span_s()
+            files.motion(&file.path).map_err(with_key("mannequin"))?.span_s()
         }
-        (_, Some(file)) => files.joint_table(&file.path).map_err(at("snapshots.animation.joints"))?.span_s(),
+        (_, Some(file)) => {
+            files.joint_table(&file.path).map_err(with_key("snapshots.animation.joints"))?.span_s()
+        }
         (surface, None) => match surface.gltf() {
             Some(file) => files.clip(&file.path, clip)?.span_s(),
             None => return Ok(Vec::new()),
@@ -150,7 +152,7 @@ mod tests {
 
     #[test]
     fn triangles_are_counted_where_an_object_is_another_than_before() {
-        let sources = Sources::beside("cell.toml".as_ref());
+        let sources = Sources::from_main("cell.toml".as_ref());
         let moving = box_at(&[[2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]]);
         let with = |triangles_left| {
             let mut files = SceneFiles { triangles_left, ..SceneFiles::new(&sources) };
@@ -166,7 +168,7 @@ mod tests {
     /// A file that shrinks a part away would leave it without a place in the results.
     #[test]
     fn a_part_that_is_not_in_every_snapshot_is_named() {
-        let sources = Sources::beside("cell.toml".as_ref());
+        let sources = Sources::from_main("cell.toml".as_ref());
         let mut files = SceneFiles::new(&sources);
         let made = moments(&box_at(&[]), 1, &mut files, 0.01).unwrap().remove(0).remove(0);
         let parts = |names: &[&str]| {

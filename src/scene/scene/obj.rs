@@ -22,7 +22,7 @@ use perirobot_march::error::Issue;
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
     let bytes = sources.bytes_of_text(path)?;
     // Names may be in any encoding; numbers are ASCII in all of them.
-    parse(&String::from_utf8_lossy(&bytes)).map_err(|issue| issue.at(path).into())
+    parse(&String::from_utf8_lossy(&bytes)).map_err(|issue| issue.with_place(path).into())
 }
 
 fn parse(text: &str) -> Result<Mesh, Issue> {
@@ -30,12 +30,12 @@ fn parse(text: &str) -> Result<Mesh, Issue> {
     let mut welder = Welder::default();
     let mut lines = lines(text).enumerate();
     while let Some((number, line)) = lines.next() {
-        let mut statement = without_comment(line).to_owned();
+        let mut statement = strip_comment(line).to_owned();
         // A backslash carries a corner or a face on to the next line. A name may end in one: `mtllib C:\\cell\\`.
         while statement.ends_with('\\') && statement.trim_start().starts_with(['v', 'f']) {
             statement.pop();
             let Some((_, more)) = lines.next() else { break };
-            statement += without_comment(more);
+            statement += strip_comment(more);
         }
         let mut words = statement.split_whitespace();
         let read = match words.next() {
@@ -43,17 +43,17 @@ fn parse(text: &str) -> Result<Mesh, Issue> {
             Some("f") => face(words, &vertices, &mut welder),
             _ => Ok(()),
         };
-        read.map_err(|what| what.at(format!("line {}", number + 1)))?;
+        read.map_err(|what| what.with_place(format!("line {}", number + 1)))?;
     }
     let mesh = welder.finish();
     if mesh.triangles.is_empty() {
-        return Err(Issue::says("has no face with an area").wanted("export a surface"));
+        return Err(Issue::says("has no face with an area").with_advice("export a surface"));
     }
     Ok(mesh)
 }
 
 /// A line up to its comment, which ends with the line whatever its last character is.
-fn without_comment(line: &str) -> &str {
+fn strip_comment(line: &str) -> &str {
     line.split('#').next().unwrap_or_default().trim_end()
 }
 
@@ -63,12 +63,12 @@ fn corner<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, Issue> 
         let word = words.next().ok_or_else(|| Issue::says("a corner has fewer than three numbers"))?;
         let value = number_of(word).ok_or_else(|| {
             Issue::says(format!("{word:.40?} is not a number"))
-                .wanted("write it with a decimal point, as in 1.5")
+                .with_advice("write it with a decimal point, as in 1.5")
         })?;
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(Issue::says(format!("{word:.40}")).wanted("must be finite"))
+            Err(Issue::says(format!("{word:.40}")).with_advice("must be finite"))
         }
     };
     Ok(DVec3::new(number()?, number()?, number()?))
@@ -90,7 +90,7 @@ fn face<'a>(
         let index = if place < 0 { place.saturating_add(count as i64) } else { place.saturating_sub(1) };
         let corner = usize::try_from(index).ok().and_then(|index| vertices.get(index)).copied();
         corner.ok_or_else(|| {
-            Issue::says(format!("corner {place} of a face")).wanted(format!("there are {count} so far"))
+            Issue::says(format!("corner {place} of a face")).with_advice(format!("there are {count} so far"))
         })
     };
     let corners: Vec<DVec3> = words.map(corner).collect::<Result<_, _>>()?;

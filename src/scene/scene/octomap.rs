@@ -62,7 +62,7 @@ pub struct Tree {
 /// When the file cannot be read, is not an OcTree, is damaged, or has more occupied voxels than are read.
 pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
     let bytes = sources.bytes_of_text(path)?;
-    let (map, rest) = parse(&bytes).map_err(|issue| issue.at(path))?;
+    let (map, rest) = parse(&bytes).map_err(|issue| issue.with_place(path))?;
     remark_rest(rest, path, sources);
     Ok(map)
 }
@@ -73,7 +73,7 @@ pub fn read(path: &Path, sources: &Sources) -> Result<OctoMap> {
 /// When the file cannot be read, is not an OcTree, is damaged, or says nothing.
 pub fn read_tree(path: &Path, sources: &Sources) -> Result<Tree> {
     let bytes = sources.bytes_of_text(path)?;
-    let (tree, rest) = parse_tree(&bytes).map_err(|issue| issue.at(path))?;
+    let (tree, rest) = parse_tree(&bytes).map_err(|issue| issue.with_place(path))?;
     remark_rest(rest, path, sources);
     Ok(tree)
 }
@@ -92,7 +92,7 @@ fn parse_tree(bytes: &[u8]) -> Result<(Tree, usize), Issue> {
     let rest = header.visit_leaves(bytes, &mut |_| count += 1)?;
     if count > MAX_LEAVES {
         return Err(Issue::too_large(format!("has {count} leaves"))
-            .wanted(format!("at most {MAX_LEAVES} are read, so use a coarser or smaller map")));
+            .with_advice(format!("at most {MAX_LEAVES} are read, so use a coarser or smaller map")));
     }
     let mut leaves = Vec::with_capacity(count);
     header.visit_leaves(bytes, &mut |leaf| leaves.push(leaf))?;
@@ -119,7 +119,7 @@ fn parse(bytes: &[u8]) -> Result<(OctoMap, usize), Issue> {
     }
     if voxels > MAX_OCCUPIED {
         return Err(Issue::too_large(format!("has {voxels} occupied voxels"))
-            .wanted(format!("at most {MAX_OCCUPIED} are read, so use a coarser or smaller map")));
+            .with_advice(format!("at most {MAX_OCCUPIED} are read, so use a coarser or smaller map")));
     }
 
     let mut occupied = Vec::with_capacity(voxels as usize);
@@ -163,7 +163,7 @@ impl TreeHeader {
                         return Err(Issue::unsupported(format!(
                             "begins neither with `{FIRST_LINE}` nor with `{FIRST_LINE_OF_FULL}`"
                         ))
-                        .wanted("OctoMap's .bt and .ot files are read"));
+                        .with_advice("OctoMap's .bt and .ot files are read"));
                     }
                 };
                 continue;

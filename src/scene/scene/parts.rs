@@ -6,7 +6,7 @@ use wildmatch::WildMatch;
 
 use super::gltf::NodeMesh;
 use super::keypoints::Keypoints;
-use super::loaded::{SceneFiles, at};
+use super::loaded::{SceneFiles, with_key};
 use super::mesh_file::{MeshFormat, undo_z_up};
 use super::spec::{NodeRule, ObjectSpec, SurfaceSpec, UrdfSpec};
 use super::{
@@ -29,7 +29,7 @@ pub(super) fn parts(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> 
 fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<Object>> {
     let sources = files.sources;
     let keypoints = object.keypoints.as_ref().map(|file| file.read(sources));
-    let mut keypoints = keypoints.transpose().map_err(at("keypoints"))?;
+    let mut keypoints = keypoints.transpose().map_err(with_key("keypoints"))?;
     let mesh = match &object.surface {
         SurfaceSpec::Box { size_m } => primitive::cuboid(*size_m),
         SurfaceSpec::Room { size_m } => primitive::room(*size_m),
@@ -38,12 +38,12 @@ fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<O
         SurfaceSpec::Cylinder { radius_m, height_m } => primitive::cylinder(*radius_m, *height_m, sag_m),
         SurfaceSpec::Capsule { radius_m, length_m } => primitive::capsule(*radius_m, *length_m, sag_m),
         SurfaceSpec::Mannequin(person) => {
-            let person = files.person(person).map_err(at("mannequin"))?;
+            let person = files.person(person).map_err(with_key("mannequin"))?;
             keypoints = (object.role == Role::Human).then_some(person);
             mannequin::body(&person, sag_m)
         }
         SurfaceSpec::Shipped(person) => {
-            let person = joints::shipped(person)?;
+            let person = joints::load_shipped(person)?;
             keypoints = Some(person);
             mannequin::body(&person, sag_m)
         }
@@ -51,22 +51,22 @@ fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<O
             let mut nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?;
             let is_z_up = file.breaks_up_rule(sources);
             for NodeMesh { mesh, .. } in &mut nodes {
-                *mesh = std::mem::take(mesh).scaled(file.scale);
+                *mesh = std::mem::take(mesh).scale(file.scale);
                 if is_z_up {
                     mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
                 }
             }
             return parts_by_rules(object, nodes, keypoints);
         }
-        SurfaceSpec::Mesh(file) => file.load(sources).map_err(at("mesh"))?,
+        SurfaceSpec::Mesh(file) => file.load(sources).map_err(with_key("mesh"))?,
         SurfaceSpec::Octomap(path) => {
-            let map = octomap::read(path, sources).map_err(at("octomap"))?;
+            let map = octomap::read(path, sources).map_err(with_key("octomap"))?;
             let surface = Surface::Voxels { resolution_m: map.resolution_m, keys: map.occupied };
             let part = part(object, object.name.clone(), object.role, object.optical, surface);
             return Ok(vec![Object { keypoints, ..part }]);
         }
         SurfaceSpec::Sdf(file) => {
-            let world = sdf::load(file, sources, sag_m).map_err(at("sdf"))?;
+            let world = sdf::load(file, sources, sag_m).map_err(with_key("sdf"))?;
             let warning = world.warning();
             let mut objects = parts_by_rules(object, world.links, keypoints)?;
             if let Some(first) = objects.first_mut() {
@@ -88,7 +88,7 @@ fn parts_by_rules(
     keypoints: Option<Keypoints>,
 ) -> Result<Vec<Object>> {
     let mut objects = Vec::new();
-    by_rules(object, nodes, &mut objects)?;
+    split_by_rules(object, nodes, &mut objects)?;
     // Parts may have other roles; the joints go with the person.
     let mut people = objects.iter_mut().filter(|part| part.role == Role::Human);
     if let (Some(person), Some(_)) = (people.next(), &keypoints) {
@@ -104,7 +104,7 @@ fn parts_by_rules(
 
 /// Nodes become one object for the nodes that no rule names, under the object's own name, and one for
 /// each rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
-fn by_rules(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
+fn split_by_rules(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
     let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
     let mut rest = Mesh::default();
     let mut parts = vec![Mesh::default(); rules.len()];
@@ -171,17 +171,19 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
 /// All links of a robot as one object, which keeps where they are.
 fn urdf_robot(object: &ObjectSpec, robot: &UrdfSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Object> {
     let sources = files.sources;
-    let model = urdf::load(&robot.path, &robot.xacro_args, &robot.packages, sources).map_err(at("urdf"))?;
+    let model =
+        urdf::load(&robot.path, &robot.xacro_args, &robot.packages, sources).map_err(with_key("urdf"))?;
     let mut joints = robot.joints.clone();
     if let Some((file, time_s)) = &robot.recorded {
-        let at = at("snapshots.animation.joints");
+        let at = with_key("snapshots.animation.joints");
         let table = files.joint_table(&file.path).map_err(&at)?;
-        let now = model.recorded(table.at(*time_s, |joint| model.turn(joint, file.angles)), file.angles);
-        joints.extend(now.map_err(|issue| at(issue.at(&file.path).into()))?);
+        let now = model
+            .sort_recorded(table.values_at(*time_s, |joint| model.turn(joint, file.angles)), file.angles);
+        joints.extend(now.map_err(|issue| at(issue.with_place(&file.path).into()))?);
     }
     let root_from_link = model.pose(&joints)?;
-    let meshes = model.meshes(robot.geometry, &robot.packages, sources, sag_m).map_err(at("urdf"))?;
-    let surface = Surface::Mesh(urdf::merged(&meshes, &root_from_link));
+    let meshes = model.meshes(robot.geometry, &robot.packages, sources, sag_m).map_err(with_key("urdf"))?;
+    let surface = Surface::Mesh(urdf::merge(&meshes, &root_from_link));
     let linkage = Some(Arc::new(model.linkage(&root_from_link, &Pose::ORIGIN)));
     Ok(Object { linkage, ..part(object, object.name.clone(), object.role, object.optical, surface) })
 }

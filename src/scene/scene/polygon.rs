@@ -22,10 +22,10 @@ pub fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, Issue> {
         4..=MOST_CORNERS => {}
         count => {
             return Err(Issue::too_large(format!("a face has {count} corners, more than {MOST_CORNERS}"))
-                .wanted("triangulate the mesh"));
+                .with_advice("triangulate the mesh"));
         }
     }
-    let flat = flattened(corners);
+    let flat = flatten(corners);
     let mut left: Vec<usize> = (0..corners.len()).collect();
     let mut triangles = Vec::with_capacity(corners.len() - 2);
     let mut looks = MOST_LOOKS * corners.len() * corners.len();
@@ -35,9 +35,9 @@ pub fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, Issue> {
         if looks == 0 {
             let count = corners.len();
             return Err(Issue::says(format!("a face of {count} corners winds about itself too much"))
-                .wanted("triangulate the mesh"));
+                .with_advice("triangulate the mesh"));
         }
-        triangles.push(around(&left, ear));
+        triangles.push(neighbours(&left, ear));
         left.remove(ear);
     }
     triangles.push([left[0], left[1], left[2]]);
@@ -45,7 +45,7 @@ pub fn triangles(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, Issue> {
 }
 
 /// The corners seen along the polygon's normal (after Newell), so that they go round counter-clockwise.
-fn flattened(corners: &[DVec3]) -> Vec<DVec2> {
+fn flatten(corners: &[DVec3]) -> Vec<DVec2> {
     let next = corners.iter().cycle().skip(1);
     let normal: DVec3 = corners.iter().zip(next).map(|(a, b)| (*a - corners[0]).cross(*b - corners[0])).sum();
     let size = normal.abs();
@@ -56,14 +56,14 @@ fn flattened(corners: &[DVec3]) -> Vec<DVec2> {
 }
 
 /// A corner with the one before and the one after it.
-fn around(left: &[usize], place: usize) -> [usize; 3] {
+fn neighbours(left: &[usize], place: usize) -> [usize; 3] {
     let count = left.len();
     [left[(place + count - 1) % count], left[place], left[(place + 1) % count]]
 }
 
 /// Whether a corner can be cut off: it points outward, and no other corner is in the triangle.
 fn is_ear(flat: &[DVec2], left: &[usize], place: usize, looks: &mut usize) -> bool {
-    let corner = around(left, place);
+    let corner = neighbours(left, place);
     let [a, b, c] = corner.map(|i| flat[i]);
     let side = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
     let inside = |p: DVec2| side(a, b, p) >= 0.0 && side(b, c, p) >= 0.0 && side(c, a, p) >= 0.0;

@@ -50,7 +50,7 @@ pub(crate) fn sphere(radius: f64, sag_m: f64) -> Mesh {
 /// more than the largest half-axis, which is what keeps within `sag_m`.
 pub(crate) fn ellipsoid(radii: DVec3, sag_m: f64) -> Mesh {
     let around = segments(1.0, sag_m / radii.max_element() / 2.0);
-    let mut mesh = revolved(&arc(1.0, around, -FRAC_PI_2, FRAC_PI_2, 0.0), around);
+    let mut mesh = revolve(&arc(1.0, around, -FRAC_PI_2, FRAC_PI_2, 0.0), around);
     for vertex in &mut mesh.vertices {
         *vertex *= radii;
     }
@@ -61,7 +61,7 @@ pub(crate) fn ellipsoid(radii: DVec3, sag_m: f64) -> Mesh {
 pub fn cylinder(radius: f64, height: f64, sag_m: f64) -> Mesh {
     let (low, high) = (-height / 2.0, height / 2.0);
     let profile = [[0.0, low], [radius, low], [radius, high], [0.0, high]];
-    revolved(&profile, segments(radius, sag_m))
+    revolve(&profile, segments(radius, sag_m))
 }
 
 /// A cylinder about the z axis with round ends; `length` is the distance between the centres of its caps.
@@ -71,7 +71,7 @@ pub(crate) fn capsule(radius: f64, length: f64, sag_m: f64) -> Mesh {
     let upper = arc(radius, around, 0.0, FRAC_PI_2, length / 2.0);
     // Without a length both caps share their equator; a second ring there would have no area.
     profile.extend(upper.iter().skip(usize::from(length == 0.0)));
-    revolved(&profile, around)
+    revolve(&profile, around)
 }
 
 /// A capsule whose caps are centred at `a` and `b`; a sphere when they coincide.
@@ -84,7 +84,7 @@ pub(crate) fn capsule_between(a: DVec3, b: DVec3, radius: f64, sag_m: f64) -> Me
         }
         None => DQuat::IDENTITY,
     };
-    capsule(radius, length, sag_m).transformed(turn, (a + b) / 2.0)
+    capsule(radius, length, sag_m).transform(turn, (a + b) / 2.0)
 }
 
 /// Corners of each face of a box, counter-clockwise seen from outside; see [`corner`].
@@ -121,7 +121,7 @@ fn arc(radius: f64, around: u32, from: f64, to: f64, z: f64) -> Vec<[f64; 2]> {
 
 /// Turns a profile of (distance from the axis, z), from bottom to top, about the z axis. Its first and last
 /// points are taken to lie on the axis (at a pole the cosine is 6e-17), the others do not.
-fn revolved(profile: &[[f64; 2]], around: u32) -> Mesh {
+fn revolve(profile: &[[f64; 2]], around: u32) -> Mesh {
     let rings = profile.len() as u32 - 2;
     let mut mesh = Mesh::default();
     for ring in 1..=rings {
@@ -225,7 +225,7 @@ mod tests {
         let (a, b) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(1.5, 1.0, 2.0));
         let mesh = capsule_between(a, b, 0.1, SAG);
         assert_closed(&mesh);
-        assert!(volume(&mesh.clone().transformed(DQuat::IDENTITY, -a)) > 0.0);
+        assert!(volume(&mesh.clone().transform(DQuat::IDENTITY, -a)) > 0.0);
         for vertex in &mesh.vertices {
             let along = (*vertex - a).dot(b - a) / (b - a).length_squared();
             let nearest = a + (b - a) * along.clamp(0.0, 1.0);

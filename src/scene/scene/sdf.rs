@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use glam::DAffine3;
 
 use super::gltf::NodeMesh;
-use super::urdf::Geometry;
+use super::urdf::GeometryUse;
 use crate::source::Sources;
 use geometry::Meshes;
 use model::Model;
@@ -30,14 +30,14 @@ pub struct SdfFile {
     /// The file.
     pub path: PathBuf,
     /// Which of its geometry counts.
-    pub geometry: Geometry,
+    pub geometry: GeometryUse,
     /// The folders in which `model://name` is looked for.
     pub models: Vec<PathBuf>,
 }
 
 /// A world that was read.
 #[derive(Debug)]
-pub struct World {
+pub struct SdfWorld {
     /// A mesh for each link with a body; its names are those of the link and of the models around it, from the inside
     /// out.
     pub links: Vec<NodeMesh>,
@@ -50,8 +50,8 @@ pub struct World {
 /// # Errors
 /// When a file cannot be read, is no SDF, a number is not what it must be, a pose is relative to nothing that is there, a
 /// model is not found, or nothing has a body.
-pub(super) fn load(file: &SdfFile, sources: &Sources, sag_m: f64) -> Result<World> {
-    let mut reader = include::Reader::new(file, sources);
+pub(super) fn load(file: &SdfFile, sources: &Sources, sag_m: f64) -> Result<SdfWorld> {
+    let mut reader = include::WorldReader::new(file, sources);
     let mut world = reader.world()?;
     world.index();
     let mut links = Vec::new();
@@ -59,12 +59,12 @@ pub(super) fn load(file: &SdfFile, sources: &Sources, sag_m: f64) -> Result<Worl
         Meshes { sources, sag_m, triangles_left: geometry::MOST_TRIANGLES, read: Default::default() };
     place(&world, DAffine3::IDENTITY, &[], &mut meshes, &mut links)?;
     if links.is_empty() {
-        let bare = Issue::says("no link has a body of that geometry").wanted(
+        let bare = Issue::says("no link has a body of that geometry").with_advice(
             "write geometry = \"visual\" (or \"collision\") in the scene file, or name another world",
         );
-        return Err(bare.at(&file.path).into());
+        return Err(bare.with_place(&file.path).into());
     }
-    Ok(World { links, left_out: reader.left_out })
+    Ok(SdfWorld { links, left_out: reader.left_out })
 }
 
 /// The links of a model and of those in it, in the world.
@@ -75,11 +75,13 @@ fn place(
     meshes: &mut Meshes,
     links: &mut Vec<NodeMesh>,
 ) -> Result<()> {
-    let at = |issue: Issue| Error::from(issue.at(model.place()).at(&*model.file));
+    let at = |issue: Issue| Error::from(issue.with_place(model.place()).with_place(&*model.file));
     let names: Vec<String> = model.name.iter().cloned().chain(around.iter().cloned()).collect();
     for link in &model.links {
         let world_from_link = world_from_model * model.pose(&link.pose, model::OWN).map_err(at)?;
-        let of_link = |e: Error| e.at(format!("link {:?}", link.name)).at(model.place()).at(&*model.file);
+        let of_link = |e: Error| {
+            e.with_place(format!("link {:?}", link.name)).with_place(model.place()).with_place(&*model.file)
+        };
         let mesh = meshes.whole(&link.bodies, world_from_link).map_err(of_link)?;
         if !mesh.triangles.is_empty() {
             links.push(NodeMesh { names: [std::slice::from_ref(&link.name), &names[..]].concat(), mesh });
@@ -92,7 +94,7 @@ fn place(
     Ok(())
 }
 
-impl World {
+impl SdfWorld {
     /// What was left out, as a sentence about the object.
     pub(super) fn warning(&self) -> Option<String> {
         let each = self.left_out.iter().map(|(what, count)| match count {

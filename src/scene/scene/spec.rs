@@ -12,7 +12,7 @@ use super::joint_table::JointTableFile;
 use super::keypoints::KeypointFile;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::sdf::SdfFile;
-use super::urdf::{Geometry, JointValues, Packages};
+use super::urdf::{GeometryUse, JointValues, Packages};
 use super::{Interior, Optical, Role};
 
 /// A checked scene: what to load and where to put it.
@@ -31,7 +31,7 @@ pub struct SceneSpec {
     /// How long each of them lasts, in seconds, if the file says so.
     pub dwell_s: Option<Vec<f64>>,
     /// Of which scene it is a variant, and which, where the study has candidate places of objects.
-    pub variant: Option<Variant>,
+    pub variant: Option<SceneVariant>,
     /// Objects in file order.
     pub objects: Vec<ObjectSpec>,
     /// Numbers in it that look as if they had a wrong unit.
@@ -40,7 +40,7 @@ pub struct SceneSpec {
 
 /// A scene with objects at other places than its file says.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Variant {
+pub struct SceneVariant {
     /// The name of the scene.
     pub scene: String,
     /// The place of each object that has candidates: `robot/0.5/0/90`.
@@ -197,7 +197,7 @@ pub struct UrdfSpec {
     /// The URDF.
     pub path: PathBuf,
     /// Which of its geometry counts.
-    pub geometry: Geometry,
+    pub geometry: GeometryUse,
     /// Where the packages of its meshes are.
     pub packages: Packages,
     /// How it stands.
@@ -259,7 +259,7 @@ impl MotionSpec {
 
 impl ObjectSpec {
     /// The object as it is in one snapshot, without its lists.
-    pub fn at(&self, snapshot: usize) -> ObjectSpec {
+    pub fn snapshot(&self, snapshot: usize) -> ObjectSpec {
         fn pick<T: Clone>(list: &[T], snapshot: usize) -> Option<T> {
             let index = snapshot.checked_rem(list.len())?;
             Some(list[index].clone())

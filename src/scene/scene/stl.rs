@@ -27,7 +27,7 @@ const LONGEST_LINE: usize = 1024;
 /// When the file cannot be read, is shorter than its triangle count needs, a number is not finite, or there is no
 /// triangle with an area.
 pub fn load(path: &Path, sources: &Sources) -> Result<Mesh> {
-    let (mesh, behind) = parse(sources.bytes(path)?).map_err(|issue| issue.at(path))?;
+    let (mesh, behind) = parse(sources.bytes(path)?).map_err(|issue| issue.with_place(path))?;
     if behind > 0 {
         let bytes = plural(behind, "byte");
         sources.remark(path, format!("without {bytes} behind its triangles: is it several files in one?"));
@@ -58,20 +58,19 @@ fn parse(bytes: Vec<u8>) -> Result<(Mesh, usize), Issue> {
         let corners = triangle
             .map_err(|_| {
                 Issue::damaged(format!("triangle {number} is not as it must be"))
-                    .wanted("facet normal, outer loop, three vertex, endloop, endfacet, each in a line")
+                    .with_advice("facet normal, outer loop, three vertex, endloop, endfacet, each in a line")
             })?
             .vertices
             .map(|v| DVec3::from_array(v.0.map(f64::from)));
         if let Some(corner) = corners.iter().find(|c| !c.is_finite()) {
-            return Err(
-                Issue::says(format!("triangle {number} has the corner {corner}")).wanted("must be finite")
-            );
+            return Err(Issue::says(format!("triangle {number} has the corner {corner}"))
+                .with_advice("must be finite"));
         }
         welder.triangle(corners);
     }
     let mesh = welder.finish();
     if mesh.triangles.is_empty() {
-        return Err(Issue::says("has no triangle with an area").wanted("export a surface"));
+        return Err(Issue::says("has no triangle with an area").with_advice("export a surface"));
     }
     Ok((mesh, behind))
 }
@@ -120,14 +119,14 @@ fn joined_solids(text: &str) -> Result<Vec<u8>, Issue> {
             closed += 1;
         } else if line.len() > LONGEST_LINE {
             return Err(Issue::too_large(format!("line {} is {} bytes long", index + 1, line.len()))
-                .wanted(format!("at most {LONGEST_LINE} are read")));
+                .with_advice(format!("at most {LONGEST_LINE} are read")));
         } else {
             match facet_line(line) {
                 Ok(line) => {
                     joined.extend(line.into_bytes());
                     joined.push(b'\n');
                 }
-                Err(issue) => wrong = wrong.or(Some(issue.at(format!("line {}", index + 1)))),
+                Err(issue) => wrong = wrong.or(Some(issue.with_place(format!("line {}", index + 1)))),
             }
         }
     }
@@ -153,19 +152,18 @@ fn facet_line(line: &str) -> Result<String, Issue> {
         Some("vertex") => {
             let numbers: Vec<&str> = words.collect();
             if numbers.len() != 3 {
-                return Err(
-                    Issue::damaged(format!("a vertex has {} numbers", numbers.len())).wanted("must be three")
-                );
+                return Err(Issue::damaged(format!("a vertex has {} numbers", numbers.len()))
+                    .with_advice("must be three"));
             }
             match numbers.iter().find(|word| !number(word).is_some_and(f64::is_finite)) {
                 Some(word) => Err(Issue::damaged(format!("a vertex has {word:.40?}"))
-                    .wanted("must be a finite number with a decimal point, as in 1.5 or 1.5e-3")),
+                    .with_advice("must be a finite number with a decimal point, as in 1.5 or 1.5e-3")),
                 None => Ok(line),
             }
         }
         None | Some("outer" | "endloop" | "endfacet") => Ok(line),
         Some(word) => Err(Issue::damaged(format!("begins with {word:.40?}"))
-            .wanted("must be one of solid, facet, outer loop, vertex, endloop, endfacet, endsolid")),
+            .with_advice("must be one of solid, facet, outer loop, vertex, endloop, endfacet, endsolid")),
     }
 }
 
@@ -232,7 +230,7 @@ mod tests {
     }
 
     #[track_caller]
-    fn refused(bytes: Vec<u8>, expected: &str) {
+    fn assert_refused(bytes: Vec<u8>, expected: &str) {
         let what = parse(bytes).expect_err(expected);
         assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
     }
@@ -240,29 +238,35 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         let good = binary(b"", &TETRAHEDRON);
-        refused(Vec::new(), "too short");
-        refused(good[..good.len() - 1].to_vec(), "declares 4 triangles");
+        assert_refused(Vec::new(), "too short");
+        assert_refused(good[..good.len() - 1].to_vec(), "declares 4 triangles");
         let mut lying = good.clone();
         lying[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
-        refused(lying, "declares 4294967295 triangles");
-        refused(binary(b"", &[]), "no triangle with an area");
-        refused(binary(b"", &[[[1.0; 3]; 3]]), "no triangle with an area");
+        assert_refused(lying, "declares 4294967295 triangles");
+        assert_refused(binary(b"", &[]), "no triangle with an area");
+        assert_refused(binary(b"", &[[[1.0; 3]; 3]]), "no triangle with an area");
         let mut broken = TETRAHEDRON;
         broken[2][1][0] = f32::NAN;
-        refused(binary(b"", &broken), "triangle 2 has the corner");
-        refused(ascii("", &broken).into_bytes(), "line 19: a vertex has \"nan\": must be a finite number");
-        refused(ascii("", &TETRAHEDRON).replace("0e0", "0,5").into(), "line 4: a vertex has \"0,5\"");
-        refused(ascii("", &TETRAHEDRON).replace("vertex 0 0", "vertex 0").into(), "a vertex has 2 numbers");
+        assert_refused(binary(b"", &broken), "triangle 2 has the corner");
+        assert_refused(
+            ascii("", &broken).into_bytes(),
+            "line 19: a vertex has \"nan\": must be a finite number",
+        );
+        assert_refused(ascii("", &TETRAHEDRON).replace("0e0", "0,5").into(), "line 4: a vertex has \"0,5\"");
+        assert_refused(
+            ascii("", &TETRAHEDRON).replace("vertex 0 0", "vertex 0").into(),
+            "a vertex has 2 numbers",
+        );
         let text = ascii("", &TETRAHEDRON);
-        refused(text[..text.len() - 12].into(), "begins 1 solids and ends 0");
-        refused(text.replace("endloop", "").into(), "triangle 0 is not as it must be");
-        refused(
+        assert_refused(text[..text.len() - 12].into(), "begins 1 solids and ends 0");
+        assert_refused(text.replace("endloop", "").into(), "triangle 0 is not as it must be");
+        assert_refused(
             text.replace("endloop", "color 1 0 0").into(),
             "line 7: begins with \"color\": must be one of",
         );
-        refused(text.replace("outer", &"x ".repeat(1000)).into(), "line 3 is");
-        refused(text.encode_utf16().flat_map(u16::to_le_bytes).collect(), "is UTF-16 text");
-        refused(b"solid of nothing\nendsolid".to_vec(), "no triangle");
+        assert_refused(text.replace("outer", &"x ".repeat(1000)).into(), "line 3 is");
+        assert_refused(text.encode_utf16().flat_map(u16::to_le_bytes).collect(), "is UTF-16 text");
+        assert_refused(b"solid of nothing\nendsolid".to_vec(), "no triangle");
     }
 
     #[test]
@@ -297,7 +301,7 @@ mod tests {
     #[test]
     fn a_folder_is_no_file() {
         let folder = Path::new("truth");
-        let error = load(folder, &Sources::beside(folder)).unwrap_err().to_string();
+        let error = load(folder, &Sources::from_main(folder)).unwrap_err().to_string();
         assert_eq!(error, "truth: is not a regular file");
     }
 }

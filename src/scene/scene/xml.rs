@@ -59,7 +59,7 @@ impl Xml {
                             return Err(Issue::says(format!(
                                 "an element has more than {MOST_ATTRIBUTES} attributes"
                             ))
-                            .at(format!("line {line}")));
+                            .with_place(format!("line {line}")));
                         }
                         element.text.len()
                     }
@@ -77,11 +77,11 @@ impl Xml {
     /// When the text is no XML.
     pub(super) fn document(&self) -> Result<Document<'_>, Issue> {
         if self.0.trim().is_empty() {
-            return Err(Issue::damaged("is empty").wanted("export it again"));
+            return Err(Issue::damaged("is empty").with_advice("export it again"));
         }
         Document::parse(&self.0).map_err(|e| match e {
             Error::DtdDetected => Issue::unsupported("has a DOCTYPE that declares entities")
-                .wanted("write their values in their places, and leave the DOCTYPE out"),
+                .with_advice("write their values in their places, and leave the DOCTYPE out"),
             e => Issue::damaged(format!("is no XML: {e}")),
         })
     }

@@ -31,7 +31,7 @@ impl MemoryLimit {
             Issue::too_large(format!(
                 "unfolds to far more than its size: over the {most} MiB that it may take"
             ))
-            .wanted("split the file, or place fewer copies")
+            .with_advice("split the file, or place fewer copies")
         })?;
         Ok(())
     }

@@ -8,13 +8,13 @@ use perirobot_march::error::Issue;
 /// What is wrong with a table, as its parser found it.
 pub fn table_issue(e: &Error) -> Issue {
     let line = |position: &Option<csv::Position>, issue: Issue| match position {
-        Some(position) => issue.at(format!("line {}", position.line())),
+        Some(position) => issue.with_place(format!("line {}", position.line())),
         None => issue,
     };
     match e.kind() {
         ErrorKind::UnequalLengths { pos, expected_len, len } => {
             let what = Issue::damaged(format!("has {len} cells"))
-                .wanted(format!("must be {expected_len}, as in the header"));
+                .with_advice(format!("must be {expected_len}, as in the header"));
             line(pos, what)
         }
         ErrorKind::Deserialize { pos, err } => {
@@ -23,13 +23,15 @@ pub fn table_issue(e: &Error) -> Issue {
                 DeserializeErrorKind::ParseFloat(_) | DeserializeErrorKind::ParseInt(_) => Issue::damaged(
                     format!("{cell} is not a number"),
                 )
-                .wanted("write it with a decimal point, as in 1.5, and cells with commas between them"),
+                .with_advice("write it with a decimal point, as in 1.5, and cells with commas between them"),
                 DeserializeErrorKind::UnexpectedEndOfRow => Issue::damaged("has too few cells"),
                 other => Issue::damaged(other.to_string()),
             };
             line(pos, what)
         }
-        ErrorKind::Utf8 { pos, .. } => line(pos, Issue::says("is not UTF-8 text").wanted("save it as UTF-8")),
+        ErrorKind::Utf8 { pos, .. } => {
+            line(pos, Issue::says("is not UTF-8 text").with_advice("save it as UTF-8"))
+        }
         _ => Issue::damaged("is not a table with commas between its cells"),
     }
 }
@@ -50,8 +52,8 @@ pub fn refuse_other_separators(text: &str) -> Result<(), Issue> {
         _ => return Ok(()),
     };
     Err(Issue::says(format!("columns are separated by {separator}"))
-        .wanted("separate them by commas, and write numbers with a point, as in 0.5,1.25,2")
-        .at(format!("line {}", number + 1)))
+        .with_advice("separate them by commas, and write numbers with a point, as in 0.5,1.25,2")
+        .with_place(format!("line {}", number + 1)))
 }
 
 /// Refuses a row with another number of cells than its table has columns.
@@ -65,7 +67,7 @@ pub fn refuse_width<'c>(cells: impl Iterator<Item = &'c str> + Clone, columns: u
     }
     let what = Issue::says(format!("has {count} fields, the header {columns}"));
     Err(match decimal_commas(cells, columns) {
-        Some(cause) => what.wanted(cause),
+        Some(cause) => what.with_advice(cause),
         None => what,
     })
 }
@@ -92,7 +94,7 @@ mod tests {
     fn errors_name_the_line_and_the_cell() {
         #[derive(Debug, serde::Deserialize)]
         #[expect(dead_code, reason = "it is only read")]
-        struct Row {
+        struct ReadRow {
             x: f64,
             y: f64,
         }
@@ -102,7 +104,7 @@ mod tests {
             ("x;y\n1;2\n", "missing field `x`"),
         ] {
             let mut reader = csv::Reader::from_reader(text.as_bytes());
-            let e = reader.deserialize::<Row>().find_map(Result::err).unwrap();
+            let e = reader.deserialize::<ReadRow>().find_map(Result::err).unwrap();
             let said = table_issue(&e).to_string();
             assert!(said.contains(expected), "{said:?} lacks {expected:?}");
         }

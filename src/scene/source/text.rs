@@ -11,7 +11,7 @@ const MARK: &[u8] = b"\xef\xbb\xbf";
 /// When the text is in UTF-16 or UTF-32.
 pub(crate) fn strip_mark(mut bytes: Vec<u8>) -> Result<Vec<u8>, Issue> {
     if let Some(encoding) = wide_encoding(&bytes) {
-        return Err(Issue::unsupported(format!("is {encoding} text")).wanted(
+        return Err(Issue::unsupported(format!("is {encoding} text")).with_advice(
             "save it as UTF-8 (PowerShell's > writes UTF-16: `| Out-File -Encoding utf8` does not)",
         ));
     }
@@ -30,7 +30,7 @@ pub(super) fn utf8(bytes: Vec<u8>) -> Result<String, Issue> {
         let (at, bytes) = (e.utf8_error().valid_up_to(), e.as_bytes());
         let line = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
         Issue::says(format!("is not UTF-8 text: line {line} has the byte 0x{:02X}", bytes[at]))
-            .wanted("save it as UTF-8")
+            .with_advice("save it as UTF-8")
     })
 }
 

@@ -32,7 +32,7 @@ impl Sources {
     /// # Errors
     /// When the program is not there or fails, or writes too much or no text. When it wrote something else at an earlier
     /// time.
-    pub(crate) fn expanded(
+    pub(crate) fn expand(
         &self,
         path: &Path,
         args: &BTreeMap<String, String>,
@@ -103,7 +103,7 @@ impl Drop for AmentIndex {
 
 /// What the program writes.
 fn run(path: &Path, args: &[String], packages: &[(String, PathBuf)]) -> Result<Vec<u8>> {
-    let failed = |what: String| Error::from(Issue::says(what).at("xacro").at(path));
+    let failed = |what: String| Error::from(Issue::says(what).with_place("xacro").with_place(path));
     // A name that begins with a hyphen would be taken for an option.
     let place = path.canonicalize().map_err(|e| Error::io(path, "cannot be read", e))?;
     let mut command = Command::new("xacro");
@@ -117,7 +117,7 @@ fn run(path: &Path, args: &[String], packages: &[(String, PathBuf)]) -> Result<V
     command.env("PYTHONPATH", modules).env("PERIROBOT_PACKAGES", packages.join("\n"));
     let mut child = command.spawn().map_err(|e| match e.kind() {
         ErrorKind::NotFound => failed("the program is not on the path".into())
-            .wanted("ROS has it (source its setup file first), and so has `pip install xacro`"),
+            .with_advice("ROS has it (source its setup file first), and so has `pip install xacro`"),
         _ => failed(format!("the program cannot be run: {e}")),
     })?;
     let (out, said) = (child.stdout.take(), child.stderr.take());
@@ -135,7 +135,7 @@ fn run(path: &Path, args: &[String], packages: &[(String, PathBuf)]) -> Result<V
         (child.wait(), out.map_err(|e| failed(format!("what it writes cannot be read: {e}")))?);
     if out.len() as u64 > MOST_BYTES_OF_TEXT {
         let what = format!("writes more than {} MiB", MOST_BYTES_OF_TEXT >> 20);
-        return Err(Issue::too_large(what).at("xacro").at(path).into());
+        return Err(Issue::too_large(what).with_place("xacro").with_place(path).into());
     }
     match status {
         Ok(status) if status.success() => Ok(out),

@@ -113,7 +113,7 @@ pub type SweptBy<'a> = &'a dyn Fn(Role) -> Arc<BitGrid>;
 /// The voxels of a shape in a scene. Ignored insides belong to no region; a region left without voxels is an
 /// error.
 pub fn region(name: &str, shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<Region> {
-    let wrong = |issue: Issue| Error::from(issue.at(format!("region {name:?}")));
+    let wrong = |issue: Issue| Error::from(issue.with_place(format!("region {name:?}")));
     let rows = rows_of(shape, truth, swept_by).map_err(wrong)?;
     let mut voxels = BitGrid::new(truth.grid.window());
     let (mut total, mut cut_at) = (0u64, [[false; 2]; 3]);
@@ -141,7 +141,7 @@ pub fn region(name: &str, shape: &RegionShape, truth: &Truth, swept_by: SweptBy)
     }
     Ok(Region {
         name: name.into(),
-        voxels: Arc::new(voxels.trimmed()),
+        voxels: Arc::new(voxels.trim()),
         cut_share: (total - inside) as f64 / total as f64,
         cut_at,
     })
@@ -152,7 +152,7 @@ fn nothing_in(shape: &RegionShape, total: u64) -> Issue {
         _ if total > 0 => Issue::says("lies outside the grid").cure("make it larger or move it"),
         RegionShape::Difference(..) => Issue::says("the others leave nothing of the first")
             .cure("make one of them smaller")
-            .at("difference"),
+            .with_place("difference"),
         RegionShape::Swept { role } => {
             let role = if *role == Role::Robot { "robot" } else { "human" };
             Issue::says(format!("no object of the scene with role = {role:?} is in the grid"))
@@ -190,15 +190,15 @@ fn rows_of(shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<RowS
             RowShape::Ball(ball(base_m, radius_m + tool_m, truth)?)
         }
         RegionShape::Separation { swept: true, distance_m } => {
-            RowShape::Voxels(near::near(&swept_by(Role::Robot), *distance_m, grid)?)
+            RowShape::Voxels(near::expand(&swept_by(Role::Robot), *distance_m, grid)?)
         }
         RegionShape::Separation { swept: false, distance_m } => {
-            RowShape::Voxels(near::near(&truth.robot_volume, *distance_m, grid)?)
+            RowShape::Voxels(near::expand(&truth.robot_volume, *distance_m, grid)?)
         }
         RegionShape::Swept { role } => RowShape::Voxels(BitGrid::clone(&swept_by(*role))),
         RegionShape::Mesh(mesh) => {
             let rows = MeshRows::new(mesh, grid.voxel_size_m, grid.origin);
-            RowShape::Mesh(rows.map_err(|what| what.at("mesh"))?)
+            RowShape::Mesh(rows.map_err(|what| what.with_place("mesh"))?)
         }
         RegionShape::Union(shapes) => RowShape::Union(all(shapes)?),
         RegionShape::Difference(shapes) => RowShape::Difference(all(shapes)?),
@@ -230,7 +230,7 @@ fn cuboid(low_q16: [i64; 3], high_q16: [i64; 3]) -> Result<RowShape, Issue> {
 }
 
 /// The scene's objects of a role: the one of a name, or all.
-fn named<'t>(
+fn find_objects<'t>(
     key: &str,
     wanted: Option<&str>,
     truth: &'t Truth,
@@ -253,7 +253,7 @@ fn named<'t>(
 }
 
 fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, Issue> {
-    let humans = named("human_box", object, truth, Role::Human, "humans")?;
+    let humans = find_objects("human_box", object, truth, Role::Human, "humans")?;
     let bounds = match object {
         None => truth.human.bounds(),
         Some(_) => {
@@ -261,33 +261,36 @@ fn human_bounds(object: Option<&str>, truth: &Truth) -> Result<Window, Issue> {
         }
     };
     if bounds.is_empty() {
-        return Err(Issue::says("human_box")
-            .wanted("no voxel of a human lies in the grid: widen bounds_m, or write the region as a box"));
+        return Err(Issue::says("human_box").with_advice(
+            "no voxel of a human lies in the grid: widen bounds_m, or write the region as a box",
+        ));
     }
     Ok(bounds)
 }
 
 fn reach(object: Option<&str>, truth: &Truth) -> Result<RobotReach, Issue> {
-    let robots = named("robot_reach", object, truth, Role::Robot, "robots")?;
+    let robots = find_objects("robot_reach", object, truth, Role::Robot, "robots")?;
     let known: Vec<_> = robots.iter().filter_map(|robot| Some((robot.name.as_str(), robot.reach?))).collect();
     match (known[..].first(), known.len()) {
         (Some((_, reach)), 1) => Ok(*reach),
         (None, _) => {
             let whose = object.map_or("robot_reach".into(), |name| format!("robot_reach.object = {name:?}"));
-            Err(Issue::says(whose).wanted(
+            Err(Issue::says(whose).with_advice(
                 "no robot has a known reach: give the robot as a urdf, or write the region as a sphere",
             ))
         }
         _ => {
             let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
-            Err(Issue::says("robot_reach")
-                .wanted(format!("{names:?} all have a reach: say which one with object = {:?}", names[0])))
+            Err(Issue::says("robot_reach").with_advice(format!(
+                "{names:?} all have a reach: say which one with object = {:?}",
+                names[0]
+            )))
         }
     }
 }
 
 fn nowhere() -> Window {
-    Window::between([0; 3], [-1; 3])
+    Window::from_corners([0; 3], [-1; 3])
 }
 
 /// The window that holds all regions.

@@ -67,7 +67,7 @@ impl Snapshots {
         }
         let bodies: Vec<&VoxelizedObject> =
             self.placed[snapshot].iter().map(|&number| &self.bodies[number]).collect();
-        let truth = Arc::new(combined(&bodies, self.grid));
+        let truth = Arc::new(combine(&bodies, self.grid));
         let mut kept = kept();
         if kept.len() == self.most_kept {
             kept.pop_front();
@@ -84,7 +84,7 @@ impl Snapshots {
                 all.add(&body.voxels.voxels);
                 all.add(&body.inside);
             }
-            Arc::new(all.trimmed())
+            Arc::new(all.trim())
         };
         self.swept[usize::from(role == Role::Human)].get_or_init(fill).clone()
     }
@@ -93,7 +93,7 @@ impl Snapshots {
     pub fn truth_without(&self, snapshot: usize, role: Role) -> Truth {
         let bodies = self.placed[snapshot].iter().map(|&number| &self.bodies[number]);
         let bodies: Vec<_> = bodies.filter(|body| body.voxels.role != role).collect();
-        combined(&bodies, self.grid)
+        combine(&bodies, self.grid)
     }
 }
 
@@ -134,7 +134,7 @@ fn refuse_excess(objects: &[&Arc<Object>], truths: usize, grid: &Grid, free: Opt
     let cure = Words::from("take larger voxels (")
         + Argument("voxel size")
         + "), set bounds_m around the part that matters, or split the scene";
-    Err(Issue::too_large(what).wanted(cure).into())
+    Err(Issue::too_large(what).with_advice(cure).into())
 }
 
 /// The memory that there is for this program, where the system tells: what is free, and what its control
@@ -151,7 +151,7 @@ fn free_bytes() -> Option<u64> {
 }
 
 /// The truth of what these bodies are together.
-fn combined(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
+fn combine(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
     let blank = || BitGrid::new(grid.window());
     let (mut occupied, mut blockers, mut ignored) = (blank(), blank(), blank());
     let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
@@ -176,7 +176,7 @@ fn combined(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
     ignored.remove(&occupied);
     let objects = bodies.iter().map(|body| body.voxels.clone()).collect();
     let [ignored, human, robot, robot_volume] =
-        [ignored, human, robot, robot_volume].map(|plane| plane.trimmed());
+        [ignored, human, robot, robot_volume].map(|plane| plane.trim());
     let all_block = blockers == occupied;
     let occupied = Arc::new(occupied);
     let blockers = if all_block { occupied.clone() } else { Arc::new(blockers) };

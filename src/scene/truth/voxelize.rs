@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::objects::{ObjectVoxels, RobotReach, Truth};
 use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use perirobot_march::error::{Argument, Issue, Words};
-use perirobot_march::voxel::flood::{enclosed, flood};
+use perirobot_march::voxel::flood::{enclosed_voxels, flood};
 use perirobot_march::voxel::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use perirobot_march::voxel::overlap::{self, Closure, Corner};
 use perirobot_march::voxel::{BitGrid, grid};
@@ -34,7 +34,7 @@ struct Lattice {
 /// The world keys that the surfaces of all snapshots touch, to size their common grid by. Fails on a surface
 /// too far away to count.
 pub fn scene_extent(snapshots: &[Scene], voxel_size_m: f64) -> Result<Window> {
-    let empty = Window::between([0; 3], [-1; 3]);
+    let empty = Window::from_corners([0; 3], [-1; 3]);
     let objects = distinct_objects(snapshots);
     objects.iter().try_fold(empty, |all, object| Ok(all.union(&lattice(object, voxel_size_m)?.extent)))
 }
@@ -85,7 +85,7 @@ fn grid_unless(extent: &Window, voxel_size_m: f64, cause: impl Fn() -> Option<St
             "{longest} voxels on an axis ({metres:.2} m at voxel_size_m = {voxel_size_m}), \
                     at most {MAX_VOXELS_PER_AXIS}"
         );
-        return Err(Issue::too_large(what).wanted(cure).at("grid").into());
+        return Err(Issue::too_large(what).with_advice(cure).with_place("grid").into());
     }
     Ok(Grid { voxel_size_m, origin: extent.min, size: extent.size })
 }
@@ -104,10 +104,10 @@ pub(super) struct VoxelizedObject {
 
 pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
     let lattice = lattice(object, grid.voxel_size_m)?;
-    let in_grid = lattice.extent.moved(grid.origin.map(|o| -o)).intersection(&grid.window());
-    let world = in_grid.moved(grid.origin);
+    let in_grid = lattice.extent.shift(grid.origin.map(|o| -o)).intersection(&grid.window());
+    let world = in_grid.shift(grid.origin);
     let mut warnings = object.warnings.clone();
-    let nowhere = BitGrid::new(Window::between([0; 3], [-1; 3]));
+    let nowhere = BitGrid::new(Window::from_corners([0; 3], [-1; 3]));
     let (mut ignored, mut inside) = (nowhere.clone(), nowhere);
     let closure = match &object.surface {
         Surface::Mesh(_) => {
@@ -124,14 +124,14 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
         if lattice.extent.size.into_iter().max().unwrap_or(0) <= MAX_VOXELS_PER_AXIS {
             let whole =
                 if world == lattice.extent { voxels.clone() } else { surface(&lattice, lattice.extent) };
-            let enclosed = enclosed(&whole).over(world);
+            let enclosed = enclosed_voxels(&whole).to_window(world);
             match object.interior {
                 Interior::Occupied if is_solid => voxels.add(&enclosed),
-                Interior::Ignored if is_solid => ignored = in_grid_frame(enclosed.clone(), in_grid),
+                Interior::Ignored if is_solid => ignored = to_grid_frame(enclosed.clone(), in_grid),
                 _ => {}
             }
             if is_robot {
-                inside = in_grid_frame(enclosed, in_grid);
+                inside = to_grid_frame(enclosed, in_grid);
             }
         } else {
             warnings.push(format!(
@@ -157,7 +157,7 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
             .linkage
             .as_ref()
             .map(|robot| RobotReach { base_m: robot.base_m, radius_m: robot.reach_m }),
-        voxels: in_grid_frame(voxels, in_grid),
+        voxels: to_grid_frame(voxels, in_grid),
         keypoints: object.keypoints,
         warnings,
     };
@@ -165,7 +165,7 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
 }
 
 /// The same words, counted from the grid's corner instead of the world's.
-fn in_grid_frame(voxels: BitGrid, window: Window) -> BitGrid {
+fn to_grid_frame(voxels: BitGrid, window: Window) -> BitGrid {
     BitGrid::from_words(window, voxels.words().to_vec()).unwrap_or_else(|| BitGrid::new(window))
 }
 
@@ -199,9 +199,9 @@ fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
                 );
                 return Err(Error::input(place(), what));
             }
-            let one = |&key: &[i32; 3]| Window::between(key, key);
+            let one = |&key: &[i32; 3]| Window::from_corners(key, key);
             let extent =
-                keys.iter().map(one).fold(Window::between([0; 3], [-1; 3]), |all, one| all.union(&one));
+                keys.iter().map(one).fold(Window::from_corners([0; 3], [-1; 3]), |all, one| all.union(&one));
             Ok(Lattice { corners: Vec::new(), triangles: Vec::new(), keys: keys.clone(), extent })
         }
     }
@@ -302,7 +302,7 @@ pub fn with_neighbours(plane: &BitGrid) -> BitGrid {
         for by in [-1, 1] {
             let mut moved = plane.window();
             moved.min[axis] += by;
-            grown.add(&in_grid_frame(plane.clone(), moved));
+            grown.add(&to_grid_frame(plane.clone(), moved));
         }
     }
     grown

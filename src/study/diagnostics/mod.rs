@@ -49,7 +49,7 @@ pub(crate) fn top_keys(text: &str) -> Table {
 /// Refuses a folder where a file of some kind is wanted.
 pub(crate) fn refuse_folder(path: &Path, wanted: &str) -> Result<()> {
     match path.is_dir() {
-        true => Err(Error::input(path, "is a folder").wanted(format!("name {wanted} (.toml)"))),
+        true => Err(Error::input(path, "is a folder").with_advice(format!("name {wanted} (.toml)"))),
         false => Ok(()),
     }
 }

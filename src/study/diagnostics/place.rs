@@ -43,9 +43,9 @@ impl<'a> Place<'a> {
         let issue = Issue::value(key, value, rule);
         match self.prefix.trim_end_matches('.') {
             "" => issue,
-            table => issue.at(Site::Table(table.into())),
+            table => issue.with_place(Site::Table(table.into())),
         }
-        .at(self.file)
+        .with_place(self.file)
         .into()
     }
 
@@ -59,9 +59,9 @@ impl<'a> Place<'a> {
         let error = error.into();
         match self.prefix.trim_end_matches('.') {
             "" => error,
-            part => error.at(part),
+            part => error.with_place(part),
         }
-        .at(self.file)
+        .with_place(self.file)
     }
 
     pub(crate) fn number(
@@ -96,7 +96,7 @@ impl<'a> Place<'a> {
         if entries.is_empty() {
             return Err(self
                 .around(Issue::missing(key))
-                .wanted(format!("add at least one, as in {example}")));
+                .with_advice(format!("add at least one, as in {example}")));
         }
         Ok(())
     }
@@ -114,20 +114,21 @@ impl<'a> Place<'a> {
             if name.chars().count() > MOST_OF_NAME {
                 let begin: String = name.chars().take(40).collect();
                 let what = format!("has more than {MOST_OF_NAME} characters: take a shorter one");
-                return Err(self
-                    .around(Issue::too_large(format!("its name {what}")).at(format!("{kind} {begin:?}…"))));
+                return Err(self.around(
+                    Issue::too_large(format!("its name {what}")).with_place(format!("{kind} {begin:?}…")),
+                ));
             }
             if let Some(hidden) = name.chars().find(|c| is_hidden(*c)) {
                 let hidden = hidden.escape_unicode();
                 let what = format!("has control characters or others that are not seen ({hidden})");
                 return Err(self
                     .says(format!("{kind} {name:?} {what}"))
-                    .wanted("name it with letters, digits and signs"));
+                    .with_advice("name it with letters, digits and signs"));
             }
             if !seen.insert(name) {
                 return Err(self
                     .says(format!("two {kinds} are named {name:?}"))
-                    .wanted("give each its own name"));
+                    .with_advice("give each its own name"));
             }
         }
         Ok(())
@@ -141,9 +142,11 @@ pub(crate) fn only_one<T>(at: &Place, what: &str, choices: Vec<(&str, Option<T>)
         choices.into_iter().filter_map(|(key, value)| Some((key, value?))).collect();
     match (given.pop(), given.pop()) {
         (Some((_, value)), None) => Ok(value),
-        (None, _) => Err(at.says(format!("no {what}")).wanted(format!("give one of {}", known.join(", ")))),
+        (None, _) => {
+            Err(at.says(format!("no {what}")).with_advice(format!("give one of {}", known.join(", "))))
+        }
         (Some((b, _)), Some((a, _))) => {
-            Err(at.says(format!("both {a} and {b}")).wanted(format!("give one {what}")))
+            Err(at.says(format!("both {a} and {b}")).with_advice(format!("give one {what}")))
         }
     }
 }

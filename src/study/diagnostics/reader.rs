@@ -24,7 +24,7 @@ impl Reader {
     fn table<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
         match self.0 {
             Value::Table(table) => visitor.visit_map(Entries { rest: table.into_iter(), open: None }),
-            other => Err(of_wrong_type(&other, &visitor)),
+            other => Err(wrong_type(&other, &visitor)),
         }
     }
 
@@ -32,7 +32,7 @@ impl Reader {
     fn list<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unreadable> {
         let list = match self.0 {
             Value::Array(list) => list,
-            other => return Err(of_wrong_type(&other, &visitor)),
+            other => return Err(wrong_type(&other, &visitor)),
         };
         let length = list.len();
         let mut rest = list.into_iter().enumerate();
@@ -45,7 +45,7 @@ impl Reader {
     }
 }
 
-fn of_wrong_type(value: &Value, wanted: &dyn Expected) -> Unreadable {
+fn wrong_type(value: &Value, wanted: &dyn Expected) -> Unreadable {
     let found = match value {
         Value::String(text) => Unexpected::Str(text),
         Value::Integer(number) => Unexpected::Signed(*number),
@@ -115,7 +115,7 @@ impl<'de> Deserializer<'de> for Reader {
         match self.0 {
             Value::String(word) => visitor.visit_enum(word.into_deserializer()),
             // No word has keys of its own.
-            other => Err(of_wrong_type(&other, &one_of(words).as_str())),
+            other => Err(wrong_type(&other, &one_of(words).as_str())),
         }
     }
 

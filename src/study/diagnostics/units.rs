@@ -29,7 +29,7 @@ pub(crate) fn warnings(text: &str) -> Vec<String> {
         return Vec::new();
     };
     let mut slips = Vec::new();
-    within(&file, &mut Vec::new(), &mut slips);
+    search_table(&file, &mut Vec::new(), &mut slips);
     let mut slips: Vec<(usize, String)> = slips
         .into_iter()
         .map(|(steps, what)| (place_of(places.get_ref(), &steps).unwrap_or(0), what))
@@ -49,7 +49,7 @@ pub(crate) fn warnings(text: &str) -> Vec<String> {
 /// Where a number stands, and what it looks like.
 type Slip = (Vec<Step>, String);
 
-fn within(table: &Table, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
+fn search_table(table: &Table, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
     for (key, value) in table {
         steps.push(Step::Key(key.clone()));
         let mut numbers = Vec::new();
@@ -79,7 +79,7 @@ fn within(table: &Table, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
 
 fn each_table(value: &Value, steps: &mut Vec<Step>, slips: &mut Vec<Slip>) {
     match value {
-        Value::Table(table) => within(table, steps, slips),
+        Value::Table(table) => search_table(table, steps, slips),
         Value::Array(list) => {
             for (number, entry) in list.iter().enumerate() {
                 steps.push(Step::Entry(number));
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[track_caller]
-    fn told(line: &str, expected: &str) {
+    fn assert_message(line: &str, expected: &str) {
         let found = warnings(line);
         assert!(found.len() == 1 && found[0].contains(expected), "{line}: {found:?}");
     }
@@ -185,15 +185,21 @@ mod tests {
 
     #[test]
     fn radians_are_told_with_their_degrees() {
-        told("rpy_deg = [0, 1.5708, 3.14159]", "line 1: rpy_deg = [0, 1.5708, 3.14159] looks like radians");
-        told("rpy_deg = [0, 0, 1.57]", "1.57 rad are 89.9544°");
-        told("rpy_deg = [0.785, 0, 0]", "looks like radians");
-        told("rpy_deg = [0, 0, -0.5235988]", "-0.5235988 rad are -30°");
-        told("fov_deg = [1.518, 1.012]", "1.518 rad are 86.9750°");
-        told("fov_deg = 6.2832", "looks like radians");
-        told("joints_deg = { a = 0.31, b = -1.27, c = 2.11, d = 0 }", "2.11 rad are 120.8941°");
-        told("[[p]]\nx = 1\norientations_deg = [{ pan = 0.7854, tilt = 0 }]", "line 3: orientations_deg");
-        told(
+        assert_message(
+            "rpy_deg = [0, 1.5708, 3.14159]",
+            "line 1: rpy_deg = [0, 1.5708, 3.14159] looks like radians",
+        );
+        assert_message("rpy_deg = [0, 0, 1.57]", "1.57 rad are 89.9544°");
+        assert_message("rpy_deg = [0.785, 0, 0]", "looks like radians");
+        assert_message("rpy_deg = [0, 0, -0.5235988]", "-0.5235988 rad are -30°");
+        assert_message("fov_deg = [1.518, 1.012]", "1.518 rad are 86.9750°");
+        assert_message("fov_deg = 6.2832", "looks like radians");
+        assert_message("joints_deg = { a = 0.31, b = -1.27, c = 2.11, d = 0 }", "2.11 rad are 120.8941°");
+        assert_message(
+            "[[p]]\nx = 1\norientations_deg = [{ pan = 0.7854, tilt = 0 }]",
+            "line 3: orientations_deg",
+        );
+        assert_message(
             "random = { pan_deg = [-3.14159, 3.14159] }",
             "pan_deg = [-3.14159, 3.14159] looks like radians",
         );
@@ -221,23 +227,23 @@ mod tests {
 
     #[test]
     fn millimetres_are_told_with_their_metres() {
-        told(
+        assert_message(
             "position_m = [1200, -300, 800]",
             "millimetres or centimetres, and metres are wanted: 1200 mm are 1.2 m, 1200 cm",
         );
-        told(
+        assert_message(
             "z_m = [250]",
             "looks like centimetres or millimetres, and metres are wanted: 250 cm are 2.5 m, 250 mm",
         );
-        told(
+        assert_message(
             "position_m = [-90000, 0, 0]",
             "looks like millimetres, and metres are wanted: -90000 mm are -90 m",
         );
-        told("range_m = [300, 6000]", "6000 mm are 6 m");
-        told("x_m = { start = 0, stop = -4000, step = 500 }", "-4000 mm are -4 m");
-        told("near_ignore_m = 50", "50 mm are 0.05 m");
-        told("noise = { std_m = 10 }", "10 mm are 0.01 m");
-        told("box = { size_m = [400, 400, 400] }", "400 mm are 0.4 m");
+        assert_message("range_m = [300, 6000]", "6000 mm are 6 m");
+        assert_message("x_m = { start = 0, stop = -4000, step = 500 }", "-4000 mm are -4 m");
+        assert_message("near_ignore_m = 50", "50 mm are 0.05 m");
+        assert_message("noise = { std_m = 10 }", "10 mm are 0.01 m");
+        assert_message("box = { size_m = [400, 400, 400] }", "400 mm are 0.4 m");
         silent("range_m = [0.5, 200]");
         silent("position_m = [99, -20, 0]");
         silent("voxel_size_m = 0.05");

@@ -41,8 +41,8 @@ impl<'a> Written<'a> {
     /// what may be meant.
     pub(crate) fn shown(&self, error: &Unreadable) -> String {
         let bytes = self.table().and_then(|table| bytes_of(table, error));
-        let shown =
-            bytes.map_or(error.to_string(), |bytes| narrowed(&below_line(self.text, bytes, &error.message)));
+        let shown = bytes
+            .map_or(error.to_string(), |bytes| narrowed(&place_message(self.text, bytes, &error.message)));
         format!("{}{}", shown.trim_end(), error.meant())
     }
 }
@@ -67,21 +67,21 @@ pub(crate) fn line_at(text: &str, byte: usize) -> usize {
 
 /// The byte at which the last key begins.
 pub(crate) fn place_of(table: &DeTable, steps: &[Step]) -> Option<usize> {
-    Some(found(table, steps)?.0.span().start)
+    Some(find(table, steps)?.0.span().start)
 }
 
 /// The bytes that an error is about: a key that is unknown, a value that is wrong, or a table that lacks a key.
 fn bytes_of(table: &Spanned<DeTable>, error: &Unreadable) -> Option<Range<usize>> {
     match &error.kind {
-        Unread::UnknownKey(..) => Some(found(table.get_ref(), &error.culprit())?.0.span()),
+        Unread::UnknownKey(..) => Some(find(table.get_ref(), &error.culprit())?.0.span()),
         _ if error.steps.is_empty() => Some(table.span()),
-        _ => Some(found(table.get_ref(), &error.steps)?.1.span()),
+        _ => Some(find(table.get_ref(), &error.steps)?.1.span()),
     }
 }
 
 /// A message below the line in which some bytes begin. A value that stands in those bytes is refused with that
 /// message, so that the `toml` crate draws the line and marks the bytes itself.
-fn below_line(text: &str, bytes: Range<usize>, message: &str) -> String {
+fn place_message(text: &str, bytes: Range<usize>, message: &str) -> String {
     struct Refusal<'a>(&'a str);
 
     impl Visitor<'_> for Refusal<'_> {
@@ -138,7 +138,7 @@ pub(crate) fn narrowed(message: &str) -> String {
 }
 
 /// The last key of some steps, and the value to which they lead.
-fn found<'a, 'i>(
+fn find<'a, 'i>(
     table: &'a DeTable<'i>,
     steps: &[Step],
 ) -> Option<(&'a Spanned<DeString<'i>>, &'a Spanned<DeValue<'i>>)> {
@@ -162,7 +162,7 @@ mod tests {
 
     use super::super::reader::read;
     use super::*;
-    use crate::keys::{Axis, exactly};
+    use crate::keys::{AxisValues, exactly};
 
     const FILE: &str = "seed = 1\n[[sensor]]\nname = \"a\"\n[[sensor]]\nname = \"b\"\n\n[[sensor.poses]]\nx = 1\n\
                         [[sensor.poses]]\nlist = [\n  { wrong = 2 },\n]\n";
@@ -232,7 +232,7 @@ mod tests {
         name: String,
         #[serde(default, deserialize_with = "exactly")]
         position_m: [f64; 3],
-        x_m: Option<Axis>,
+        x_m: Option<AxisValues>,
         spots: Option<Vec<Spot>>,
         joints: Option<BTreeMap<String, f64>>,
         grid: Option<Box<Grid>>,

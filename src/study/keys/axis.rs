@@ -11,7 +11,7 @@ pub(crate) const MAX_NUMBERS: usize = 4_000_000;
 
 /// `1.5`, `[1.5, 2.0]` or `{ start = -2.2, stop = 2.3, step = 0.5 }`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Axis {
+pub(crate) enum AxisValues {
     List(Vec<f64>),
     Steps { start: f64, stop: f64, step: f64 },
 }
@@ -24,31 +24,31 @@ struct Steps {
     step: f64,
 }
 
-impl<'de> Deserialize<'de> for Axis {
+impl<'de> Deserialize<'de> for AxisValues {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct AxisVisitor;
         impl<'de> Visitor<'de> for AxisVisitor {
-            type Value = Axis;
+            type Value = AxisValues;
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
                 f.write_str("a number, a list of numbers, or { start, stop, step }")
             }
-            fn visit_f64<E>(self, value: f64) -> Result<Axis, E> {
-                Ok(Axis::List(vec![value]))
+            fn visit_f64<E>(self, value: f64) -> Result<AxisValues, E> {
+                Ok(AxisValues::List(vec![value]))
             }
-            fn visit_i64<E>(self, value: i64) -> Result<Axis, E> {
-                Ok(Axis::List(vec![value as f64]))
+            fn visit_i64<E>(self, value: i64) -> Result<AxisValues, E> {
+                Ok(AxisValues::List(vec![value as f64]))
             }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Axis, A::Error> {
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<AxisValues, A::Error> {
                 let mut list = Vec::new();
                 while let Some(value) = seq.next_element()? {
                     list.push(value);
                 }
-                Ok(Axis::List(list))
+                Ok(AxisValues::List(list))
             }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Axis, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AxisValues, A::Error> {
                 let Steps { start, stop, step } =
                     Steps::deserialize(de::value::MapAccessDeserializer::new(map))?;
-                Ok(Axis::Steps { start, stop, step })
+                Ok(AxisValues::Steps { start, stop, step })
             }
         }
         deserializer.deserialize_any(AxisVisitor)
@@ -56,10 +56,10 @@ impl<'de> Deserialize<'de> for Axis {
 }
 
 /// The numbers of a list, or of a row of steps: ⌊(stop − start)/step + 1e-9⌋ + 1 of them, stop included.
-pub(crate) fn numbers(at: &Place, key: &str, axis: &Axis) -> Result<Vec<f64>> {
+pub(crate) fn numbers(at: &Place, key: &str, axis: &AxisValues) -> Result<Vec<f64>> {
     let values = match axis {
-        Axis::List(list) => list.clone(),
-        Axis::Steps { start, stop, step } => {
+        AxisValues::List(list) => list.clone(),
+        AxisValues::Steps { start, stop, step } => {
             let (start, stop, step) = (*start, *stop, *step);
             let steps = ((stop - start) / step + 1e-9).floor();
             if !(step > 0.0 && step <= FARTHEST_M && steps >= 0.0 && steps < MAX_NUMBERS as f64) {

@@ -11,9 +11,9 @@ mod unit;
 use serde::Deserialize;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
-pub(crate) use axis::{Axis, MAX_NUMBERS, numbers};
+pub(crate) use axis::{AxisValues, MAX_NUMBERS, numbers};
 pub(crate) use cuboid::BoxFile;
-pub(crate) use quaternion::Quaternion;
+pub(crate) use quaternion::QuaternionKeys;
 pub(crate) use unit::{Unit, UpFile};
 
 /// `0.7` or `[0.2, 2.0]`: horizontal and vertical.

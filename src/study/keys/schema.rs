@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::unit::UNITS;
-use super::{Axis, NameOrNumber, OneOrTwo, Unit};
+use super::{AxisValues, NameOrNumber, OneOrTwo, Unit};
 
 impl JsonSchema for NameOrNumber {
     fn inline_schema() -> bool {
@@ -21,7 +21,7 @@ impl JsonSchema for NameOrNumber {
     }
 }
 
-impl JsonSchema for Axis {
+impl JsonSchema for AxisValues {
     fn inline_schema() -> bool {
         true
     }

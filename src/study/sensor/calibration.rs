@@ -31,12 +31,12 @@ impl Calibration {
         [sensor, candidate, repeat]: [usize; 3],
     ) -> Pose {
         let words = [seed as u32, (seed >> 32) as u32, NO_SCENE];
-        self.off(believed, words.into_iter().chain(indices([sensor, candidate, repeat])), false)
+        self.perturb(believed, words.into_iter().chain(indices([sensor, candidate, repeat])), false)
     }
 
     /// A mount that is not where it is planned, in one attempt at a draw; all numbers count in study order. A sensor that
     /// stays level keeps its height, too, and turns about the vertical only.
-    pub fn mounted(
+    pub fn mount(
         &self,
         planned: &Pose,
         seed: u64,
@@ -46,11 +46,11 @@ impl Calibration {
     ) -> Pose {
         let words = [seed as u32, (seed >> 32) as u32, MOUNTED];
         let words = words.into_iter().chain(indices([sensor, candidate, draw])).chain([attempt]);
-        self.off(planned, words, is_level)
+        self.perturb(planned, words, is_level)
     }
 
     /// A pose that is off by what some words draw.
-    fn off(&self, pose: &Pose, words: impl Iterator<Item = u32>, is_level: bool) -> Pose {
+    fn perturb(&self, pose: &Pose, words: impl Iterator<Item = u32>, is_level: bool) -> Pose {
         let (draws, unit) = (march::fold(words), unit_q12());
         let normal = |axis: u32| f64::from(unit[march::entry(march::draw(draws, axis)) as usize]) / 4096.0;
         let (mut off_m, mut turned) =
@@ -85,7 +85,7 @@ mod tests {
 
     const OFF: Calibration = Calibration { position_m: 0.01, angle_rad: 0.005 };
 
-    fn of(repeat: usize, believed: &Pose) -> Pose {
+    fn draw(repeat: usize, believed: &Pose) -> Pose {
         OFF.true_pose(believed, 7, [1, 2, repeat])
     }
 
@@ -95,7 +95,7 @@ mod tests {
         let mut squares = [0.0; 6];
         let repeats = 4000;
         for repeat in 0..repeats {
-            let found = of(repeat, &believed);
+            let found = draw(repeat, &believed);
             let off = believed.rotation.inverse() * (found.position_m - believed.position_m);
             // Small rotations: twice the vector part.
             let turned = believed.rotation.inverse() * found.rotation;
@@ -129,7 +129,7 @@ mod tests {
         // Two poses, the second turned and moved: the same error, seen from each.
         let here = Pose::ORIGIN;
         let there = Pose::facing(DVec3::new(4.0, -1.0, 2.0), DVec3::new(-1.0, 1.0, 0.2), 0.0, 0.4);
-        let (a, b) = (of(5, &here), of(5, &there));
+        let (a, b) = (draw(5, &here), draw(5, &there));
         let back = there.rotation.inverse() * (b.position_m - there.position_m);
         assert!((back - a.position_m).length() < 1e-12, "{back} {}", a.position_m);
         let turned = there.rotation.inverse() * b.rotation;

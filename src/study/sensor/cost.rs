@@ -9,7 +9,7 @@ use perirobot_march::Result;
 
 /// On which terms a sensor can be had.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Terms {
+pub struct CostTerms {
     /// What one of them costs, if the study says so.
     pub cost: Option<Cost>,
     /// How many a set may have, if the study says so.

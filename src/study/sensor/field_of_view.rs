@@ -26,7 +26,7 @@ pub enum FieldOfView {
 impl FieldOfView {
     /// The field of rings of rays: from half a step before the first angle to half a step behind the last, on
     /// both axes. An axis with one angle only is as wide as the step of the other axis.
-    pub(crate) fn of_rings(azimuths_rad: &[f64], elevations_rad: &[f64]) -> FieldOfView {
+    pub(crate) fn from_rings(azimuths_rad: &[f64], elevations_rad: &[f64]) -> FieldOfView {
         let [azimuths, elevations] = [azimuths_rad, elevations_rad].map(|angles| {
             let mut angles = angles.to_vec();
             angles.sort_by(f64::total_cmp);
@@ -122,7 +122,7 @@ mod tests {
 
     fn rings(azimuths_deg: &[f64], elevations_deg: &[f64]) -> FieldOfView {
         let radians = |angles: &[f64]| angles.iter().map(|angle| angle.to_radians()).collect::<Vec<_>>();
-        FieldOfView::of_rings(&radians(azimuths_deg), &radians(elevations_deg))
+        FieldOfView::from_rings(&radians(azimuths_deg), &radians(elevations_deg))
     }
 
     #[track_caller]

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::look::{self, Return, Way};
+use super::look::{self, RayDirection, Return};
 use super::{Camera, Station, quantise_q15};
 use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::error::Issue;
@@ -59,7 +59,7 @@ pub(crate) fn detect(eye: &KeypointCamera, at: &Station) -> Vec<Detected> {
             let Some(keypoints) = &human.keypoints else { return nobody };
             let first_ray = eye.rays.dirs_q15.len() as u32 + JOINTS.len() as u32 * number;
             std::array::from_fn(|joint| {
-                seen(eye, at, human, keypoints[joint]?, first_ray.wrapping_add(joint as u32))
+                joint_return(eye, at, human, keypoints[joint]?, first_ray.wrapping_add(joint as u32))
             })
         })
         .collect()
@@ -75,7 +75,7 @@ pub(crate) fn check(at: &Station) -> Result<(), Issue> {
     match humans(at.truth).find(|human| human.keypoints.is_none()) {
         None => Ok(()),
         Some(human) => Err(Issue::says(format!("needs keypoints, and human {:?} has none", human.name))
-            .wanted(
+            .with_advice(
                 "give it keypoints = \"joints.csv\" in the scene file (17 joints, COCO's \
                 order), or make it a mannequin",
             )),
@@ -83,7 +83,7 @@ pub(crate) fn check(at: &Station) -> Result<(), Issue> {
 }
 
 /// The return from a joint: in front and in the image, its ray ending in the same person near the joint.
-fn seen(
+fn joint_return(
     eye: &KeypointCamera,
     at: &Station,
     human: &ObjectVoxels,
@@ -104,8 +104,13 @@ fn seen(
     // The joint is read as seen from the believed pose of the camera.
     let believed_q16 = if at.truly.is_some() { dir_q16(at.pose().optical() * seen) } else { truly_q16 };
     let z_q15 = quantise_q15(seen.z / way_f64.length());
-    let found =
-        look::look(&at.truth.blockers, eye.rays, eye.placement, Way { truly_q16, believed_q16, z_q15 }, ray)?;
+    let found = look::look(
+        &at.truth.blockers,
+        eye.rays,
+        eye.placement,
+        RayDirection { truly_q16, believed_q16, z_q15 },
+        ray,
+    )?;
     let distance = way.iter().map(|&x| x as i128 * x as i128).sum::<i128>().isqrt();
     let off = (i128::from(found.distance_q16) - distance).abs();
     let near = off <= i128::from(length_q16(eye.tolerance_m, grid.voxel_size_m));

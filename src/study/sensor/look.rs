@@ -18,7 +18,7 @@ pub struct Return {
 
 /// The direction of a ray in the grid, Q16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Way {
+pub struct RayDirection {
     /// Where it truly goes.
     pub truly_q16: [i32; 3],
     /// Where it is believed to go; the same, unless the sensor's mount is off.
@@ -27,17 +27,17 @@ pub struct Way {
     pub z_q15: i32,
 }
 
-impl Way {
+impl RayDirection {
     /// The direction of a ray of a table.
-    pub fn new(from: &GridPose, dir_q15: [i32; 3]) -> Way {
+    pub fn new(from: &GridPose, dir_q15: [i32; 3]) -> RayDirection {
         let way = |from: &GridPose| from.axis_q15.map(|axis| march::direction_q16(axis, dir_q15));
-        Way { truly_q16: way(&from.caster()), believed_q16: way(from), z_q15: dir_q15[2] }
+        RayDirection { truly_q16: way(&from.caster()), believed_q16: way(from), z_q15: dir_q15[2] }
     }
 }
 
 /// Casts a ray with the gates and the noise of a table, as ray number `ray` of it.
-pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32) -> Option<Return> {
-    let (gates, size) = (rays.gates.of_ray(way.z_q15), blockers.window().size);
+pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: RayDirection, ray: u32) -> Option<Return> {
+    let (gates, size) = (rays.gates.ray_gates(way.z_q15), blockers.window().size);
     let inside = |crossing: &march::Crossing| {
         crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.voxel)
     };
@@ -57,7 +57,7 @@ pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: Way, ray: u32
 pub(super) fn read(
     rays: &Rays,
     from: &GridPose,
-    way: Way,
+    way: RayDirection,
     drawn: u32,
     to: &march::Crossing,
     size: [u32; 3],
@@ -81,5 +81,5 @@ pub(crate) fn returns<'a>(
     rays.dirs_q15
         .iter()
         .zip(0..)
-        .filter_map(move |(&dir_q15, ray)| look(blockers, rays, from, Way::new(from, dir_q15), ray))
+        .filter_map(move |(&dir_q15, ray)| look(blockers, rays, from, RayDirection::new(from, dir_q15), ray))
 }

@@ -24,7 +24,7 @@ use self::prism::Prism;
 use self::range::Range;
 pub use calibration::Calibration;
 pub use camera::Camera;
-pub use cost::{Cost, Terms};
+pub use cost::{Cost, CostTerms};
 pub use field_of_view::FieldOfView;
 use perirobot_march::backend::{GridFrame, GridPose, Planes, Rays};
 use perirobot_march::error::Issue;
@@ -32,7 +32,7 @@ use perirobot_march::march;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::Truth;
-pub use spread::Spread;
+pub use spread::PoseSpread;
 
 /// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
 pub const MAX_RAYS: usize = (128 << 20) / 12;
@@ -51,13 +51,13 @@ pub struct Sensor {
     /// The candidate words of what is drawn for its candidates, if they are not their numbers.
     pub draw_words: Vec<u32>,
     /// The groups of candidates between which others are possible.
-    pub spreads: Vec<Spread>,
+    pub spreads: Vec<PoseSpread>,
     /// What the study says of its noise.
     pub noise: SaidOfNoise,
     /// That it casts fewer rays than the device of the catalogue that it is, if so: `casts …`.
     pub thinned: Option<String>,
     /// What one of them costs, and how many a set may have.
-    pub terms: Terms,
+    pub terms: CostTerms,
     /// What was assumed about it that the user may not expect.
     pub warnings: Vec<String>,
 }
@@ -159,7 +159,7 @@ pub enum Approached {
 
 /// What a sensor's table of rays depends on besides the sensor.
 #[derive(Clone, Copy, Debug)]
-pub struct Scale {
+pub struct RayScale {
     /// Edge of a voxel in metres.
     pub voxel_size_m: f64,
     /// Whether a ray that leaves the grid returns from just outside.
@@ -180,7 +180,7 @@ pub trait Kind: Debug + Send + Sync {
     }
 
     /// The rays that a backend casts from every pose; `None` for a sensor that needs none.
-    fn rays(&self, _: &Scale) -> Option<Rays> {
+    fn rays(&self, _: &RayScale) -> Option<Rays> {
         None
     }
 
@@ -346,7 +346,7 @@ impl Station<'_> {
     pub(crate) fn check_robot(&self) -> Result<(), Issue> {
         match self.truth.robot.is_empty() {
             true => Err(Issue::says("needs a robot: no voxel of the scene is the robot's")
-                .wanted("give its object role = \"robot\"")),
+                .with_advice("give its object role = \"robot\"")),
             false => Ok(()),
         }
     }
@@ -373,17 +373,17 @@ fn level(at: &Station) -> Result<(), Issue> {
     match at.pose().link().z_axis.z > 1.0 - 1e-9 {
         true => Ok(()),
         false => Err(Issue::says("is tilted")
-            .wanted("a pad or a gate lies or stands level, and turns about the vertical only")),
+            .with_advice("a pad or a gate lies or stands level, and turns about the vertical only")),
     }
 }
 
 /// What a switch says of a volume: occupied when it is on, else free if the study lets it certify that.
 /// `felt` are the voxels of people that it feels when it is on.
-fn switched(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt: BitGrid) -> Claim {
+fn switch_planes(at: &Station, volume: BitGrid, on: bool, otherwise_free: bool, felt: BitGrid) -> Claim {
     let empty = BitGrid::nowhere();
     let planes = match (on, otherwise_free) {
         (true, _) => {
-            let hits = felt.over(felt.window().intersection(&at.window));
+            let hits = felt.to_window(felt.window().intersection(&at.window));
             Some(Planes { occupied: volume, free: empty, hits })
         }
         (false, true) => Some(Planes { occupied: empty.clone(), free: volume, hits: empty }),

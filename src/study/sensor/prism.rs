@@ -24,7 +24,7 @@ pub struct Prism {
 
 impl Prism {
     /// The box between two corners.
-    pub fn between(min_m: DVec3, max_m: DVec3) -> Self {
+    pub fn from_corners(min_m: DVec3, max_m: DVec3) -> Self {
         let corner = |x: f64, y: f64| DVec2::new(x, y);
         let polygon_m = vec![
             corner(min_m.x, min_m.y),
@@ -84,7 +84,7 @@ impl Prism {
         let (corners, layers) = (self.corners_q16(pose, grid), within(layers.start)..within(layers.end));
         let around = corners.iter().map(|&[x, y]| {
             let [x, y, _] = Grid::voxel_of([x, y, 0]);
-            Window::between([x, y, layers.start], [x, y, layers.end - 1])
+            Window::from_corners([x, y, layers.start], [x, y, layers.end - 1])
         });
         let around = around.reduce(|all, one| all.union(&one)).map(|around| around.intersection(&window));
         let mut voxels = around.map_or_else(BitGrid::nowhere, BitGrid::new);
@@ -100,7 +100,7 @@ impl Prism {
         layers.end = layers.end.min(layers.start + 1);
         if self.layers(pose, grid, grid.window(), layers).is_empty() {
             return Err(
-                Issue::says("its volume holds no voxel of the grid").wanted("make it larger or move it")
+                Issue::says("its volume holds no voxel of the grid").with_advice("make it larger or move it")
             );
         }
         Ok(())

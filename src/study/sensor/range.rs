@@ -6,7 +6,7 @@ use perirobot_march::march::{Gates, MAX_RANGE_VOXELS};
 use perirobot_march::voxel::grid::length_q16;
 
 use super::noise::{self, Deviation};
-use super::{Calibration, Scale};
+use super::{Calibration, RayScale};
 
 /// What the range and the noise of a sensor are measured along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -41,7 +41,7 @@ pub struct Range {
 
 impl Range {
     /// What ends its rays, in voxels.
-    pub(crate) fn gates(&self, scale: &Scale) -> Gates {
+    pub(crate) fn gates(&self, scale: &RayScale) -> Gates {
         let range_q16 =
             |metres| length_q16(metres, scale.voxel_size_m).clamp(0, (MAX_RANGE_VOXELS as i64) << 16) as u32;
         Gates {
@@ -55,7 +55,7 @@ impl Range {
     }
 
     /// A table of rays in these directions.
-    pub(crate) fn rays(&self, dirs_q15: Vec<[i32; 3]>, scale: &Scale) -> Rays {
+    pub(crate) fn rays(&self, dirs_q15: Vec<[i32; 3]>, scale: &RayScale) -> Rays {
         let gates = self.gates(scale);
         let voxels = gates.range_max_q16 >> 16;
         let noise = noise::noise(&self.noise, self.dropout, voxels, scale.voxel_size_m);
@@ -68,7 +68,7 @@ impl Range {
     }
 
     /// The same without chance.
-    pub(crate) fn without_noise(self) -> Self {
+    pub(crate) fn to_noiseless(self) -> Self {
         Range { noise: Deviation::NONE, dropout: 0.0, calibration: None, ..self }
     }
 }

@@ -17,7 +17,7 @@ const NEARLY: f64 = 1e-9;
 
 /// A group of poses between which others are possible.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
+pub struct PoseSpread {
     /// Which of the sensor's candidates they are.
     pub candidates: Range<usize>,
     /// How far they reach in each way.
@@ -35,9 +35,9 @@ struct Stretch {
     step: f64,
 }
 
-impl Spread {
+impl PoseSpread {
     /// Of poses with such steps between them, 0 where there are none. They begin with this number.
-    pub fn new(first: usize, poses: &[&Pose], turns_deg: Vec<[f64; 2]>, steps: [f64; WAYS]) -> Spread {
+    pub fn new(first: usize, poses: &[&Pose], turns_deg: Vec<[f64; 2]>, steps: [f64; WAYS]) -> PoseSpread {
         let stretches = std::array::from_fn(|way| {
             let value = |number: usize| match way.checked_sub(TURNS.start) {
                 Some(turn) => turns_deg[number % turns_deg.len()][turn],
@@ -48,7 +48,7 @@ impl Spread {
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
             Stretch { from: ends[0], to: ends[1], step: steps[way] }
         });
-        Spread { candidates: first..first + poses.len(), stretches, turns_deg }
+        PoseSpread { candidates: first..first + poses.len(), stretches, turns_deg }
     }
 
     /// How far poses are from each other in each way; 0 where none is possible between them.
@@ -57,7 +57,7 @@ impl Spread {
     }
 
     /// The pose of a candidate, moved so far in each way. `None` where no pose of the group goes so far.
-    pub fn moved(&self, candidate: usize, pose: &Pose, by: [f64; WAYS]) -> Option<Pose> {
+    pub fn move_pose(&self, candidate: usize, pose: &Pose, by: [f64; WAYS]) -> Option<Pose> {
         let turn = self.turns_deg[(candidate - self.candidates.start) % self.turns_deg.len()];
         let [x, y, z] = pose.position_m.to_array();
         let was = [x, y, z, turn[0], turn[1]];
@@ -91,9 +91,9 @@ mod tests {
         let poses: Vec<Pose> =
             [0.0, 0.1, 0.2].iter().flat_map(|&x| turns.iter().map(move |t| at(x, t[0], t[1]))).collect();
         let spread =
-            Spread::new(7, &poses.iter().collect::<Vec<_>>(), turns.clone(), [0.1, 0.0, 0.0, 20.0, 20.0]);
+            PoseSpread::new(7, &poses.iter().collect::<Vec<_>>(), turns.clone(), [0.1, 0.0, 0.0, 20.0, 20.0]);
         assert_eq!(spread.candidates, 7..13);
-        let moved = |number: usize, by| spread.moved(7 + number, &poses[number], by);
+        let moved = |number: usize, by| spread.move_pose(7 + number, &poses[number], by);
         let close = |a: Pose, b: Pose| {
             (a.position_m - b.position_m).length() < 1e-12
                 && (a.rotation.dot(b.rotation).abs() - 1.0).abs() < 1e-12

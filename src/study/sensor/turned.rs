@@ -48,9 +48,9 @@ fn tidy_deg(radians: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use perirobot_scene::pose::{Frame, from_rpy};
+    use perirobot_scene::pose::{RotationFrame, from_rpy};
 
-    fn turned(pose: Pose) -> [f64; 3] {
+    fn turn(pose: Pose) -> [f64; 3] {
         let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(&pose);
         [pan_deg, tilt_deg, roll_deg]
     }
@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn pan_is_from_x_and_tilt_is_up() {
         let facing = |facing, pan: f64, tilt: f64| {
-            turned(Pose::facing(DVec3::ZERO, facing, pan.to_radians(), tilt.to_radians()))
+            turn(Pose::facing(DVec3::ZERO, facing, pan.to_radians(), tilt.to_radians()))
         };
         assert_eq!(facing(DVec3::Y, 0.0, 0.0), [90.0, 0.0, 0.0]);
         assert_eq!(facing(DVec3::Y, -20.0, -30.0), [70.0, -30.0, 0.0]);
@@ -73,8 +73,8 @@ mod tests {
     fn roll_is_clockwise_from_behind() {
         // URDF's roll about x (forward) lifts the left side: clockwise for a viewer who looks along it.
         let rpy = |r: f64, p: f64, y: f64| from_rpy([r, p, y].map(f64::to_radians));
-        let pose = |r, p, y| Pose::turned(DVec3::ZERO, rpy(r, p, y), Frame::Link);
-        assert_eq!(turned(pose(30.0, 0.0, 40.0)), [40.0, 0.0, 30.0]);
-        assert_eq!(turned(pose(-90.0, 20.0, 0.0)), [0.0, -20.0, -90.0]);
+        let pose = |r, p, y| Pose::from_rotation(DVec3::ZERO, rpy(r, p, y), RotationFrame::Link);
+        assert_eq!(turn(pose(30.0, 0.0, 40.0)), [40.0, 0.0, 30.0]);
+        assert_eq!(turn(pose(-90.0, 20.0, 0.0)), [0.0, -20.0, -90.0]);
     }
 }

@@ -28,14 +28,14 @@
 
 use rayon::prelude::*;
 
-use super::look::{self, Way};
+use super::look::{self, RayDirection};
 use super::{Extent, Kind, Station};
 use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::march;
 use perirobot_march::voxel::BitGrid;
 
 /// The voxels that a sensor watches in a representation, over the grid or a part of it.
-pub fn watched(kind: &dyn Kind, representation: usize, at: &Station) -> BitGrid {
+pub fn watched_voxels(kind: &dyn Kind, representation: usize, at: &Station) -> BitGrid {
     if is_always_on(kind, representation, at) {
         return BitGrid::nowhere();
     }
@@ -44,7 +44,7 @@ pub fn watched(kind: &dyn Kind, representation: usize, at: &Station) -> BitGrid 
     }
     match (kind.feels(at), at.rays) {
         (Extent::Only(voxels), _) => voxels,
-        (_, Some(rays)) => by_rays(rays, &at.placement(kind), &at.truth.blockers, None),
+        (_, Some(rays)) => ray_watch(rays, &at.placement(kind), &at.truth.blockers, None),
         (_, None) => BitGrid::nowhere(),
     }
 }
@@ -55,14 +55,20 @@ pub fn is_always_on(kind: &dyn Kind, representation: usize, at: &Station) -> boo
 }
 
 /// The voxels that rays watch; only those whose return would be read in a field, if one is given.
-pub(super) fn by_rays(rays: &Rays, from: &GridPose, blockers: &BitGrid, field: Option<&BitGrid>) -> BitGrid {
+pub(super) fn ray_watch(
+    rays: &Rays,
+    from: &GridPose,
+    blockers: &BitGrid,
+    field: Option<&BitGrid>,
+) -> BitGrid {
     let window = blockers.window();
     let follow = |plane: &mut BitGrid, ray: u32| {
         let drawn = march::draw(from.draws, ray);
         if march::is_lost(drawn, rays.noise.lost_below) {
             return;
         }
-        let (way, gates) = (Way::new(from, rays.dirs_q15[ray as usize]), rays.gates_of(ray as usize));
+        let (way, gates) =
+            (RayDirection::new(from, rays.dirs_q15[ray as usize]), rays.gates_of(ray as usize));
         let entered = march::crossings(march::start(from.caster().origin_q16, way.truly_q16));
         for to in entered.take_while(|to| to.t_q16 <= gates.range_max_q16 && window.contains(to.voxel)) {
             if to.t_q16 < gates.near_ignore_q16 {

@@ -67,9 +67,9 @@ struct BodyFile {
     /// Its name in results. Alone it is one of those that are known: "standing", "crawling", "arm", "leg", "finger".
     name: String,
     /// An upright cylinder.
-    cylinder: Option<CylinderFile>,
+    cylinder: Option<BodyCylinderFile>,
     /// A ball.
-    ball: Option<BallFile>,
+    ball: Option<BodyBallFile>,
     /// A box along the axes of the world.
     r#box: Option<CuboidFile>,
     /// Whether it stands on the floor. Default true, but for a ball.
@@ -82,7 +82,7 @@ struct BodyFile {
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-struct CylinderFile {
+struct BodyCylinderFile {
     /// In metres, above 0.
     diameter_m: f64,
     /// In metres, above 0.
@@ -93,7 +93,7 @@ struct CylinderFile {
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-struct BallFile {
+struct BodyBallFile {
     /// In metres, above 0.
     diameter_m: f64,
 }
@@ -225,17 +225,17 @@ const KNOWN: [(&str, BodyShape, bool); 5] = [
 ];
 
 /// What the keys of a study may name.
-pub(super) struct Known<'a> {
+pub(super) struct ApproachNames<'a> {
     pub(super) regions: &'a [(String, RegionSpec)],
     pub(super) sensors: &'a [Sensor],
 }
 
 /// Checks the table; without one, a person who stands comes in wherever the grid's edge is free.
-pub(super) fn check(at: &Place, file: Option<ApproachFile>, known: &Known) -> Result<Approach> {
+pub(super) fn check(at: &Place, file: Option<ApproachFile>, known: &ApproachNames) -> Result<Approach> {
     let (at, file) = (&at.key("approach"), file.unwrap_or_default());
     let hazard = match (file.hazard, &file.region) {
         (Some(_), Some(_)) => {
-            return Err(at.says("both hazard and region").wanted("give one of them"));
+            return Err(at.says("both hazard and region").with_advice("give one of them"));
         }
         (None | Some(Machine::Robot), None) => Hazard::Robot,
         (Some(Machine::RobotSwept), None) => Hazard::RobotSwept,
@@ -279,11 +279,12 @@ fn body(at: &Place, file: BodyFile, for_all: u32) -> Result<BodySpec> {
     let min_voxels = at_least_one(at, file.min_voxels.unwrap_or(for_all))?;
     let rule = "a size in metres above 0 and up to 100";
     let size = |key: &str, metres: f64| at.number(key, metres, f64::MIN_POSITIVE..=LARGEST_M, rule);
-    let cylinder = |c: &CylinderFile| -> Result<(BodyShape, bool)> {
+    let cylinder = |c: &BodyCylinderFile| -> Result<(BodyShape, bool)> {
         let (diameter_m, height_m) = (size("diameter_m", c.diameter_m)?, size("height_m", c.height_m)?);
         Ok((BodyShape::Cylinder { diameter_m, height_m }, true))
     };
-    let ball = |b: &BallFile| Ok((BodyShape::Ball { diameter_m: size("diameter_m", b.diameter_m)? }, false));
+    let ball =
+        |b: &BodyBallFile| Ok((BodyShape::Ball { diameter_m: size("diameter_m", b.diameter_m)? }, false));
     let cuboid = |b: &CuboidFile| {
         b.size_m.iter().try_for_each(|&metres| size("size_m", metres).map(|_| ()))?;
         Ok((BodyShape::Box { size_m: b.size_m }, true))
@@ -303,14 +304,14 @@ fn body(at: &Place, file: BodyFile, for_all: u32) -> Result<BodySpec> {
             let names = KNOWN.map(|(name, _, _)| name).join(", ");
             return Err(at
                 .says("no shape, and its name is none of a known body")
-                .wanted(format!("give one of cylinder, ball, box, or name one of {names}")));
+                .with_advice(format!("give one of cylinder, ball, box, or name one of {names}")));
         }
         _ => only_one(at, "shape", shapes)??,
     };
     Ok(BodySpec { name: file.name, shape, on_floor: file.on_floor.unwrap_or(stands), min_voxels })
 }
 
-fn entry(at: &Place, file: EntryFile, known: &Known) -> Result<EntrySpec> {
+fn entry(at: &Place, file: EntryFile, known: &ApproachNames) -> Result<EntrySpec> {
     let at = &at.key(&format!("entry {:?}", file.name));
     let cuboid =
         |b: &BoxFile| b.corners(&at.key("box")).map(|[min_m, max_m]| EntryPlace::Box { min_m, max_m });

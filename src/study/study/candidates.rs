@@ -6,9 +6,9 @@ use serde::Deserialize;
 
 use super::RegionSpec;
 use crate::diagnostics::Place;
-use crate::keys::{Axis, numbers};
+use crate::keys::{AxisValues, numbers};
 use perirobot_march::Result;
-use perirobot_scene::scene::spec::{ObjectSpec, SceneSpec, SurfaceSpec, Variant};
+use perirobot_scene::scene::spec::{ObjectSpec, SceneSpec, SceneVariant, SurfaceSpec};
 use perirobot_scene::truth::RegionShape;
 
 /// Most scenes that places may make.
@@ -26,17 +26,17 @@ pub(super) struct CandidateFile {
     with: Vec<String>,
     /// Where its own frame is: a number, a list, or { start, stop, step }. What snapshots move goes along: it keeps
     /// its way from the object's own position_m.
-    x_m: Axis,
+    x_m: AxisValues,
     /// The same along y.
-    y_m: Axis,
+    y_m: AxisValues,
     /// The same along z. Default as high as in the scene.
-    z_m: Option<Axis>,
+    z_m: Option<AxisValues>,
     /// How far it is turned from how the scene has it, about the vertical through its own frame. Default 0.
-    turn_deg: Option<Axis>,
+    turn_deg: Option<AxisValues>,
 }
 
 /// An entry, checked.
-struct Candidate {
+struct CheckedCandidate {
     object: String,
     with: Vec<String>,
     /// By name.
@@ -64,13 +64,13 @@ pub(super) fn expand(
     let count = places.chain([scenes.len()]).try_fold(1, usize::checked_mul);
     if count.is_none_or(|count| count > MOST_SCENES) {
         let what = format!("with these, the study has more than {MOST_SCENES} scenes");
-        return Err(at.key("candidate").says(what).wanted("widen a step, or leave some out"));
+        return Err(at.key("candidate").says(what).with_advice("widen a step, or leave some out"));
     }
     let mut variants = scenes;
     for candidate in &candidates {
         let placed = |scene: &SceneSpec| -> Vec<SceneSpec> {
             let places = candidate.places.iter();
-            places.map(|(name, standing)| candidate.placed(scene, name, standing)).collect()
+            places.map(|(name, standing)| candidate.place(scene, name, standing)).collect()
         };
         variants = variants.iter().flat_map(placed).collect();
     }
@@ -97,7 +97,7 @@ pub(super) fn warnings(regions: &[(String, RegionSpec)]) -> impl Iterator<Item =
     })
 }
 
-fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<Candidate> {
+fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<CheckedCandidate> {
     let at = &at.key(&format!("candidate {:?}", file.object));
     let names = file.with.iter().map(|name| ("with", name)).chain([("object", &file.object)]);
     for (key, name) in names {
@@ -115,16 +115,18 @@ fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<Candid
         let lacks = |scene: &&SceneSpec| scene.objects.iter().all(|object| object.name != *name);
         if let (Some(scene), "object") = (scenes.iter().find(lacks), key) {
             let what = format!("scene {:?} has no object {name:?}", scene.name);
-            return Err(at.says(what).wanted("places are compared over all scenes, so each must have it"));
+            return Err(at
+                .says(what)
+                .with_advice("places are compared over all scenes, so each must have it"));
         }
         let is_octomap = |object: &&ObjectSpec| matches!(object.surface, SurfaceSpec::Octomap(_));
         if known().filter(|object| object.name == *name).any(|object| is_octomap(&object)) {
             let what = format!("{name:?} is an octomap");
-            return Err(at.says(what).wanted("its voxels are the grid's; it stays where it is"));
+            return Err(at.says(what).with_advice("its voxels are the grid's; it stays where it is"));
         }
     }
-    let unturned = Axis::List(vec![0.0]);
-    let axis = |key: &str, axis: &Axis| numbers(at, key, axis);
+    let unturned = AxisValues::List(vec![0.0]);
+    let axis = |key: &str, axis: &AxisValues| numbers(at, key, axis);
     let (xs, ys) = (axis("x_m", &file.x_m)?, axis("y_m", &file.y_m)?);
     let zs = file.z_m.as_ref().map(|z| axis("z_m", z)).transpose()?;
     let turns = axis("turn_deg", file.turn_deg.as_ref().unwrap_or(&unturned))?;
@@ -132,7 +134,7 @@ fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<Candid
     let count = [xs.len(), ys.len(), zs.len(), turns.len()].into_iter().try_fold(1, usize::checked_mul);
     if count.is_none_or(|count| count > MOST_SCENES) {
         let what = format!("has more than {MOST_SCENES} places");
-        return Err(at.says(what).wanted("widen a step, or leave some out"));
+        return Err(at.says(what).with_advice("widen a step, or leave some out"));
     }
     let mut places = Vec::new();
     for &x_m in &xs {
@@ -148,7 +150,7 @@ fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<Candid
         }
     }
     at.unique("place", places.iter().map(|(name, _)| name.as_str()))?;
-    Ok(Candidate { object: file.object, with: file.with, places })
+    Ok(CheckedCandidate { object: file.object, with: file.with, places })
 }
 
 /// A number to the fourth digit behind the point, without zeros at the end.
@@ -160,14 +162,14 @@ fn short(value: f64) -> String {
     }
 }
 
-impl Candidate {
+impl CheckedCandidate {
     /// A scene with its object at one of its places.
-    fn placed(&self, scene: &SceneSpec, name: &str, standing: &Standing) -> SceneSpec {
+    fn place(&self, scene: &SceneSpec, name: &str, standing: &Standing) -> SceneSpec {
         let mut scene = scene.clone();
         let own = scene.objects.iter().find(|object| object.name == self.object);
         let pivot = own.map_or(DVec3::ZERO, |object| object.position_m);
         let to = DVec3::new(standing.x_m, standing.y_m, standing.z_m.unwrap_or(pivot.z));
-        let turned = turned(standing.turn_deg);
+        let turned = turn(standing.turn_deg);
         let moves = |object: &&mut ObjectSpec| object.name == self.object || self.with.contains(&object.name);
         for object in scene.objects.iter_mut().filter(moves) {
             let at = |position_m: DVec3| to + turned * (position_m - pivot);
@@ -177,8 +179,8 @@ impl Candidate {
             rotations.for_each(|rotation| *rotation = (turned * *rotation).normalize());
         }
         let variant = match scene.variant {
-            Some(Variant { scene, place }) => Variant { scene, place: format!("{place}+{name}") },
-            None => Variant { scene: scene.name, place: name.into() },
+            Some(SceneVariant { scene, place }) => SceneVariant { scene, place: format!("{place}+{name}") },
+            None => SceneVariant { scene: scene.name, place: name.into() },
         };
         scene.name = format!("{}@{}", variant.scene, variant.place);
         scene.variant = Some(variant);
@@ -187,7 +189,7 @@ impl Candidate {
 }
 
 /// A turn about the vertical.
-fn turned(degrees: f64) -> DQuat {
+fn turn(degrees: f64) -> DQuat {
     let (sin, cos) = libm::sincos(degrees.to_radians() / 2.0);
     DQuat::from_xyzw(0.0, 0.0, sin, cos)
 }

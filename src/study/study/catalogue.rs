@@ -142,7 +142,7 @@ pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<FromModel> {
         _ => {
             refuse_rings(at, keys, model)?;
             let contradictions = contradiction::contradictions(model, keys);
-            let thinned = contradiction::thinned(model, keys);
+            let thinned = contradiction::describe_thinning(model, keys);
             complete(keys, model);
             Ok(FromModel { contradictions, thinned })
         }

@@ -71,7 +71,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     let snapshots: usize = scenes.iter().map(|scene| scene.snapshots).sum();
     let per_choice = regions.len() * snapshots * repeats as usize;
     combination::check_rows(at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
-    let known = choose::Known { fusion: file.fusion, regions: &regions, sensors: &sensors };
+    let known = choose::ChooseNames { fusion: file.fusion, regions: &regions, sensors: &sensors };
     let choose = file.choose.map(|file| choose::check(at, file, &known)).transpose()?;
     let mut warnings = diagnostics::warnings(&text);
     warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
@@ -168,12 +168,12 @@ fn demands(
     let one = |e: Error| vec![e];
     let mounting_error = file.mounting_error.take().map(|file| file.check(at)).transpose().map_err(one)?;
     let has_approach = file.approach.as_ref().is_some_and(ApproachFile::asks);
-    let known = approach::Known { regions, sensors };
+    let known = approach::ApproachNames { regions, sensors };
     let approach = approach::check(at, file.approach.take(), &known).map_err(one)?;
     let postures = file.postures.take().map(|file| file.check(at, approach.standing_m())).transpose();
     let postures = postures.map_err(one)?.unwrap_or_default();
     no_postures_of_recordings(at, &postures, sensors).map_err(one)?;
-    let known = require::Known {
+    let known = require::RequirementNames {
         regions,
         approach: &approach,
         has_draws: mounting_error.is_some(),
@@ -192,7 +192,7 @@ fn no_postures_of_recordings(at: &Place, postures: &[Posture], sensors: &[Sensor
                 "postures and sensor {:?}, which was recorded with the people who were there",
                 sensor.name
             );
-            Err(at.says(what).wanted("take one of them away"))
+            Err(at.says(what).with_advice("take one of them away"))
         }
         _ => Ok(()),
     }
@@ -209,7 +209,7 @@ fn refuse_scene(path: &Path, text: &str) -> Result<()> {
     let keys = top_keys(text);
     match keys.contains_key("object") && !["scene", "sensor"].iter().any(|key| keys.contains_key(*key)) {
         true => Err(Error::input(path, "this looks like a scene file")
-            .wanted("name the study that lists it, with [[scene]]")),
+            .with_advice("name the study that lists it, with [[scene]]")),
         false => Ok(()),
     }
 }
@@ -233,7 +233,7 @@ fn voxel_size(at: &Place, file: &StudyFile, overrides: &Overrides) -> Result<f64
     match overrides.voxel_size_m {
         Some(size) if !VOXEL_SIZES_M.contains(&size) => {
             let place = Site::Argument(Argument("voxel size"), size.to_string());
-            Err(Issue::says(format!("must be {rule}")).at(place).into())
+            Err(Issue::says(format!("must be {rule}")).with_place(place).into())
         }
         other => Ok(other.unwrap_or(file.grid.voxel_size_m)),
     }
@@ -244,7 +244,7 @@ fn scenes(at: &Place, file: &mut StudyFile, sources: &Sources, problems: &mut Pr
     let scenes = file.scene.iter().enumerate().filter_map(|(i, entry)| {
         let path = at.folder().join(&entry.file);
         // An error inside the file names the file; an error of opening it also names the study.
-        let text = sources.text(&path).map_err(|e| at.around(e.at(format!("scene[{i}].file"))));
+        let text = sources.text(&path).map_err(|e| at.around(e.with_place(format!("scene[{i}].file"))));
         let mut scene = problems.keep(text).and_then(|text| problems.keep_all(parse_scene(&path, text)))?;
         scene.name = entry.name.clone().unwrap_or(scene.name);
         Some(scene)
@@ -337,7 +337,7 @@ fn no_mixed_noise(at: &Place, sensors: &[Sensor]) -> Result<()> {
                  with "
             )) + Argument("noiseless")
                 + ")";
-            Err(at.says(what).wanted(cure))
+            Err(at.says(what).with_advice(cure))
         }
         _ => Ok(()),
     }

@@ -13,7 +13,9 @@ struct EqualSensors {
 
 impl Choices {
     /// The choices of sensors, each given with its poses.
-    pub fn of<'a, S: PartialEq, P: PartialEq + 'a>(sensors: impl Iterator<Item = (S, &'a [P])>) -> Choices {
+    pub fn from_sensors<'a, S: PartialEq, P: PartialEq + 'a>(
+        sensors: impl Iterator<Item = (S, &'a [P])>,
+    ) -> Choices {
         let sensors: Vec<_> = sensors.collect();
         let equal = |of_one: &[(S, &[P])]| EqualSensors { sensors: of_one.len(), poses: of_one[0].1.len() };
         Choices(sensors.chunk_by(|a, b| a == b).map(equal).collect())
@@ -102,7 +104,7 @@ mod tests {
     /// Sensors by name, each with how many poses it has.
     fn choices(sensors: &[(&str, usize)]) -> Choices {
         let poses: Vec<Vec<usize>> = sensors.iter().map(|(_, poses)| (0..*poses).collect()).collect();
-        Choices::of(sensors.iter().map(|(name, _)| *name).zip(poses.iter().map(Vec::as_slice)))
+        Choices::from_sensors(sensors.iter().map(|(name, _)| *name).zip(poses.iter().map(Vec::as_slice)))
     }
 
     #[test]

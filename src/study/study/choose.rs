@@ -102,7 +102,7 @@ pub(super) enum AcrossName {
 }
 
 impl AcrossName {
-    pub(super) fn across(self) -> Across {
+    pub(super) fn to_across(self) -> Across {
         match self {
             AcrossName::Pooled => Across::Pooled,
             AcrossName::Worst => Across::Worst,
@@ -150,13 +150,13 @@ pub struct SetRequirement {
 }
 
 /// What the rest of the study says.
-pub(super) struct Known<'a> {
+pub(super) struct ChooseNames<'a> {
     pub(super) fusion: Fusion,
     pub(super) regions: &'a [(String, RegionSpec)],
     pub(super) sensors: &'a [Sensor],
 }
 
-pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choose, Vec<Error>> {
+pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result<Choose, Vec<Error>> {
     let (at, mut problems) = (at.key("choose"), Problems::default());
     let sensors = known.sensors;
     let region = problems.keep(region::index(&at, &file.region, known.regions));
@@ -173,7 +173,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
         if Ratio::from_f64(at_least).value() != at_least {
             return Err(at.wrong("at_least", at_least, "must have at most nine digits after the point"));
         }
-        Ok(SetRequirement { score: entry.score.score(), over: entry.over.across(), at_least })
+        Ok(SetRequirement { score: entry.score.score(), over: entry.over.to_across(), at_least })
     });
     let require: Vec<SetRequirement> = require.filter_map(|one| problems.keep(one)).collect();
     let representations = problems.keep(representations(&at, &file.representation, sensors));
@@ -194,7 +194,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &Known) -> Result<Choos
     };
     Ok(Choose {
         objective: file.objective.score(),
-        over: file.over.across(),
+        over: file.over.to_across(),
         region,
         at_most: file.at_most as usize,
         budget,
@@ -270,7 +270,7 @@ fn all_or_none_priced(at: &Place, sensors: &[Sensor]) -> Result<()> {
     match (sensors.iter().find(without), sensors.iter().find(|sensor| !without(sensor))) {
         (Some(free), Some(priced)) => Err(at
             .says(format!("sensor {:?} has a cost and {:?} has none", priced.name, free.name))
-            .wanted("give each sensor one (cost = 0 for what is there already), or none")),
+            .with_advice("give each sensor one (cost = 0 for what is there already), or none")),
         _ => Ok(()),
     }
 }

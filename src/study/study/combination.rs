@@ -54,7 +54,7 @@ impl Combination {
     }
 
     fn all_choices(&self) -> Choices {
-        Choices::of(self.members.iter().map(|member| (member.sensor, member.candidates.as_slice())))
+        Choices::from_sensors(self.members.iter().map(|member| (member.sensor, member.candidates.as_slice())))
     }
 
     /// How many choices of a representation for each member there are.
@@ -114,16 +114,16 @@ pub(super) fn check_rows(
                 "{choices} choices of poses in {representations} representations, each {per_choice} times (regions, snapshots, \
                  repeats), make more than {MAX_ROWS} rows of results"
             );
-            let issue = Issue::too_large(what).wanted("name a part of the poses, or fewer of the rest");
-            return Err(at.around(issue.at(format!("combination {:?}", combination.name))));
+            let issue = Issue::too_large(what).with_advice("name a part of the poses, or fewer of the rest");
+            return Err(at.around(issue.with_place(format!("combination {:?}", combination.name))));
         }
         let names = combination.members.iter().map(|member| sensors[member.sensor].kind.representations());
         bytes = bytes.saturating_add(bytes_of_names(names));
         if bytes > MAX_NAMES_BYTES {
             let what = format!("{representations} choices of a representation for each sensor are too many");
             let issue =
-                Issue::too_large(what).wanted("fuse fewer sensors, or give them fewer representations");
-            return Err(at.around(issue.at(format!("combination {:?}", combination.name))));
+                Issue::too_large(what).with_advice("fuse fewer sensors, or give them fewer representations");
+            return Err(at.around(issue.with_place(format!("combination {:?}", combination.name))));
         }
     }
     Ok(())

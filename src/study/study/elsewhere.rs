@@ -24,13 +24,13 @@ impl Study {
         let count = poses.first().map_or(0, |(_, poses)| poses.len());
         for (sensor, poses) in poses {
             let spec = &self.sensors[*sensor];
-            let wrong = |what: String| Issue::says(what).at(format!("sensor {:?}", spec.name));
+            let wrong = |what: String| Issue::says(what).with_place(format!("sensor {:?}", spec.name));
             if !spec.kind.takes_poses() {
                 return Err(wrong(format!("is of kind {:?}, which takes no poses", spec.kind.name())).into());
             }
             if poses.len() != count {
                 let what = format!("has {} poses, and the first sensor has {count}", poses.len());
-                return Err(wrong(what).wanted("give each as many").into());
+                return Err(wrong(what).with_advice("give each as many").into());
             }
         }
         let mut entries: Vec<&(usize, Vec<Pose>)> = poses.iter().collect();
@@ -51,7 +51,7 @@ impl Study {
                     let spec = &mut study.sensors[sensor];
                     members.last_mut().expect("it was just added").candidates.push(spec.candidates.len());
                     spec.candidates.push(Candidate { name, group, setting });
-                    let words = self.quantised(&pose);
+                    let words = self.quantise(&pose);
                     spec.draw_words.push(*listed.get(&words).unwrap_or(&(1 << 31 | fold(words) >> 1)));
                 }
             }
@@ -95,13 +95,13 @@ impl Study {
         let candidates = sensor.candidates.iter().filter(|_| matter).zip(0..);
         let mut words = HashMap::new();
         for (candidate, number) in candidates {
-            words.entry(self.quantised(&candidate.setting.pose())).or_insert(number);
+            words.entry(self.quantise(&candidate.setting.pose())).or_insert(number);
         }
         words
     }
 
     /// A pose in whole numbers: its position in 1/65536 voxels, and its rotation row by row in Q15.
-    fn quantised(&self, pose: &Pose) -> [u32; 12] {
+    fn quantise(&self, pose: &Pose) -> [u32; 12] {
         let (at, link) = (pose.position_m.to_array(), pose.link());
         std::array::from_fn(|number| match number.checked_sub(3) {
             None => length_q16(at[number], self.voxel_size_m) as u32,
@@ -139,7 +139,7 @@ mod tests {
         assert!(all[1] >= 1 << 31, "{}", all[1]);
         assert_eq!(words(&[free, listed[0]]), [all[1], 0]);
         let hash =
-            study.quantised(&free).into_iter().fold(0, |hash, word| perirobot_march::march::pcg(hash ^ word));
+            study.quantise(&free).into_iter().fold(0, |hash, word| perirobot_march::march::pcg(hash ^ word));
         assert_eq!(all[1] as u32, (1 << 31) + hash / 2);
         // Two equal sensors are two candidates of one, each with its own draws.
         let two = study.elsewhere(&[(0, vec![free, listed[0]]), (0, vec![listed[2], free])]).unwrap();

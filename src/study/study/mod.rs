@@ -30,7 +30,7 @@ use glam::DVec3;
 
 pub use crate::diagnostics::IN_MEMORY;
 use crate::sensor::kinds::recorded::Recorded;
-use crate::sensor::{Candidate, Kind, SaidOfNoise, Sensor, Terms};
+use crate::sensor::{Candidate, CostTerms, Kind, SaidOfNoise, Sensor};
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;
 pub use choose::{Choose, SetRequirement};
@@ -112,7 +112,7 @@ impl Study {
     /// Reads and checks a study and its scene files (not their meshes), which must lie in its folder or
     /// below.
     pub fn load(path: &Path, overrides: &Overrides) -> Result<Study> {
-        Study::read(path, overrides, Sources::beside(path))
+        Study::read(path, overrides, Sources::from_main(path))
     }
 
     /// Reads and checks a study and its scene files (not their meshes), from where its sources may lie.
@@ -122,11 +122,11 @@ impl Study {
 
     /// The same, but tells all errors that can be judged independently.
     pub fn examine(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
-        check::study(path, overrides, sources.clone()).map_err(|problems| sources.judged(problems))
+        check::study(path, overrides, sources.clone()).map_err(|problems| sources.classify(problems))
     }
 
     /// The same sensors, each in one representation alone, in other combinations.
-    pub fn of_sets(&self, representations: &[usize], combinations: Vec<Combination>) -> Study {
+    pub fn with_combinations(&self, representations: &[usize], combinations: Vec<Combination>) -> Study {
         let mut study = Study { combinations, ..self.clone() };
         for (sensor, &representation) in study.sensors.iter_mut().zip(representations) {
             sensor.kind = sensor.kind.only(representation).unwrap_or_else(|| sensor.kind.clone());
@@ -135,7 +135,7 @@ impl Study {
     }
 
     /// The same with one sensor alone, whose evidence was recorded; its requirements and questions are left out.
-    pub fn of_recording(&self, recorded: Recorded) -> Study {
+    pub fn with_recording(&self, recorded: Recorded) -> Study {
         let taken = |name: &str| self.sensors.iter().any(|sensor| sensor.name == name);
         let name = std::iter::successors(Some(String::from("recorded")), |name| Some(format!("{name}-map")))
             .find(|name| !taken(name))
@@ -155,7 +155,7 @@ impl Study {
             spreads: Vec::new(),
             noise: SaidOfNoise::Nothing,
             thinned: None,
-            terms: Terms::default(),
+            terms: CostTerms::default(),
             warnings: Vec::new(),
             name,
         };

@@ -11,12 +11,12 @@ use serde::Deserialize;
 
 use super::slug;
 use crate::diagnostics::{FARTHEST_M, Place};
-use crate::keys::{Axis, MAX_NUMBERS, numbers};
+use crate::keys::{AxisValues, MAX_NUMBERS, numbers};
 use crate::sensor::spread::WAYS;
-use crate::sensor::{Candidate, Setting, Spread, Stance};
+use crate::sensor::{Candidate, PoseSpread, Setting, Stance};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_scene::pose::{Frame, Pose, from_rpy};
+use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};
 
 pub(super) use file::PosesFile;
@@ -51,7 +51,7 @@ struct Expanded {
 
 impl Expanded {
     /// Poses that are listed one by one.
-    fn listed(poses: Vec<(String, Pose)>) -> Expanded {
+    fn from_list(poses: Vec<(String, Pose)>) -> Expanded {
         Expanded { poses, turns_deg: vec![[0.0; 2]], steps: [0.0; WAYS] }
     }
 }
@@ -62,7 +62,7 @@ pub(super) fn expand(
     entry: &PosesFile,
     source: &PoseSource,
     candidates: &mut Vec<Candidate>,
-) -> Result<Option<Spread>> {
+) -> Result<Option<PoseSpread>> {
     let at = &at.key(&format!("poses {:?}", entry.name));
     let group = slug(&entry.name);
     if group.is_empty() {
@@ -89,14 +89,14 @@ pub(super) fn expand(
             if name.is_empty() {
                 return Err(at.wrong("name", "\"\"", "must not be empty; leave it out to number the pose"));
             }
-            Ok((name, listed(&at, pose, source.stance)?))
+            Ok((name, read_listed(&at, pose, source.stance)?))
         });
-        Expanded::listed(poses.collect::<Result<_>>()?)
+        Expanded::from_list(poses.collect::<Result<_>>()?)
     } else if let Some(csv) = &entry.csv {
         let poses = table(&at.folder().join(csv), entry.frame.unwrap_or_default(), source);
-        Expanded::listed(poses.map_err(|e| at.around(e.at("csv")))?)
+        Expanded::from_list(poses.map_err(|e| at.around(e.with_place("csv")))?)
     } else if let Some(random) = &entry.random {
-        drawn(at, random, entry.facing, source, most)?
+        draw_poses(at, random, entry.facing, source, most)?
     } else {
         lattice_poses(at, entry, source.stance, most)?
     };
@@ -105,7 +105,7 @@ pub(super) fn expand(
     }
     let poses: Vec<&Pose> = named.iter().map(|(_, pose)| pose).collect();
     let has_steps = steps.iter().any(|&step| step > 0.0);
-    let spread = has_steps.then(|| Spread::new(candidates.len(), &poses, turns_deg, steps));
+    let spread = has_steps.then(|| PoseSpread::new(candidates.len(), &poses, turns_deg, steps));
     candidates.extend(named.into_iter().map(|(name, pose)| Candidate {
         name: format!("{group}/{name}"),
         group: group.clone(),
@@ -115,9 +115,9 @@ pub(super) fn expand(
 }
 
 /// The numbers of one axis of a lattice.
-fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
+fn axis(at: &Place, key: &str, axis: &Option<AxisValues>) -> Result<Vec<f64>> {
     match axis {
-        None => Err(at.says(format!("{key} is missing")).wanted("a lattice has x_m, y_m and z_m")),
+        None => Err(at.says(format!("{key} is missing")).with_advice("a lattice has x_m, y_m and z_m")),
         Some(axis) => numbers(at, key, axis),
     }
 }
@@ -125,7 +125,7 @@ fn axis(at: &Place, key: &str, axis: &Option<Axis>) -> Result<Vec<f64>> {
 /// The error for more poses than a study may have.
 pub(super) fn too_many() -> Issue {
     Issue::too_large(format!("with these, the study has more than {MAX_POSES} poses"))
-        .wanted("widen a step, or leave some out")
+        .with_advice("widen a step, or leave some out")
 }
 
 fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> Result<Expanded> {
@@ -147,7 +147,7 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> 
         for &y in &ys {
             for &z in &zs {
                 for (o, turn) in orientations.iter().enumerate() {
-                    let pose = turned(
+                    let pose = turn_pose(
                         &at.key(&format!("orientations_deg[{o}]")),
                         stance,
                         DVec3::new(x, y, z),
@@ -169,8 +169,8 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> 
 
 /// The step of numbers that are evenly spaced: a lattice, or a list that could be one. Of two numbers in a list
 /// nobody knows whether anything is between them.
-fn even(numbers: &[f64], axis: &Option<Axis>) -> f64 {
-    let is_lattice = matches!(axis, Some(Axis::Steps { .. })) || numbers.len() > 2;
+fn even(numbers: &[f64], axis: &Option<AxisValues>) -> f64 {
+    let is_lattice = matches!(axis, Some(AxisValues::Steps { .. })) || numbers.len() > 2;
     let gaps: Vec<f64> = numbers.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     match gaps.first() {
         Some(&gap) if is_lattice && gaps.iter().all(|other| (other - gap).abs() < SAME) => gap,
@@ -189,7 +189,7 @@ fn least_apart(mut angles: Vec<f64>) -> f64 {
 fn facing(at: &Place, facing: Option<[f64; 3]>, stance: Stance) -> Result<DVec3> {
     let usual = (stance == Stance::Level).then_some([1.0, 0.0, 0.0]);
     let value = facing.or(usual).ok_or_else(|| {
-        at.says("facing is missing").wanted("the way the sensor looks, as in facing = [0, 1, 0]")
+        at.says("facing is missing").with_advice("the way the sensor looks, as in facing = [0, 1, 0]")
     })?;
     let facing = at.vector("facing", value)?;
     if facing.length() < 1e-9 {
@@ -202,7 +202,7 @@ fn facing(at: &Place, facing: Option<[f64; 3]>, stance: Stance) -> Result<DVec3>
 type Turn<'a> = [(&'a str, f64); 2];
 
 /// A facing pose, panned and tilted, for this kind of sensor.
-fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn) -> Result<Pose> {
+fn turn_pose(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn) -> Result<Pose> {
     let [(pan_key, pan_deg), (tilt_key, tilt_deg)] = turn;
     at.number(pan_key, pan_deg, -360.0..=360.0, "an angle in degrees from -360 to 360")?;
     at.number(tilt_key, tilt_deg, -180.0..=180.0, "an angle in degrees from -180 to 180")?;
@@ -219,7 +219,7 @@ fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn
         return Err(at.wrong(tilt_key, tilt_deg, rule));
     }
     if facing.truncate().length() < 1e-9 * facing.length() {
-        return Err(at.says("facing is straight up or down, which is no heading").wanted(match stance {
+        return Err(at.says("facing is straight up or down, which is no heading").with_advice(match stance {
             Stance::Level => "give one along the floor, and on a link one across the link's z",
             _ => "give one along the floor, and on a link one across the link's z, or use mount = \"facing\"",
         }));
@@ -227,14 +227,14 @@ fn turned(at: &Place, stance: Stance, position: DVec3, facing: DVec3, turn: Turn
     Ok(Pose::upright(position, facing, pan))
 }
 
-fn listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
+fn read_listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
     let position = at.vector("position_m", entry.position_m)?;
     let frame = entry.frame.unwrap_or_default();
     let turns = entry.pan_deg.is_some() || entry.tilt_deg.is_some();
     match (entry.facing, entry.rpy_deg, entry.quaternion) {
         (_, None, None) if entry.frame.is_none() && (entry.facing.is_some() || stance == Stance::Level) => {
             let (pan, tilt) = (entry.pan_deg.unwrap_or(0.0), entry.tilt_deg.unwrap_or(0.0));
-            turned(
+            turn_pose(
                 at,
                 stance,
                 position,
@@ -244,7 +244,7 @@ fn listed(at: &Place, entry: &PoseFile, stance: Stance) -> Result<Pose> {
         }
         (None, Some(rpy), None) if !turns => {
             let rpy = at.vector("rpy_deg", rpy)?.to_array().map(f64::to_radians);
-            Ok(Pose::turned(position, from_rpy(rpy), frame))
+            Ok(Pose::from_rotation(position, from_rpy(rpy), frame))
         }
         (None, None, Some(q)) if !turns => {
             let wxyz = [q.w, q.x, q.y, q.z];
@@ -274,9 +274,9 @@ struct PoseRow {
 /// Poses from a table with a header: x_m, y_m, z_m, qw, qx, qy, qz and, if wanted, pose (a name) and sensor
 /// (only that sensor's rows are taken). Other columns are left alone, so the `poses.csv` of a sweep can be
 /// read back.
-fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, Pose)>> {
+fn table(path: &Path, frame: RotationFrame, source: &PoseSource) -> Result<Vec<(String, Pose)>> {
     let (sensor, text) = (source.sensor, source.files.table(path)?);
-    refuse_other_separators(&text).map_err(|issue| issue.at(path))?;
+    refuse_other_separators(&text).map_err(|issue| issue.with_place(path))?;
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .flexible(true)
@@ -284,18 +284,18 @@ fn table(path: &Path, frame: Frame, source: &PoseSource) -> Result<Vec<(String, 
         .from_reader(text.as_bytes());
     let mut poses = Vec::new();
     let columns = "the columns are x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose";
-    let unreadable = |e: csv::Error| Error::from(table_issue(&e).cure(columns).at(path));
+    let unreadable = |e: csv::Error| Error::from(table_issue(&e).cure(columns).with_place(path));
     let header = reader.headers().map_err(unreadable)?.clone();
     if header.iter().next().is_some_and(|cell| cell.parse::<f64>().is_ok()) {
         return Err(Issue::says("has no header")
-            .wanted("write x_m,y_m,z_m,qw,qx,qy,qz as its first line")
-            .at(path)
+            .with_advice("write x_m,y_m,z_m,qw,qx,qy,qz as its first line")
+            .with_place(path)
             .into());
     }
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
         let line = record.position().map_or(0, |p| p.line() + passed_over(&text[p.byte() as usize..]));
-        let unfit = |issue: Issue| Error::from(issue.at(format!("line {line}")).at(path));
+        let unfit = |issue: Issue| Error::from(issue.with_place(format!("line {line}")).with_place(path));
         let wrong = |what: &str| unfit(Issue::says(what));
         refuse_width(record.iter(), header.len()).map_err(|issue| unfit(issue.cure(columns)))?;
         let row: PoseRow = record.deserialize(Some(&header)).map_err(|e| {
@@ -336,7 +336,7 @@ fn passed_over(text: &str) -> u64 {
 
 /// Random poses. ChaCha8 is a named generator and each draw is one of its integers, so a seed means the same
 /// poses with every version of every library.
-fn drawn(
+fn draw_poses(
     at: &Place,
     random: &RandomFile,
     facing_file: Option<[f64; 3]>,
@@ -364,7 +364,7 @@ fn drawn(
     // Both ends are checked first, so that an error does not depend on the seed.
     for end in [0, 1] {
         let turn = [("pan_deg", pan_deg[end]), ("tilt_deg", tilt_deg[end])];
-        turned(at, source.stance, min, facing, turn)?;
+        turn_pose(at, source.stance, min, facing, turn)?;
     }
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&source.seed.to_le_bytes());
@@ -380,7 +380,7 @@ fn drawn(
         turns_deg.push([pan, tilt]);
         Ok((
             i.to_string(),
-            turned(at, source.stance, position, facing, [("pan_deg", pan), ("tilt_deg", tilt)])?,
+            turn_pose(at, source.stance, position, facing, [("pan_deg", pan), ("tilt_deg", tilt)])?,
         ))
     });
     let poses = poses.collect::<Result<Vec<_>>>()?;

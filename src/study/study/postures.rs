@@ -12,12 +12,12 @@ use serde::de::{Deserializer, MapAccess, Visitor};
 use super::scene_file::person::PersonKeys;
 use super::slug;
 use crate::diagnostics::Place;
-use crate::keys::{Axis, Unit, UpFile, exactly, numbers};
+use crate::keys::{AxisValues, Unit, UpFile, exactly, numbers};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
-use perirobot_scene::pose::{Frame, Pose, from_rpy};
+use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::scene::bvh::MotionFile;
-use perirobot_scene::scene::keypoints::{KeypointFile, Layout};
+use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile};
 use perirobot_scene::scene::spec::{PersonFile, SurfaceSpec};
 use perirobot_shipped::{PEOPLE, Person};
 
@@ -35,7 +35,7 @@ pub(super) struct PosturesFile {
     people: Vec<PersonEntry>,
     /// Where each of them stands: [x, y, yaw], in metres and degrees, at yaw 0 facing +x. The floor is that of
     /// `[approach]`, at height 0 unless floor_m says otherwise.
-    spots: Vec<Spot>,
+    spots: Vec<PersonSpot>,
 }
 
 /// A name or a file, or what a file needs besides.
@@ -54,7 +54,7 @@ struct PersonTable {
     /// A CSV file of joints, or motion capture (.bvh).
     mannequin: PathBuf,
     /// Which joints the CSV file has, in which order. Default "coco-17".
-    layout: Option<Layout>,
+    layout: Option<JointLayout>,
     /// The unit of a .bvh file: "m", "cm", "mm", "in", or how many metres it is.
     unit: Option<Unit>,
     /// The axis that points up in a .bvh file. Default "y".
@@ -62,7 +62,7 @@ struct PersonTable {
     /// Which bone of a .bvh file begins at which joint, where its name is not a usual one.
     bones: Option<BTreeMap<String, String>>,
     /// Moments of a .bvh file, each a posture: a list of seconds, or { start, stop, step }.
-    times_s: Option<Axis>,
+    times_s: Option<AxisValues>,
 }
 
 impl<'de> Deserialize<'de> for PersonEntry {
@@ -102,7 +102,7 @@ impl schemars::JsonSchema for PersonEntry {
 /// A place on the floor and a direction.
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-struct Spot(#[serde(deserialize_with = "exactly")] [f64; 3]);
+struct PersonSpot(#[serde(deserialize_with = "exactly")] [f64; 3]);
 
 /// A person at a spot.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,14 +131,18 @@ impl PosturesFile {
         let all = people.len().saturating_mul(self.spots.len());
         if all > MOST {
             let what = format!("{} people at {} spots are {all} postures", people.len(), self.spots.len());
-            return Err(at.says(what).wanted(format!("at most {MOST} can be")));
+            return Err(at.says(what).with_advice(format!("at most {MOST} can be")));
         }
         at.unique("person", people.iter().map(|(name, _)| name.as_str()))?;
-        let spot = |(number, &Spot([x, y, yaw_deg])): (usize, &Spot)| {
+        let spot = |(number, &PersonSpot([x, y, yaw_deg])): (usize, &PersonSpot)| {
             let position_m = at.vector(&format!("spots[{number}]"), [x, y, floor_m])?;
             at.vector(&format!("spots[{number}]"), [0.0, 0.0, yaw_deg])?;
-            let rotation =
-                Pose::turned(DVec3::ZERO, from_rpy([0.0, 0.0, yaw_deg.to_radians()]), Frame::Link).rotation;
+            let rotation = Pose::from_rotation(
+                DVec3::ZERO,
+                from_rpy([0.0, 0.0, yaw_deg.to_radians()]),
+                RotationFrame::Link,
+            )
+            .rotation;
             Ok((number, position_m, rotation))
         };
         let spots: Vec<(usize, DVec3, DQuat)> =
@@ -178,14 +182,14 @@ fn persons(at: &Place, (number, entry): (usize, &PersonEntry)) -> Result<Vec<(St
         }
         (PersonFile::Motion(_), None) => Err(at
             .around(Issue::missing("times_s"))
-            .wanted("name moments of the motion, as in times_s = [0.5, 2]")),
+            .with_advice("name moments of the motion, as in times_s = [0.5, 2]")),
         (PersonFile::Joints(_), Some(_)) => {
-            Err(at.says("times_s belong to motion capture").wanted("a .bvh file"))
+            Err(at.says("times_s belong to motion capture").with_advice("a .bvh file"))
         }
         (person, None) => {
             if table.unit.is_some() || table.up.is_some() {
                 let rule = "a table of joints is in metres, z up";
-                return Err(at.says("unit and up belong to motion capture").wanted(rule));
+                return Err(at.says("unit and up belong to motion capture").with_advice(rule));
             }
             Ok(vec![(name, SurfaceSpec::Mannequin(person))])
         }
@@ -200,7 +204,7 @@ fn name_of(path: &Path) -> String {
 fn person(at: &Place, key: &str, written: &str) -> Result<(String, SurfaceSpec)> {
     let path = Path::new(written);
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
-        let file = KeypointFile { path: at.folder().join(path), layout: Layout::Coco17 };
+        let file = KeypointFile { path: at.folder().join(path), layout: JointLayout::Coco17 };
         return Ok((name_of(path), SurfaceSpec::Mannequin(PersonFile::Joints(file))));
     }
     let known = |person: &&Person| person.name == written;
@@ -219,7 +223,7 @@ fn person(at: &Place, key: &str, written: &str) -> Result<(String, SurfaceSpec)>
 mod tests {
     use super::*;
 
-    fn checked(text: &str) -> Result<Vec<Posture>, String> {
+    fn check(text: &str) -> Result<Vec<Posture>, String> {
         let at = Place::new(Path::new("in/study.toml"));
         let file: PosturesFile = toml::from_str(text).unwrap();
         file.check(&at, 0.5).map_err(|e| e.to_string())
@@ -227,11 +231,11 @@ mod tests {
 
     #[test]
     fn each_person_stands_at_each_spot() {
-        let all = checked("people = [\"tall\", \"my/Worker 2.csv\"]\nspots = [[1, 2, 90], [3, 4.5, -180]]")
-            .unwrap();
+        let all =
+            check("people = [\"tall\", \"my/Worker 2.csv\"]\nspots = [[1, 2, 90], [3, 4.5, -180]]").unwrap();
         let names: Vec<&str> = all.iter().map(|posture| posture.name.as_str()).collect();
         assert_eq!(names, ["tall/0", "tall/1", "worker-2/0", "worker-2/1"]);
-        let file = KeypointFile { path: "in/my/Worker 2.csv".into(), layout: Layout::Coco17 };
+        let file = KeypointFile { path: "in/my/Worker 2.csv".into(), layout: JointLayout::Coco17 };
         assert_eq!(all[2].person, SurfaceSpec::Mannequin(PersonFile::Joints(file)));
         assert_eq!((all[1].spot, all[1].position_m), (1, DVec3::new(3.0, 4.5, 0.5)));
         // At 90° they face +y.
@@ -240,14 +244,14 @@ mod tests {
 
     #[test]
     fn files_say_their_layout_and_motions_their_moments() {
-        let all = checked(
+        let all = check(
             "people = [{ mannequin = \"p.csv\", layout = \"halpe-26\" }, { mannequin = \"My Walk.bvh\", unit = \"cm\", \
              bones = { head = \"Kopf\" }, times_s = [0.5, 2] }]\nspots = [[0, 0, 0], [1, 0, 0]]",
         )
         .unwrap();
         let names: Vec<&str> = all.iter().map(|posture| posture.name.as_str()).collect();
         assert_eq!(names, ["p/0", "p/1", "my-walk@0.5/0", "my-walk@0.5/1", "my-walk@2/0", "my-walk@2/1"]);
-        let table = KeypointFile { path: "in/p.csv".into(), layout: Layout::Halpe26 };
+        let table = KeypointFile { path: "in/p.csv".into(), layout: JointLayout::Halpe26 };
         assert_eq!(all[0].person, SurfaceSpec::Mannequin(PersonFile::Joints(table)));
         let SurfaceSpec::Mannequin(PersonFile::Motion(motion)) = &all[5].person else { panic!("a motion") };
         assert_eq!((motion.path.to_str(), motion.scale, motion.time_s), (Some("in/My Walk.bvh"), 0.01, 2.0));
@@ -298,11 +302,11 @@ mod tests {
                 "two persons are named \"w@1\"",
             ),
         ] {
-            let what = checked(&format!("people = [{people}]\nspots = [{spots}]")).unwrap_err();
+            let what = check(&format!("people = [{people}]\nspots = [{spots}]")).unwrap_err();
             assert!(what.contains(expected), "{what}");
         }
         let many = "[0, 0, 0], ".repeat(MOST);
-        let what = checked(&format!("people = [\"standing\", \"tall\"]\nspots = [{many}]")).unwrap_err();
+        let what = check(&format!("people = [\"standing\", \"tall\"]\nspots = [{many}]")).unwrap_err();
         assert!(what.contains("2 people at 1000 spots are 2000 postures: at most 1000 can be"), "{what}");
     }
 }

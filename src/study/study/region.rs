@@ -12,7 +12,7 @@ use super::scene_file::{mesh, unit_and_up_belong};
 use super::stopping::EXAMPLE;
 use crate::diagnostics::{Place, only_one};
 use perirobot_march::Result;
-use perirobot_scene::pose::{Frame, Pose, from_rpy};
+use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::scene::Role;
 use perirobot_scene::scene::mesh_file::MeshFile;
 use perirobot_scene::truth::RegionShape;
@@ -122,7 +122,7 @@ pub(super) fn check(
     if entry.mesh.is_none() && (entry.position_m.is_some() || entry.rpy_deg.is_some()) {
         return Err(at
             .says("position_m and rpy_deg belong to a mesh")
-            .wanted("other shapes are given in the world"));
+            .with_advice("other shapes are given in the world"));
     }
     Ok(specs)
 }
@@ -136,7 +136,7 @@ fn separation(
 ) -> Result<Vec<(String, RegionSpec)>> {
     let Some(stopping) = stopping else {
         let what = at.says("needs to know how the robot stops");
-        return Err(what.wanted(format!("add a table to the study, as in {EXAMPLE}")));
+        return Err(what.with_advice(format!("add a table to the study, as in {EXAMPLE}")));
     };
     let swept = file.from == Machine::RobotSwept;
     let of_speed = |name: String, speed: usize| {
@@ -163,7 +163,7 @@ fn volume(at: &Place, path: &Path, entry: &RegionFile) -> Result<RegionSpec> {
     Ok(RegionSpec::Mesh {
         file: mesh(at, folder, path, entry.unit, entry.up)?,
         position_m: at.vector("position_m", entry.position_m.unwrap_or_default())?,
-        rotation: Pose::turned(DVec3::ZERO, from_rpy(rpy), Frame::Link).rotation,
+        rotation: Pose::from_rotation(DVec3::ZERO, from_rpy(rpy), RotationFrame::Link).rotation,
     })
 }
 
@@ -185,7 +185,7 @@ fn human_box(at: &Place, entry: &HumanBoxFile) -> Result<RegionShape> {
     if entry.margin_m.is_some() && (entry.margin_min_m.is_some() || entry.margin_max_m.is_some()) {
         return Err(at
             .says("margin_m is for all sides")
-            .wanted("give either it or margin_min_m and margin_max_m"));
+            .with_advice("give either it or margin_min_m and margin_max_m"));
     }
     let all = at.number(
         "margin_m",

@@ -7,7 +7,7 @@ mod scores;
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use entry::{Known, RequirementFile, check};
+pub(super) use entry::{RequirementFile, RequirementNames, check};
 pub use mounting_error::MountingError;
 pub(super) use mounting_error::MountingErrorFile;
 use perirobot_march::metrics::{Across, Ratio, Score};
@@ -111,7 +111,7 @@ pub struct Requirement {
 
 impl Requirement {
     /// The score, if it is one of counts.
-    pub fn counted(&self) -> Option<&Counted> {
+    pub fn counted_score(&self) -> Option<&Counted> {
         match &self.measure {
             Measure::Counted(counted) => Some(counted),
             Measure::Nearness(_) | Measure::Controller(_) => None,
@@ -138,7 +138,7 @@ impl Requirement {
     }
 
     /// Of which counts, approaches or moments.
-    pub fn over(&self) -> Across {
+    pub fn scope(&self) -> Across {
         match &self.measure {
             Measure::Counted(counted) => counted.over,
             Measure::Nearness(_) | Measure::Controller(ControllerScore::MissedM) => Across::Worst,
@@ -148,11 +148,11 @@ impl Requirement {
 
     /// Index of the region in which is counted, if it is about one.
     pub fn region(&self) -> Option<usize> {
-        self.counted().map(|counted| counted.region)
+        self.counted_score().map(|counted| counted.region)
     }
 
     /// The same in another region, if it is about one.
-    pub fn in_region(&self, region: usize) -> Requirement {
+    pub fn with_region(&self, region: usize) -> Requirement {
         let measure = match &self.measure {
             Measure::Counted(counted) => Measure::Counted(Counted { region, ..*counted }),
             other => other.clone(),

@@ -13,12 +13,12 @@ use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 use crate::diagnostics::{self, Place, Problems, parse_in_parts, refuse_folder, top_keys, wrong_with};
-use crate::keys::{Quaternion, Unit, UpFile, exactly, exactly_if_given};
+use crate::keys::{QuaternionKeys, Unit, UpFile, exactly, exactly_if_given};
 use perirobot_march::{Error, Result};
-use perirobot_scene::pose::{Frame, Pose, from_rpy};
-use perirobot_scene::scene::keypoints::Layout;
+use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
+use perirobot_scene::scene::keypoints::JointLayout;
 use perirobot_scene::scene::spec::{NodeRule, SceneSpec};
-use perirobot_scene::scene::urdf::Geometry;
+use perirobot_scene::scene::urdf::GeometryUse;
 use perirobot_scene::scene::{Interior, Optical, Role};
 use perirobot_scene::source::Sources;
 pub(super) use surface::{mesh, unit_and_up_belong};
@@ -59,7 +59,7 @@ struct ObjectFile {
     #[serde(default, deserialize_with = "exactly_if_given")]
     rpy_deg: Option<[f64; 3]>,
     /// How it is turned, instead of rpy_deg.
-    quaternion: Option<Quaternion>,
+    quaternion: Option<QuaternionKeys>,
     /// The unit of a file's numbers: "m", "cm", "mm", "in", or how many metres it is. Default "m", which glTF
     /// prescribes, but not every exporter keeps to; a .dae file states its own, and a .bvh file needs one.
     unit: Option<Unit>,
@@ -87,7 +87,7 @@ struct ObjectFile {
     /// The joints of a person that is not made by mannequin, as a CSV file.
     keypoints: Option<PathBuf>,
     /// Which joints the CSV files of a person have, in which order. Default "coco-17".
-    layout: Option<Layout>,
+    layout: Option<JointLayout>,
     /// Which bone of a .bvh file begins at which joint, where its name is not a usual one: left_wrist = "LHand". The
     /// names of COCO's joints, and head for the base of the skull; with "" a joint is unknown.
     bones: Option<BTreeMap<String, String>>,
@@ -100,7 +100,7 @@ struct ObjectFile {
     /// The folders in which model://NAME of an sdf is looked for.
     models: Option<Vec<PathBuf>>,
     /// Which geometry of a urdf or an sdf counts. Default "collision".
-    geometry: Option<Geometry>,
+    geometry: Option<GeometryUse>,
     /// Where package://NAME of a urdf is: NAME = "folder".
     packages: Option<BTreeMap<String, PathBuf>>,
     /// Angles of a robot's joints by their names, in degrees.
@@ -213,7 +213,7 @@ fn refuse_study(path: &Path, text: &str) -> Result<()> {
         && !keys.contains_key("object")
     {
         true => Err(Error::input(path, "this looks like a study")
-            .wanted("name a scene file that it lists, with [[object]]")),
+            .with_advice("name a scene file that it lists, with [[object]]")),
         false => Ok(()),
     }
 }
@@ -223,20 +223,20 @@ fn rotation(
     at: &Place,
     index: &str,
     rpy_deg: Option<[f64; 3]>,
-    quaternion: Option<Quaternion>,
+    quaternion: Option<QuaternionKeys>,
 ) -> Result<DQuat> {
     match (rpy_deg, quaternion) {
         (None, None) => Ok(DQuat::IDENTITY),
         (Some(rpy), None) => {
             let rpy = at.vector(&format!("rpy_deg{index}"), rpy)?.to_array().map(f64::to_radians);
-            Ok(Pose::turned(DVec3::ZERO, from_rpy(rpy), Frame::Link).rotation)
+            Ok(Pose::from_rotation(DVec3::ZERO, from_rpy(rpy), RotationFrame::Link).rotation)
         }
         (None, Some(q)) => {
             let wxyz = [q.w, q.x, q.y, q.z];
-            let pose = Pose::from_quaternion(DVec3::ZERO, wxyz, Frame::Link);
+            let pose = Pose::from_quaternion(DVec3::ZERO, wxyz, RotationFrame::Link);
             let pose = pose.map_err(|rule| at.wrong(&format!("quaternion{index}"), q, &rule.to_string()))?;
             Ok(pose.rotation)
         }
-        (Some(_), Some(_)) => Err(at.says("both rpy_deg and quaternion").wanted("give one rotation")),
+        (Some(_), Some(_)) => Err(at.says("both rpy_deg and quaternion").with_advice("give one rotation")),
     }
 }

@@ -21,7 +21,7 @@ use serde::Deserialize;
 
 use self::intrusion::{Intrusion, NORMAL_M, PARALLEL_M};
 use crate::diagnostics::Place;
-use crate::keys::{Axis, numbers};
+use crate::keys::{AxisValues, numbers};
 use crate::sensor::Sensor;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -52,14 +52,14 @@ pub(super) struct StoppingFile {
     /// The edition of ISO 13855 whose formula it is, 2010 or 2024; for "iso13855".
     edition: Option<i64>,
     /// Speeds of the robot in metres a second, each above the one before.
-    robot_speeds_m_s: Axis,
+    robot_speeds_m_s: AxisValues,
     /// How long the sensors take to tell, in seconds.
     sensor_reaction_s: f64,
     /// How long the controller takes from there to the command that stops the robot, in seconds.
     control_reaction_s: f64,
     /// How long the robot takes from there until it stands, in seconds: a number, or one for each speed. It is taken
     /// to keep its speed until then.
-    robot_stopping_s: Option<Axis>,
+    robot_stopping_s: Option<AxisValues>,
     /// How the robot brakes, in metres a second squared, instead of robot_stopping_s.
     robot_deceleration_m_s2: Option<f64>,
     /// K: how fast people come, in metres a second, at any distance. Default 1.6, and 2 where the distance is then at most
@@ -106,7 +106,7 @@ pub struct Stopping {
     pub formula: Formula,
     /// Each speed, the slowest first; at least one.
     pub speeds: Vec<AtSpeed>,
-    terms: Terms,
+    terms: FormulaTerms,
     /// Defaults that nobody wrote, and values below them: what they are, and where they come from.
     defaults: Vec<String>,
     /// What is written and less than the formula asks for.
@@ -124,7 +124,7 @@ pub struct AtSpeed {
 
 impl AtSpeed {
     /// How far people must be, in whole nanometres, rounded up as [`perirobot_march::voxel::squared_voxels`] does.
-    pub fn needed(&self) -> Ratio {
+    pub fn needed_distance(&self) -> Ratio {
         let numerator = (self.needed_m * 1e9 - 1e-3).ceil().max(0.0) as i128;
         Ratio { numerator, denominator: 1_000_000_000 }
     }
@@ -132,7 +132,7 @@ impl AtSpeed {
 
 /// What the formulas are made of, in metres and seconds.
 #[derive(Clone, Debug, PartialEq)]
-struct Terms {
+struct FormulaTerms {
     /// `None` for the default, which depends on the distance.
     human_speed_m_s: Option<f64>,
     reaction_s: f64,
@@ -190,7 +190,7 @@ impl Stopping {
 
     /// What was assumed, sentence by sentence, for whoever reads a report.
     pub fn assumptions(&self) -> Vec<String> {
-        let Terms { human_speed_m_s, reaction_s, brakes, added } = &self.terms;
+        let FormulaTerms { human_speed_m_s, reaction_s, brakes, added } = &self.terms;
         let mut said = vec![format!(
             "How far people must be from the robot is {}; the program knows no standard, so check the formula and \
              its values against yours.",
@@ -247,7 +247,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
     if speeds.len() > MOST_SPEEDS {
         let issue = Issue::too_large(format!("robot_speeds_m_s has {} speeds", speeds.len()));
         return Err(
-            at.around(issue.wanted(format!("at most {MOST_SPEEDS} are possible: take a larger step")))
+            at.around(issue.with_advice(format!("at most {MOST_SPEEDS} are possible: take a larger step")))
         );
     }
     for &speed in &speeds {
@@ -288,7 +288,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
                 sensor.map_or("a device that an arm passes unnoticed".to_string(), Intrusion::to_string);
             format!("public pages tell of ISO 13855:{edition} for {case}")
         };
-        let metres = match (file.added(key), told) {
+        let metres = match (file.extra(key), told) {
             (Some(metres), Some((least_m, edition, sensor))) if metres < least_m => {
                 let (least, source) = (rounded_up(least_m, 2), source(edition, sensor));
                 let less = format!("{key} = {metres} is less than the {least} m that {source}");
@@ -301,21 +301,21 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
             (Some(metres), _) => metres,
             (None, Some((least_m, edition, sensor))) if key == "intrusion_m" => {
                 let (least, source) = (rounded_up(least_m, 2), source(edition, sensor));
-                let others = by_sensor(&intrusions, least_m);
+                let others = describe_sensors(&intrusions, least_m);
                 defaults.push(format!("{key} = {least} is a default, what {source}{others}"));
                 least_m
             }
             (None, _) => {
                 let cure = format!("{} needs it, also where it is 0, as in {key} = 0.1", formula.name());
-                return Err(at.around(Issue::missing(key)).wanted(cure));
+                return Err(at.around(Issue::missing(key)).with_advice(cure));
             }
         };
         added.push((key, at.number(key, metres, 0.0..=100.0, "a length in metres from 0 to 100")?));
     }
-    let terms = Terms { human_speed_m_s, reaction_s, brakes, added };
+    let terms = FormulaTerms { human_speed_m_s, reaction_s, brakes, added };
     let at_speed =
         |(number, speed_m_s)| AtSpeed { speed_m_s, needed_m: terms.needed_m(formula, number, speed_m_s) };
-    let by_default = Terms { human_speed_m_s: None, ..terms.clone() };
+    let by_default = FormulaTerms { human_speed_m_s: None, ..terms.clone() };
     let is_less = |(number, speed_m_s): &(usize, f64)| {
         terms.needed_m(formula, *number, *speed_m_s) < by_default.needed_m(formula, *number, *speed_m_s)
     };
@@ -336,7 +336,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
 }
 
 /// Which sensors ask for less than the farthest intrusion, in words.
-fn by_sensor(intrusions: &[Intrusion], least_m: f64) -> String {
+fn describe_sensors(intrusions: &[Intrusion], least_m: f64) -> String {
     let less = intrusions.iter().filter(|one| one.metres() < least_m);
     let less: Vec<String> = less.map(|one| format!("{} for {one}", rounded_up(one.metres(), 2))).collect();
     match less.is_empty() {
@@ -345,7 +345,7 @@ fn by_sensor(intrusions: &[Intrusion], least_m: f64) -> String {
     }
 }
 
-impl Terms {
+impl FormulaTerms {
     /// How far people must be at a speed, which has this number.
     fn needed_m(&self, formula: Formula, number: usize, speed_m_s: f64) -> f64 {
         let (stopping_s, stopping_m) = match &self.brakes {
@@ -375,7 +375,7 @@ impl Terms {
 
 impl StoppingFile {
     /// The value of a key that only some formulas have.
-    fn added(&self, key: &str) -> Option<f64> {
+    fn extra(&self, key: &str) -> Option<f64> {
         let known = [
             ("intrusion_m", self.intrusion_m),
             ("device_distance_m", self.device_distance_m),
@@ -394,7 +394,7 @@ fn formula(at: &Place, file: &StoppingFile) -> Result<Formula> {
         (FormulaName::Iso13855, Some(other)) => Err(at.wrong("edition", other, "must be 2010 or 2024")),
         (FormulaName::Iso13855, None) => Err(at
             .around(Issue::missing("edition"))
-            .wanted("say which edition of ISO 13855 is meant: edition = 2010, or 2024")),
+            .with_advice("say which edition of ISO 13855 is meant: edition = 2010, or 2024")),
         (FormulaName::SpeedAndSeparation, None) => Ok(Formula::SpeedAndSeparation),
         (FormulaName::SpeedAndSeparation, Some(edition)) => {
             Err(at.wrong("edition", edition, "belongs to formula = \"iso13855\": leave it out"))
@@ -406,7 +406,7 @@ fn formula(at: &Place, file: &StoppingFile) -> Result<Formula> {
 fn refuse_others(at: &Place, file: &StoppingFile, formula: Formula) -> Result<()> {
     let all = [Formula::Iso13855In2010, Formula::Iso13855In2024, Formula::SpeedAndSeparation];
     for key in all.iter().flat_map(|other| other.keys()).filter(|key| !formula.keys().contains(key)) {
-        if let Some(value) = file.added(key) {
+        if let Some(value) = file.extra(key) {
             let rule = format!("{} has no such term: it has {}", formula.name(), formula.keys().join(", "));
             return Err(at.wrong(key, value, &rule));
         }
@@ -419,8 +419,8 @@ fn brakes(at: &Place, file: &StoppingFile, speeds: usize) -> Result<Brakes> {
     match (&file.robot_stopping_s, file.robot_deceleration_m_s2) {
         (Some(_), Some(_)) => Err(at
             .says("both robot_stopping_s and robot_deceleration_m_s2")
-            .wanted(format!("{one}, not both"))),
-        (None, None) => Err(at.says("neither robot_stopping_s nor robot_deceleration_m_s2").wanted(one)),
+            .with_advice(format!("{one}, not both"))),
+        (None, None) => Err(at.says("neither robot_stopping_s nor robot_deceleration_m_s2").with_advice(one)),
         (None, Some(deceleration)) => {
             let rule = "a deceleration in m/s² above 0 and up to 1000";
             at.number("robot_deceleration_m_s2", deceleration, 1e-3..=1e3, rule).map(Brakes::At)

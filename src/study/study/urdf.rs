@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use crate::diagnostics::Place;
 use perirobot_march::Result;
 use perirobot_scene::scene::spec::UrdfSpec;
-use perirobot_scene::scene::urdf::{Geometry, JointValues, is_xacro};
+use perirobot_scene::scene::urdf::{GeometryUse, JointValues, is_xacro};
 
 /// The keys of an object that belong to its `urdf`.
 pub(super) struct UrdfFile<'a> {
     pub(super) urdf: Option<&'a PathBuf>,
-    pub(super) geometry: Option<Geometry>,
+    pub(super) geometry: Option<GeometryUse>,
     pub(super) packages: Option<&'a BTreeMap<String, PathBuf>>,
     pub(super) joints_deg: Option<&'a BTreeMap<String, f64>>,
     pub(super) joints_m: Option<&'a BTreeMap<String, f64>>,

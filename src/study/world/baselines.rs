@@ -105,7 +105,7 @@ pub(super) fn baselines(truth: &Truth, region: &Region, people: &People, reachab
     // Any sensor that reaches a voxel of a person may be a presence sensor.
     let may_hit = people.detection(&region.voxels, |voxel| hit.get(voxel), |voxel| hit.get(voxel));
     let no_hit = people.detection(&region.voxels, |_| false, |_| false);
-    let from = |counts| Confusion::from_counts(counts).with(no_hit);
+    let from = |counts| Confusion::from_counts(counts).with_detection(no_hit);
     Baselines {
         all_occupied: from([t, f, 0, 0, 0, 0, h, 0, 0, r, 0, 0]),
         all_free: from([0, 0, t, f, 0, 0, 0, h, 0, 0, r, 0]),
@@ -124,6 +124,6 @@ pub(super) fn baselines(truth: &Truth, region: &Region, people: &People, reachab
             0,
             r - r_reached,
         ])
-        .with(may_hit),
+        .with_detection(may_hit),
     }
 }

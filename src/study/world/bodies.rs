@@ -32,7 +32,7 @@ pub(super) fn fault(
             Some(tall_m) => stature(tall_m),
             None => length(body, [0.0, LONGEST_M]),
         }
-        .or_else(|| turned(joints, floor_m)),
+        .or_else(|| describe_turned(joints, floor_m)),
         None if is_whole => length(body, STATURE_M),
         None => length(body, [0.0, STATURE_M[1]]),
     }
@@ -81,7 +81,7 @@ fn length(body: &ObjectVoxels, [shortest, longest]: [f64; 2]) -> Option<String> 
 }
 
 /// Somebody who lies in the floor, or stands on the head there.
-fn turned(joints: &Keypoints, floor_m: f64) -> Option<String> {
+fn describe_turned(joints: &Keypoints, floor_m: f64) -> Option<String> {
     let [shoulders, hips, ankles] = [SHOULDERS, HIPS, ANKLES].map(|pair| middle(joints, pair));
     let rise = |from: DVec3, to: DVec3| (to - from).normalize_or_zero().z;
     let [trunk, legs] = [rise(hips?, shoulders?), rise(ankles?, hips?)];
@@ -114,30 +114,36 @@ pub(super) fn is_mirrored(joints: &Keypoints) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use perirobot_scene::scene::keypoints::shipped;
+    use perirobot_scene::scene::keypoints::load_shipped;
     use perirobot_shipped::PEOPLE;
 
-    fn of(joints: &Keypoints, change: impl Fn(DVec3) -> DVec3) -> Keypoints {
+    fn map_joints(joints: &Keypoints, change: impl Fn(DVec3) -> DVec3) -> Keypoints {
         joints.map(|joint| joint.map(&change))
     }
 
     #[test]
     fn people_that_ship_are_people_and_changed_ones_are_not() {
         for person in &PEOPLE {
-            let joints = shipped(person).unwrap();
-            let told = |joints: &Keypoints| stature(tall_m(joints).unwrap()).or_else(|| turned(joints, 0.0));
+            let joints = load_shipped(person).unwrap();
+            let told = |joints: &Keypoints| {
+                stature(tall_m(joints).unwrap()).or_else(|| describe_turned(joints, 0.0))
+            };
             assert_eq!((told(&joints), is_mirrored(&joints)), (None, false), "{}", person.name);
-            let twice = told(&of(&joints, |p| 2.0 * p)).unwrap();
+            let twice = told(&map_joints(&joints, |p| 2.0 * p)).unwrap();
             assert!(twice.contains(" m tall by its joints, and people are 1.2 to 2.2 m"), "{twice}");
-            assert!(told(&of(&joints, |p| 0.01 * p)).unwrap().starts_with("is 0.0"), "{}", person.name);
-            assert!(is_mirrored(&of(&joints, |p| p * DVec3::new(1.0, -1.0, 1.0))), "{}", person.name);
+            assert!(
+                told(&map_joints(&joints, |p| 0.01 * p)).unwrap().starts_with("is 0.0"),
+                "{}",
+                person.name
+            );
+            assert!(is_mirrored(&map_joints(&joints, |p| p * DVec3::new(1.0, -1.0, 1.0))), "{}", person.name);
         }
-        let mut standing = shipped(&PEOPLE[0]).unwrap();
-        let y_up = of(&standing, |p| DVec3::new(p.y, p.z, p.x));
-        assert!(turned(&y_up, 0.0).unwrap().starts_with("lies in the floor"));
+        let mut standing = load_shipped(&PEOPLE[0]).unwrap();
+        let y_up = map_joints(&standing, |p| DVec3::new(p.y, p.z, p.x));
+        assert!(describe_turned(&y_up, 0.0).unwrap().starts_with("lies in the floor"));
         assert!(!is_mirrored(&y_up));
-        let down = of(&standing, |p| DVec3::new(p.x, -p.y, -p.z));
-        assert!(turned(&down, 0.0).unwrap().starts_with("stands on its head"));
+        let down = map_joints(&standing, |p| DVec3::new(p.x, -p.y, -p.z));
+        assert!(describe_turned(&down, 0.0).unwrap().starts_with("stands on its head"));
         standing[NOSE] = None;
         assert_eq!(tall_m(&standing), None);
     }

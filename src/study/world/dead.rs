@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::World;
 use crate::sensor::range::Range;
-use crate::sensor::{Candidate, FieldOfView, Kind, Scale, Sensor, Setting, Stance, quantise_q15};
+use crate::sensor::{Candidate, FieldOfView, Kind, RayScale, Sensor, Setting, Stance, quantise_q15};
 use crate::study::Study;
 use crate::world::place;
 use perirobot_march::backend::GridPose;
@@ -72,7 +72,7 @@ pub(super) fn warnings(
     }
     // Those of a group that are dead for one reason, in the order of the first of them.
     let mut dead: Vec<DeadPoses> = Vec::new();
-    let mut places: HashMap<(usize, &str, Cause), usize> = HashMap::new();
+    let mut places: HashMap<(usize, &str, DeadCause), usize> = HashMap::new();
     for ((few, found), left) in few.iter().zip(found).zip(&left) {
         let of = &study.sensors[few.sensor];
         let is_told =
@@ -114,7 +114,7 @@ impl DeadPoses<'_> {
         let all = of.candidates.iter().filter(|candidate| candidate.group == self.group).count();
         match (count, cause) {
             (1, _) => format!("sensor {sensor:?}: pose {pose} ({place}) is dead: {what}: {cure}"),
-            (_, Cause::OwnWall) => format!(
+            (_, DeadCause::OwnWall) => format!(
                 "sensor {sensor:?}: group {group:?} faces its own wall: {count} of its {all} poses are dead (first {pose}: \
                  {place}): {what}: turn it"
             ),
@@ -127,7 +127,7 @@ impl DeadPoses<'_> {
 
 /// Why a pose is dead: of what kind that is, in words, and what to do.
 struct Why {
-    cause: Cause,
+    cause: DeadCause,
     /// The object at which most of its rays end.
     before: Option<usize>,
     what: String,
@@ -136,7 +136,7 @@ struct Why {
 
 /// The kinds of reasons that poses are dead for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Cause {
+enum DeadCause {
     WalledIn,
     TooNear,
     /// It faces what it is mounted on, and would not be dead if it were turned round.
@@ -155,7 +155,7 @@ struct SampledRays<'a> {
 }
 
 /// How a ray ended.
-enum Met {
+enum RayEnd {
     /// At this voxel and distance.
     Blocker([i32; 3], u32),
     /// Outside the grid, where everything counts as a surface.
@@ -168,7 +168,7 @@ impl SampledRays<'_> {
     fn new(study: &Study, sensor: usize, most: usize) -> SampledRays<'_> {
         let kind = &*study.sensors[sensor].kind;
         let range = kind.range().expect("asked before");
-        let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+        let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
         let dirs_q15 = match kind.field_of_view() {
             FieldOfView::Spacing => {
                 let all = kind.rays(&scale).map_or(Vec::new(), |rays| rays.dirs_q15);
@@ -197,10 +197,11 @@ impl SampledRays<'_> {
             // Half a turn about its own z.
             let round = Pose { rotation: pose.rotation * DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0), ..pose };
             match verdict(&pose)? {
-                why if why.cause == Cause::TooNear && verdict(&round).is_none() => {
+                why if why.cause == DeadCause::TooNear && verdict(&round).is_none() => {
                     let group = &self.candidates[*candidate].group;
                     let is_wall = |object| place::is_own_wall(truth, group, pose.position_m, object);
-                    let cause = if why.before.is_some_and(is_wall) { Cause::OwnWall } else { Cause::TooNear };
+                    let cause =
+                        if why.before.is_some_and(is_wall) { DeadCause::OwnWall } else { DeadCause::TooNear };
                     Some(Why { cause, cure: "turn it round, or move it away".into(), ..why })
                 }
                 why => Some(why),
@@ -208,7 +209,12 @@ impl SampledRays<'_> {
         };
         let by_rays: Vec<Option<Why>> = posed.par_iter().map(by_rays).collect();
         let walled = walled.into_iter().map(|what| {
-            what.map(|what| Why { cause: Cause::WalledIn, before: None, what, cure: "move it out".into() })
+            what.map(|what| Why {
+                cause: DeadCause::WalledIn,
+                before: None,
+                what,
+                cure: "move it out".into(),
+            })
         });
         let why = walled.zip(by_rays).map(|(walled, by_rays)| walled.or(by_rays));
         posed.iter().zip(why).filter_map(|((candidate, _), why)| Some((*candidate, why?))).collect()
@@ -228,8 +234,8 @@ impl SampledRays<'_> {
         let mut someone = false;
         for (left, &dir_q15) in (0..all).rev().zip(&self.dirs_q15) {
             match self.cast(&truth.blockers, from, dir_q15) {
-                Met::Blocker(voxel, t_q16) => {
-                    let nearest_q16 = self.gates.of_ray(dir_q15[2]).range_min_q16;
+                RayEnd::Blocker(voxel, t_q16) => {
+                    let nearest_q16 = self.gates.ray_gates(dir_q15[2]).range_min_q16;
                     let (is_person, is_blind) = (truth.human.get(voxel), t_q16 < nearest_q16);
                     returns += usize::from(!is_blind);
                     someone |= is_person;
@@ -239,8 +245,8 @@ impl SampledRays<'_> {
                         near += usize::from(metres(t_q16) <= near_m);
                     }
                 }
-                Met::Backdrop => returns += 1,
-                Met::Nothing => {}
+                RayEnd::Backdrop => returns += 1,
+                RayEnd::Nothing => {}
             }
             // The rays that are left cannot take away what these tell; at worst they are all blind, or near.
             let tells = share(returns) >= RETURNS || someone || self.gates.no_return_is_free;
@@ -253,7 +259,7 @@ impl SampledRays<'_> {
         let at = before.map_or(String::new(), |object| format!(" at {:?}", truth.objects[object].name));
         if share(blind) > BLIND {
             return Some(Why {
-                cause: Cause::TooNear,
+                cause: DeadCause::TooNear,
                 before,
                 what: format!(
                     "{:.0} % of its rays end{at} nearer than the {nearest_m} m from which it measures",
@@ -264,7 +270,7 @@ impl SampledRays<'_> {
         }
         if share(near) > FACES_WALL {
             return Some(Why {
-                cause: Cause::TooNear,
+                cause: DeadCause::TooNear,
                 before,
                 what: format!("{:.0} % of its rays end{at} within {near_m:.2} m", percent(near)),
                 cure: "turn it round, or move it away".into(),
@@ -272,26 +278,26 @@ impl SampledRays<'_> {
         }
         // Too few of them return.
         Some(Why {
-            cause: Cause::Nothing,
+            cause: DeadCause::Nothing,
             before: None,
             what: format!("its rays meet nothing from {nearest_m} to {farthest_m} m"),
             cure: "turn it towards the cell, move it nearer, or take a sensor with a longer range".into(),
         })
     }
 
-    fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> Met {
-        let gates = self.gates.of_ray(dir_q15[2]);
+    fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> RayEnd {
+        let gates = self.gates.ray_gates(dir_q15[2]);
         let within = march::crossings(from.launch(dir_q15))
             .take_while(|crossing| crossing.t_q16 <= gates.range_max_q16);
         for march::Crossing { t_q16, voxel, .. } in within {
             if !blockers.window().contains(voxel) {
-                return if self.gates.backdrop { Met::Backdrop } else { Met::Nothing };
+                return if self.gates.backdrop { RayEnd::Backdrop } else { RayEnd::Nothing };
             }
             if t_q16 >= self.gates.near_ignore_q16 && blockers.get(voxel) {
-                return Met::Blocker(voxel, t_q16);
+                return RayEnd::Blocker(voxel, t_q16);
             }
         }
-        Met::Nothing
+        RayEnd::Nothing
     }
 }
 
@@ -342,7 +348,7 @@ impl Hollows {
         if reach > 8 {
             return None;
         }
-        let around: Vec<[i32; 3]> = BitGrid::full(Window::between(own, own).grown(reach))
+        let around: Vec<[i32; 3]> = BitGrid::full(Window::from_corners(own, own).grown(reach))
             .voxels()
             .filter(|voxel| passes(*voxel))
             .collect();
@@ -394,7 +400,7 @@ impl Hollows {
         let walls = is_closed.then(|| {
             let share = |object: &&std::sync::Arc<perirobot_scene::truth::ObjectVoxels>| {
                 let mut shared = object.voxels.clone();
-                shared.keep(&with_walls.over(shared.window()));
+                shared.keep(&with_walls.to_window(shared.window()));
                 shared.count()
             };
             let body = self.truth.objects.iter().filter(|object| object.stops_rays).max_by_key(share);

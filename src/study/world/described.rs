@@ -8,7 +8,7 @@ use crate::sensor::{self, Setting};
 use crate::study::Study;
 use perirobot_march::backend::GridPose;
 use perirobot_march::voxel::BitGrid;
-use perirobot_scene::scene::spec::Variant;
+use perirobot_scene::scene::spec::SceneVariant;
 use perirobot_scene::source::sha256;
 use perirobot_scene::truth::Truth;
 
@@ -25,7 +25,7 @@ pub struct Described {
     pub dwell_s: Option<f64>,
     /// Of which scene it is a variant, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub variant: Option<Variant>,
+    pub variant: Option<SceneVariant>,
     /// Where its voxels are.
     #[serde(default)]
     pub grid: DescribedGrid,
@@ -94,7 +94,7 @@ pub struct DescribedPlacements {
 }
 
 /// The entry of a world in the manifest.
-pub(super) fn described(study: &Study, world: &World) -> Described {
+pub(super) fn describe(study: &Study, world: &World) -> Described {
     let (truth, whole) = (&*world.truth(), world.grid.window());
     let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| DescribedRegion {
         name: region.name.clone(),
@@ -121,9 +121,9 @@ pub(super) fn described(study: &Study, world: &World) -> Described {
         occupied_voxels: truth.occupied.count(),
         occupied_sha256: plane_sha256(&truth.occupied),
         blockers_sha256: plane_sha256(&truth.blockers),
-        human_sha256: plane_sha256(&truth.human.over(whole)),
-        robot_sha256: plane_sha256(&truth.robot.over(whole)),
-        robot_volume_sha256: plane_sha256(&truth.robot_volume.over(whole)),
+        human_sha256: plane_sha256(&truth.human.to_window(whole)),
+        robot_sha256: plane_sha256(&truth.robot.to_window(whole)),
+        robot_volume_sha256: plane_sha256(&truth.robot_volume.to_window(whole)),
         keypoints_sha256: keypoints_sha256(truth),
         regions: regions.collect(),
         placements: placements.collect(),

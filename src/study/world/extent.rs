@@ -23,7 +23,7 @@ pub(super) fn grid(
     let size_m = study.voxel_size_m;
     let at_world = Grid { voxel_size_m: size_m, origin: [0; 3], size: [1; 3] };
     let key = |p: DVec3| Grid::voxel_of(at_world.position_q16(p));
-    let one = |p: DVec3| Window::between(key(p), key(p));
+    let one = |p: DVec3| Window::from_corners(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
         voxelize::grid_over_all(surfaces, size_m, snapshots)?;
         let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());
@@ -39,19 +39,19 @@ pub(super) fn grid(
                 voxelize::grid_over(&extent, size_m).is_err()
             };
             let Some(pose) = first_pose(study, settings, stretches) else { return e };
-            let e = e.at(format!("{pose} stretches the grid"));
+            let e = e.with_place(format!("{pose} stretches the grid"));
             let cell = [at_world.corner_m(surfaces.min), at_world.corner_m(surfaces.end())];
-            match sizes::in_another_unit(last, cell) {
+            match sizes::guess_unit(last, cell) {
                 Some(cause) => e.cure(format!("it {cause}")),
                 None => e,
             }
         });
     };
-    let bounds = Window::between(key(min), key(max));
+    let bounds = Window::from_corners(key(min), key(max));
     match first_pose(study, settings, |p| !bounds.contains(key(p))) {
         None => voxelize::grid_over(&bounds, size_m),
         Some(pose) => Err(Issue::says(format!("{pose} is outside grid.bounds_m {min} to {max}"))
-            .wanted("move it, or widen the bounds")
+            .with_advice("move it, or widen the bounds")
             .into()),
     }
 }

@@ -65,14 +65,14 @@ impl Floor {
     /// The floor of a scene at its first moment.
     pub(super) fn new(study: &Study, scene: &Scene) -> Floor {
         let given = study.approach.floor_m.map(|z_m| Floor { z_m, source: FloorSource::Study });
-        given.unwrap_or_else(|| Floor::found(scene))
+        given.unwrap_or_else(|| Floor::find(scene))
     }
 
     /// The floor of a scene at its first moment, whatever its study gives.
-    fn found(scene: &Scene) -> Floor {
+    fn find(scene: &Scene) -> Floor {
         let surfaces = level_surfaces(scene);
         let feet: Vec<f64> =
-            of_role(scene, Role::Human).filter_map(|person| Some(heights_m(person)?[0])).collect();
+            objects_with_role(scene, Role::Human).filter_map(|person| Some(heights_m(person)?[0])).collect();
         let lowest = feet.iter().copied().reduce(f64::min);
         let near = |heights: &[f64]| {
             let at = *heights.first()?;
@@ -83,7 +83,7 @@ impl Floor {
             largest(&surfaces, feet_m, |z| z < feet_m)
         };
         let lower = || {
-            let ends = of_role(scene, Role::Environment).filter_map(heights_m);
+            let ends = objects_with_role(scene, Role::Environment).filter_map(heights_m);
             let [low, high] = ends.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;
             largest(&surfaces, low, |z| z < (low + high) / 2.0)
         };
@@ -99,7 +99,7 @@ impl Floor {
 
 /// That a study takes another height than that of a scene's floor for it: it gives none, or another one.
 pub(super) fn warning(study: &Study, scene: &Scene) -> Option<String> {
-    let Floor { z_m, source } = Floor::found(scene);
+    let Floor { z_m, source } = Floor::find(scene);
     let found = format!("the floor is at z {z_m:.2} m ({})", source.words());
     let is_level = matches!(source, FloorSource::NearFeet | FloorSource::NearZero);
     match study.approach.floor_m {
@@ -118,7 +118,7 @@ pub(super) fn warning(study: &Study, scene: &Scene) -> Option<String> {
     }
 }
 
-fn of_role(scene: &Scene, role: Role) -> impl Iterator<Item = &Object> {
+fn objects_with_role(scene: &Scene, role: Role) -> impl Iterator<Item = &Object> {
     scene.objects.iter().map(AsRef::as_ref).filter(move |object| object.role == role && !object.tag_only)
 }
 
@@ -140,7 +140,7 @@ fn heights_m(object: &Object) -> Option<[f64; 2]> {
 /// Height and area of all that is level and belongs to the environment, from the lowest up.
 fn level_surfaces(scene: &Scene) -> Vec<[f64; 2]> {
     let mut all = Vec::new();
-    for object in of_role(scene, Role::Environment) {
+    for object in objects_with_role(scene, Role::Environment) {
         match &object.surface {
             Surface::Mesh(mesh) => all.extend(level_triangles(mesh)),
             Surface::Voxels { resolution_m, keys } => all.extend(tops(keys, *resolution_m)),

@@ -91,7 +91,7 @@ impl World {
     }
 
     /// The voxels of all regions.
-    pub fn in_regions(&self) -> BitGrid {
+    pub fn region_voxels(&self) -> BitGrid {
         let mut all = BitGrid::new(region::window_of(&self.regions));
         self.regions.iter().for_each(|region| all.add(&region.voxels));
         all
@@ -169,11 +169,11 @@ impl World {
             blockers: truth.blockers.clone(),
             over_time: self.over_time.clone(),
             window,
-            truth: truth.occupied.over(window),
-            human: truth.human.over(window),
-            robot: truth.robot.over(window),
-            regions: self.regions.iter().map(|region| region.voxels.over(window)).collect(),
-            people: self.people.within(window),
+            truth: truth.occupied.to_window(window),
+            human: truth.human.to_window(window),
+            robot: truth.robot.to_window(window),
+            regions: self.regions.iter().map(|region| region.voxels.to_window(window)).collect(),
+            people: self.people.crop(window),
         }
     }
 }

@@ -44,22 +44,22 @@ impl World {
                 let believed = matches!(setting, Setting::Pose(_)).then(|| setting.pose());
                 let off = true_poses(study, setting, [number, index]).find(is_outside);
                 let (checked, mount) = match (believed.filter(is_outside), off) {
-                    (Some(pose), _) => (Err(self.outside(pose.position_m)), ""),
-                    (None, Some(pose)) => (Err(self.outside(pose.position_m)), " with its mount off"),
+                    (Some(pose), _) => (Err(self.misplaced_issue(pose.position_m)), ""),
+                    (None, Some(pose)) => (Err(self.misplaced_issue(pose.position_m)), " with its mount off"),
                     (None, None) => (sensor.kind.check(&station), ""),
                 };
                 let name = Site::Subject(format!("pose {}{mount}", candidate.name));
-                checked.map_err(|e| e.at(name).at(format!("sensor {:?}", sensor.name)))?;
+                checked.map_err(|e| e.with_place(name).with_place(format!("sensor {:?}", sensor.name)))?;
             }
         }
         Ok(())
     }
 
     /// What is wrong with a place outside of the grid.
-    fn outside(&self, at: DVec3) -> Issue {
+    fn misplaced_issue(&self, at: DVec3) -> Issue {
         let [low, high] = [[0; 3], self.grid.size.map(|n| n as i32)].map(|voxel| self.grid.corner_m(voxel));
         Issue::says(format!("is at {at} m, outside of the voxels of scene {:?}", self.name))
-            .wanted(format!("they go from {low} to {high} m"))
+            .with_advice(format!("they go from {low} to {high} m"))
     }
 
     /// Whether a sensor of the study, mounted as a planned pose is, may stand at another as its candidate of this

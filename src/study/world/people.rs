@@ -10,7 +10,7 @@ use super::dead::SMALL;
 use super::{World, bodies};
 use crate::study::Study;
 use perirobot_march::voxel::BitGrid;
-use perirobot_march::voxel::flood::{enclosed, flood};
+use perirobot_march::voxel::flood::{enclosed_voxels, flood};
 use perirobot_scene::scene::keypoints::Keypoints;
 use perirobot_scene::scene::{Interior, Object, Role, Scene, Surface};
 use perirobot_scene::truth::voxelize::with_neighbours;
@@ -101,7 +101,7 @@ fn faults_of(scene: &Scene, truth: &Truth, index: usize) -> Vec<(String, String)
         });
         let what = what.or_else(|| {
             // The hull of a cell is free inside, and so is every body whose interior is declared free.
-            let share = if object.interior == Interior::Free { 0.0 } else { inside(person, voxels) };
+            let share = if object.interior == Interior::Free { 0.0 } else { hollow_share(person, voxels) };
             (share > INSIDE && share < 1.0).then(|| {
                 format!("is inside {with:?} with {:.0} % of the body: move one of them", 100.0 * share)
             })
@@ -143,8 +143,8 @@ fn cut(truth: &Truth, person: &ObjectVoxels, body: &ObjectVoxels) -> Option<[f64
 }
 
 /// The share of a person's voxels in the hollow of a body, whose surface does not count.
-fn inside(person: &ObjectVoxels, body: &ObjectVoxels) -> f64 {
-    let mut shared = enclosed(&body.voxels).over(person.voxels.window());
+fn hollow_share(person: &ObjectVoxels, body: &ObjectVoxels) -> f64 {
+    let mut shared = enclosed_voxels(&body.voxels).to_window(person.voxels.window());
     shared.keep(&person.voxels);
     shared.count() as f64 / person.voxels.count() as f64
 }

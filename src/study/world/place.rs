@@ -78,13 +78,13 @@ impl<'a> Places<'a> {
             }
             (Setting::Pose(pose), None) => {
                 let mount = self.mount(sensor, group, pose.position_m);
-                self.in_world(mount, pose, sensor_spec.kind.stance())
+                self.describe_in_world(mount, pose, sensor_spec.kind.stance())
             }
         }
     }
 
     /// Where the sensors of a choice are.
-    pub fn of_choice(&self, combination: &Combination, choice: usize) -> String {
+    pub fn describe_choice(&self, combination: &Combination, choice: usize) -> String {
         let members = combination.members.iter().zip(combination.choice(choice));
         let places = members.map(|(member, candidate)| {
             (self.study.sensors[member.sensor].name.as_str(), self.words(member.sensor, candidate))
@@ -92,7 +92,7 @@ impl<'a> Places<'a> {
         join(&places.collect::<Vec<_>>())
     }
 
-    fn in_world(&self, mount: Mount, pose: &Pose, stance: Stance) -> String {
+    fn describe_in_world(&self, mount: Mount, pose: &Pose, stance: Stance) -> String {
         let at = pose.position_m;
         let mut parts = vec![mount.words];
         let along = [("x", at.x), ("y", at.y)].into_iter().enumerate();

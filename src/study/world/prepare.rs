@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::baselines::{baselines, reachable};
-use super::described::{Described, described};
+use super::described::{Described, describe};
 use super::{Floor, World, extent, shapes, warnings};
 use crate::sensor::{Sensor, Setting};
 use crate::study::Study;
@@ -27,14 +27,14 @@ pub(super) fn worlds(study: &Study, scene: usize, progress: &dyn Progress) -> Re
     progress.check_stop().map_err(|e| vec![e])?;
     let (spec, begin) = (&study.scenes[scene], Instant::now());
     log::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
-    let in_scene = |e: Error| vec![e.at(&spec.path)];
+    let in_scene = |e: Error| vec![e.with_place(&spec.path)];
     let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
     let surfaces = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
     let mounts = mounts(study, &snapshots)?;
     let grid = grid(study, scene, &snapshots, &mounts, &surfaces)?;
     let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
     let voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, progress).map_err(in_scene)?);
-    let shapes = shapes::shapes(study).map_err(|e| study.sources.judged(vec![e]))?;
+    let shapes = shapes::shapes(study).map_err(|e| study.sources.classify(vec![e]))?;
     let cell = Cell { study, scene, floor: Floor::new(study, &snapshots[0]), voxels, shapes };
     let mut worlds = cell.worlds(mounts, progress)?;
     let told = warnings::warnings(study, &snapshots, &worlds);
@@ -97,7 +97,7 @@ fn grid(
 
 /// Errors that the study causes.
 fn in_study(study: &Study, all: Vec<Error>) -> Vec<Error> {
-    all.into_iter().map(|e| e.at(&study.path)).collect()
+    all.into_iter().map(|e| e.with_place(&study.path)).collect()
 }
 
 /// A scene in voxels, of which worlds are made.
@@ -120,7 +120,7 @@ impl Cell<'_> {
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
             let place = format!("scene {:?}{moment}", spec.name);
             let mut world = self.world(snapshot, mounts).map_err(|all| {
-                in_study(self.study, all.into_iter().map(|e| e.at(place.as_str())).collect())
+                in_study(self.study, all.into_iter().map(|e| e.with_place(place.as_str())).collect())
             })?;
             worlds.last().iter().for_each(|before| share_regions(&mut world, before));
             let blockers = &world.truth().blockers;
@@ -150,7 +150,7 @@ impl Cell<'_> {
                 let (sensor, candidate) =
                     (&study.sensors[sensor], &study.sensors[sensor].candidates[candidate]);
                 let pose = Site::Subject(candidate.name.clone());
-                vec![e.at(pose).at(format!("sensor {:?}", sensor.name)).into()]
+                vec![e.with_place(pose).with_place(format!("sensor {:?}", sensor.name)).into()]
             })?;
         let people = people(&truth, study.min_hits);
         let baselines = regions.iter().map(|region| baselines(&truth, region, &people, &reachable)).collect();
@@ -171,7 +171,7 @@ impl Cell<'_> {
             is_filled: false,
             described: Described::default(),
         };
-        world.described = described(study, &world);
+        world.described = describe(study, &world);
         Ok(world)
     }
 }
@@ -198,7 +198,7 @@ fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Ve
 /// Where the link is that carries a sensor in a scene, if one does.
 pub(super) fn carrier(sensor: &Sensor, scene: &Scene) -> Result<Option<Pose>> {
     let Some(on) = &sensor.on else { return Ok(None) };
-    let wrong = |issue: Issue| issue.at("on").at(format!("sensor {:?}", sensor.name));
+    let wrong = |issue: Issue| issue.with_place("on").with_place(format!("sensor {:?}", sensor.name));
     let carrier = scene.objects.iter().find(|object| object.name == on.object);
     let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
         let robots: Vec<_> =
@@ -207,6 +207,6 @@ pub(super) fn carrier(sensor: &Sensor, scene: &Scene) -> Result<Option<Pose>> {
         let known = format!("scene {:?} has {robots:?}", scene.name);
         wrong(Issue::value("object", format!("{:?}", on.object), rule).cure(known))
     })?;
-    let link = linkage.link(&on.link).map_err(|e| wrong(e.at(format!("link = {:?}", on.link))))?;
+    let link = linkage.link(&on.link).map_err(|e| wrong(e.with_place(format!("link = {:?}", on.link))))?;
     Ok(Some(*link))
 }

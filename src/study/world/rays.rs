@@ -1,6 +1,6 @@
 //! The tables of rays that the sensors of a study cast.
 
-use crate::sensor::Scale;
+use crate::sensor::RayScale;
 use crate::study::Study;
 use perirobot_march::backend::Rays;
 
@@ -18,6 +18,6 @@ pub fn ray_tables_of(study: &Study, wanted: impl Fn(usize) -> bool) -> Vec<Optio
 
 /// The table of one of them, if it casts.
 pub fn ray_table(study: &Study, sensor: usize) -> Option<Rays> {
-    let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+    let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
     study.sensors[sensor].kind.rays(&scale)
 }

@@ -50,9 +50,9 @@ fn neighbours(truth: &Truth, robot: usize) -> Vec<usize> {
     let reach = MOUNTED_VOXELS.max((MOUNTED_M / truth.grid.voxel_size_m).ceil() as i32);
     let own = &truth.objects[robot].voxels;
     let around = own.bounds().grown(reach).intersection(&truth.grid.window());
-    let distances = Distances::to(&own.over(around));
+    let distances = Distances::from_set(&own.to_window(around));
     let is_near = |other: &ObjectVoxels| {
-        let near = other.voxels.over(around.intersection(&other.voxels.window()));
+        let near = other.voxels.to_window(around.intersection(&other.voxels.window()));
         distances.least(&near).is_some_and(|squared| squared <= (reach * reach) as u32)
     };
     let others = truth.objects.iter().enumerate().filter(|(other, _)| *other != robot);

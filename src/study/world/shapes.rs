@@ -20,7 +20,7 @@ pub(crate) fn shapes(study: &Study) -> Result<Vec<RegionShape>> {
     let mut shapes: Vec<RegionShape> = Vec::new();
     for (name, spec) in &study.regions {
         let shape = shape(spec, &shapes, &study.sources)
-            .map_err(|e| e.at(Site::Table(format!("region {name:?}"))).at(&study.path))?;
+            .map_err(|e| e.with_place(Site::Table(format!("region {name:?}"))).with_place(&study.path))?;
         shapes.push(shape);
     }
     Ok(shapes)
@@ -33,15 +33,15 @@ fn shape(spec: &RegionSpec, before: &[RegionShape], sources: &Sources) -> Result
             ..=MAX_PARTS => Ok(named().cloned().collect()),
             many => {
                 let what = format!("is made of {many} shapes, counting those of the regions it names");
-                Err(Issue::too_large(what).wanted(format!("at most {MAX_PARTS}")))
+                Err(Issue::too_large(what).with_advice(format!("at most {MAX_PARTS}")))
             }
         }
     };
     Ok(match spec {
         RegionSpec::RegionShape(shape) | RegionSpec::Separation { shape, .. } => shape.clone(),
         RegionSpec::Mesh { file, position_m, rotation } => {
-            let mesh = file.load(sources).map_err(|e| e.at(Site::Key("mesh".into())))?;
-            RegionShape::Mesh(Arc::new(mesh.transformed(*rotation, *position_m)))
+            let mesh = file.load(sources).map_err(|e| e.with_place(Site::Key("mesh".into())))?;
+            RegionShape::Mesh(Arc::new(mesh.transform(*rotation, *position_m)))
         }
         RegionSpec::Union(names) => RegionShape::Union(parts(names)?),
         RegionSpec::Difference(names) => RegionShape::Difference(parts(names)?),

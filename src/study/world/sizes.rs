@@ -106,7 +106,7 @@ impl Lengths {
 
 /// In which unit the coordinates of a point are that is far outside a box, if in that unit it is inside: what the
 /// coordinates are, and what they would be in metres.
-pub(super) fn in_another_unit(at: DVec3, [low, high]: [DVec3; 2]) -> Option<String> {
+pub(super) fn guess_unit(at: DVec3, [low, high]: [DVec3; 2]) -> Option<String> {
     let size_m = (high - low).max_element();
     let is_far = |axis: usize| at[axis] < low[axis] - size_m || at[axis] > high[axis] + size_m;
     let far: Vec<usize> = (0..3).filter(|&axis| is_far(axis)).collect();
@@ -141,7 +141,7 @@ mod tests {
             ([2.0, 1.0, -250.0], None),
             ([2.0, 4.0, 250.0], None),
         ] {
-            let found = in_another_unit(DVec3::from_array(at), cell);
+            let found = guess_unit(DVec3::from_array(at), cell);
             match expected {
                 Some(expected) => assert!(found.as_ref().is_some_and(|f| f.contains(expected)), "{found:?}"),
                 None => assert_eq!(found, None, "{at:?}"),

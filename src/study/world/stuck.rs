@@ -50,7 +50,7 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
 /// The object with most of some voxels, and the first of its voxels there.
 fn what(truth: &Truth, voxels: &BitGrid) -> String {
     let shared = truth.objects.iter().map(|object| {
-        let mut shared = object.voxels.over(voxels.window().intersection(&object.voxels.window()));
+        let mut shared = object.voxels.to_window(voxels.window().intersection(&object.voxels.window()));
         shared.keep(voxels);
         (object, shared)
     });

@@ -14,7 +14,7 @@ use perirobot_scene::truth::{RegionShape, voxelize};
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each
 /// side and one robot voxel on the far one.
-fn walled() -> Truth {
+fn walled_truth() -> Truth {
     let grid = Grid { voxel_size_m: 1.0, origin: [0; 3], size: [10; 3] };
     let blank = BitGrid::new(grid.window());
     let (mut occupied, mut human, mut robot) = (blank.clone(), blank.clone(), blank.clone());
@@ -39,7 +39,7 @@ fn walled() -> Truth {
 
 #[test]
 fn baselines_are_what_trivial_answers_score() {
-    let truth = walled();
+    let truth = walled_truth();
     let whole = RegionShape::Box { min_m: DVec3::ZERO, max_m: DVec3::splat(10.0) };
     let region = region::region("all", &whole, &truth, &|_| unreachable!()).unwrap();
     let reachable = voxelize::reachable(&truth, [([1 << 16; 3], 0)]);
@@ -55,13 +55,13 @@ fn baselines_are_what_trivial_answers_score() {
     missed[BodyPart::Body as usize] = 1;
     let nobody = Detection { people: 2, parts: 2, missed, ..Detection::default() };
     let one = Detection { hit_human: 1, people_detected: 1, parts_detected: 1, ..nobody };
-    let none = Confusion::default().with(nobody);
+    let none = Confusion::default().with_detection(nobody);
     let all_occupied = Confusion { tp: t, fp: f, human: role(2, 0, 0), robot: role(1, 0, 0), ..none };
     let all_free = Confusion { fn_: t, tn: f, human: role(0, 2, 0), robot: role(0, 1, 0), ..none };
     let nothing_seen = Confusion { uo: t, uf: f, human: role(0, 0, 2), robot: role(0, 0, 1), ..none };
     let ceiling =
         Confusion { tp: 101, tn: 499, uo: 2, uf: 398, human: role(1, 0, 1), robot: role(0, 0, 1), ..none }
-            .with(one);
+            .with_detection(one);
     assert_eq!(found, Baselines { all_occupied, all_free, nothing_seen, ceiling });
     assert!(
         [found.all_occupied, found.all_free, found.nothing_seen, found.ceiling]
@@ -92,7 +92,8 @@ fn the_ceiling_has_what_mounts_that_are_off_may_hit() {
         let before = Setting::Pose(Pose { position_m: DVec3::new(4.2, 5.0, 5.0), ..Pose::ORIGIN });
         let of = |sensor: &Sensor| Arc::new(vec![before; sensor.candidates.len()]);
         let settings: Vec<_> = study.sensors.iter().map(of).collect();
-        let Reachable { spoken_of, hit } = reachable(&study, [0, 0], &walled(), &settings).ok().unwrap();
+        let Reachable { spoken_of, hit } =
+            reachable(&study, [0, 0], &walled_truth(), &settings).ok().unwrap();
         [[2, 2, 2], [8, 2, 2]].map(|person| spoken_of.get(person) && hit.get(person))
     };
     assert_eq!((hit(true), hit(false)), ([true, false], [true, true]));
@@ -124,7 +125,7 @@ fn evidence_over_a_window_counts_the_same_as_over_the_grid() {
 #[test]
 fn the_grid_grows_to_the_sensors_unless_bounds_say_otherwise() {
     let mut study = tiny();
-    let surfaces = Window::between([-12, -9, 0], [12, 9, 16]);
+    let surfaces = Window::from_corners([-12, -9, 0], [12, 9, 16]);
     let scenes = build(&study.scenes[0], &study.sources, study.voxel_size_m).unwrap();
     let grid = |study: &Study| {
         let settings = |sensor: &Sensor| sensor.settings(carrier(sensor, &scenes[0]).unwrap().as_ref());

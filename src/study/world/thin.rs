@@ -51,7 +51,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
 fn fill_share(mesh: &Mesh, voxels: &BitGrid, grid: &Grid) -> Option<f64> {
     let in_sheet = |&voxel: &[i32; 3]| {
         let mut around = 0;
-        voxels.each_in(&Window::between(voxel, voxel).grown(2), |_| around += 1);
+        voxels.each_in(&Window::from_corners(voxel, voxel).grown(2), |_| around += 1);
         around >= 25
     };
     let all = voxels.count() as usize;
@@ -66,13 +66,14 @@ fn fill_share(mesh: &Mesh, voxels: &BitGrid, grid: &Grid) -> Option<f64> {
     let triangles: Vec<[DVec3; 3]> = mesh.triangles.iter().map(|t| t.map(corner)).collect();
     let step = sheet.len().div_ceil(MOST_VOXELS);
     let some: Vec<[i32; 3]> = sheet.into_iter().step_by(step).collect();
-    let shares =
-        some.par_iter().map(|voxel| (0..3).map(|axis| met(&triangles, *voxel, axis)).fold(0.0, f64::max));
+    let shares = some
+        .par_iter()
+        .map(|voxel| (0..3).map(|axis| met_share(&triangles, *voxel, axis)).fold(0.0, f64::max));
     Some(shares.sum::<f64>() / some.len() as f64)
 }
 
 /// The share of the lines through a voxel along an axis that meet a triangle there.
-fn met(triangles: &[[DVec3; 3]], voxel: [i32; 3], axis: usize) -> f64 {
+fn met_share(triangles: &[[DVec3; 3]], voxel: [i32; 3], axis: usize) -> f64 {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let low = DVec3::from_array(voxel.map(f64::from));
     let (mut least, mut most) = (low, low + 1.0);
@@ -116,7 +117,7 @@ mod tests {
     use std::sync::Arc;
 
     /// The share that a mesh fills of the voxels of 5 cm that it touches.
-    fn filled(mesh: Mesh) -> Option<f64> {
+    fn filled_share(mesh: Mesh) -> Option<f64> {
         let object = Object {
             name: "part".into(),
             role: Role::Environment,
@@ -141,9 +142,9 @@ mod tests {
         for i in -20..=20 {
             let at = f64::from(i) * 0.04;
             let up = primitive::cuboid(DVec3::new(0.004, 0.004, 1.6));
-            all.append(&up.transformed(DQuat::IDENTITY, DVec3::new(at, 0.013, 0.0)));
+            all.append(&up.transform(DQuat::IDENTITY, DVec3::new(at, 0.013, 0.0)));
             let across = primitive::cuboid(DVec3::new(1.6, 0.004, 0.004));
-            all.append(&across.transformed(DQuat::IDENTITY, DVec3::new(0.0, 0.013, at)));
+            all.append(&across.transform(DQuat::IDENTITY, DVec3::new(0.0, 0.013, at)));
         }
         all
     }
@@ -151,23 +152,23 @@ mod tests {
     #[test]
     fn a_fence_fills_little_and_a_plate_all() {
         // 1 − 0.9² of a wall of bars that leave nine tenths open each way.
-        let share = filled(fence()).unwrap();
+        let share = filled_share(fence()).unwrap();
         assert!((0.1..0.3).contains(&share), "{share}");
-        let leaning = fence().transformed(DQuat::from_rotation_x(0.6), DVec3::ZERO);
-        let share = filled(leaning).unwrap();
+        let leaning = fence().transform(DQuat::from_rotation_x(0.6), DVec3::ZERO);
+        let share = filled_share(leaning).unwrap();
         assert!(share < 0.45, "{share}");
         for plate in [DVec3::new(1.0, 0.002, 1.0), DVec3::new(1.0, 0.3, 1.0), DVec3::splat(1.0)] {
             for turn in [0.0, 0.3, 0.785, 1.2] {
                 let plate =
-                    primitive::cuboid(plate).transformed(DQuat::from_rotation_x(turn), DVec3::splat(0.013));
-                let share = filled(plate).unwrap_or(1.0);
+                    primitive::cuboid(plate).transform(DQuat::from_rotation_x(turn), DVec3::splat(0.013));
+                let share = filled_share(plate).unwrap_or(1.0);
                 assert!(share > 0.85, "{turn}: {share}");
             }
         }
         let tilted = DQuat::from_rotation_x(0.785) * DQuat::from_rotation_y(0.6);
-        let plate = primitive::cuboid(DVec3::new(1.0, 0.002, 1.0)).transformed(tilted, DVec3::ZERO);
-        assert!(filled(plate).unwrap_or(1.0) > 0.7);
+        let plate = primitive::cuboid(DVec3::new(1.0, 0.002, 1.0)).transform(tilted, DVec3::ZERO);
+        assert!(filled_share(plate).unwrap_or(1.0) > 0.7);
         // A lone bar is no sheet.
-        assert_eq!(filled(primitive::cuboid(DVec3::new(0.004, 0.004, 1.6))), None);
+        assert_eq!(filled_share(primitive::cuboid(DVec3::new(0.004, 0.004, 1.6))), None);
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::place::{Places, is_room, room_m};
-use super::sizes::{Lengths, Surfaces, in_another_unit};
+use super::sizes::{Lengths, Surfaces, guess_unit};
 use super::{World, cut_warnings, dead, floor, people, robots, stuck, thin};
 use crate::diagnostics::FAR_M;
 use crate::sensor::{Kind, Sensor, Setting, Stance};
@@ -62,7 +62,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     warnings.extend(cut_warnings(study, worlds, &regions));
     warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::new(study, &worlds[0]);
-    let outside = outside(study, &first, &worlds[0]);
+    let outside = poses_outside(study, &first, &worlds[0]);
     let across_m = DVec3::from_array(first.grid.size.map(f64::from)).length() * study.voxel_size_m;
     for (sensor, outside) in outside.iter().enumerate() {
         let spec = &study.sensors[sensor];
@@ -70,11 +70,10 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
         warnings.extend(once_warning(study, sensor));
         warnings.extend(range_warning(&spec.name, &*spec.kind, across_m));
         warnings.extend(stuck::warning(study, &places, sensor, worlds));
-        warnings.extend(outside_warnings(study, &places, sensor, outside));
+        warnings.extend(warn_outside(study, &places, sensor, outside));
     }
-    warnings.extend(
-        (0..study.sensors.len()).filter_map(|sensor| inside_warning(study, &places, sensor, &glances)),
-    );
+    warnings
+        .extend((0..study.sensors.len()).filter_map(|sensor| warn_inside(study, &places, sensor, &glances)));
     warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
     warnings.extend(people::warnings(study, scenes, worlds));
     warnings.extend(thin::warnings(study, scenes, worlds));
@@ -228,7 +227,7 @@ fn candidates(world: &World, sensor: usize, is_so: impl Fn(&Setting) -> bool) ->
 
 /// Of each sensor the poses outside everything that is modelled, in the first snapshot; with what the unit of their
 /// coordinates looks like, if another one would put them inside.
-fn outside(study: &Study, truth: &Truth, world: &World) -> Vec<Vec<(usize, Option<String>)>> {
+fn poses_outside(study: &Study, truth: &Truth, world: &World) -> Vec<Vec<(usize, Option<String>)>> {
     let all = truth.objects.iter().map(|object| object.bounds_m);
     let Some([low, high]) = all.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]) else {
         return vec![Vec::new(); study.sensors.len()];
@@ -239,7 +238,7 @@ fn outside(study: &Study, truth: &Truth, world: &World) -> Vec<Vec<(usize, Optio
     };
     let unit = |sensor: usize, candidate: usize| {
         let position_m = world.settings[sensor][candidate].pose().position_m;
-        (candidate, in_another_unit(position_m, [low, high]))
+        (candidate, guess_unit(position_m, [low, high]))
     };
     let of_sensor = |sensor: usize| {
         let outside = candidates(world, sensor, is_outside).into_iter();
@@ -249,7 +248,7 @@ fn outside(study: &Study, truth: &Truth, world: &World) -> Vec<Vec<(usize, Optio
 }
 
 /// How many poses are outside, those in another unit apart.
-fn outside_warnings(
+fn warn_outside(
     study: &Study,
     places: &Places,
     sensor: usize,
@@ -272,7 +271,7 @@ fn outside_warnings(
 }
 
 /// How many poses stand in a blocker, in the snapshot where most do.
-fn inside_warning(study: &Study, places: &Places, sensor: usize, glances: &[Glance]) -> Option<String> {
+fn warn_inside(study: &Study, places: &Places, sensor: usize, glances: &[Glance]) -> Option<String> {
     let counts: Vec<f64> = glances.iter().map(|glance| glance.inside[sensor].len() as f64).collect();
     let (at, when) = largest(&counts);
     let inside = &glances[at].inside[sensor];

@@ -110,14 +110,14 @@ pub fn results_in(
 /// The results of [`worked`] on a disk that fails.
 #[cfg(target_os = "linux")]
 pub fn unreadable() -> Results {
-    let mut results = worked();
+    let mut results = example();
     results.pages.break_disk();
     results
 }
 
 /// One repeat. F1 of the camera's choices at the three moments: 1, 1/4, 1/2; 1/2, 1/2, 1/2; none, none, 2/3.
 /// Of the pair, 1/2 everywhere but 1 in the still scene for the second choice's second representation.
-pub fn worked() -> Results {
+pub fn example() -> Results {
     results(1, |moment, _, key| worked_counts(moment, key))
 }
 

@@ -184,7 +184,7 @@ impl OutputFolder {
     pub fn open(path: &Path) -> Result<Self> {
         if path.as_os_str().is_empty() {
             let empty = Words::from(Argument("out")) + " is empty";
-            return Err(Issue::says(empty).wanted("name a folder for the results").into());
+            return Err(Issue::says(empty).with_advice("name a folder for the results").into());
         }
         let missing = path.ancestors().filter(|p| !p.as_os_str().is_empty()).take_while(|p| !p.exists());
         let folder = OutputFolder { path: path.into(), made: missing.map(Path::to_path_buf).collect() };
@@ -194,7 +194,7 @@ impl OutputFolder {
         for file in BEGUN.iter().chain(&TABLES).map(|name| path.join(name)) {
             if file.is_dir() {
                 let what = Words::from("is a folder, and ") + Argument("out") + " needs a file there";
-                return Err(Error::input(file, what).wanted("move it away"));
+                return Err(Error::input(file, what).with_advice("move it away"));
             }
         }
         Ok(folder)
@@ -230,7 +230,7 @@ impl OutputFolder {
         let Some(place) = places.find(|place| sources.has_read(place)) else { return Ok(()) };
         let what =
             Words::from("is a file that the study reads, and ") + Argument("out") + " would write over it";
-        Err(Error::input(place, what).wanted("name another folder"))
+        Err(Error::input(place, what).with_advice("name another folder"))
     }
 
     /// Writes a file of the folder whole.
@@ -261,7 +261,7 @@ pub fn shards_below(out: &Path) -> Result<Vec<PathBuf>> {
     found.sort();
     if found.is_empty() {
         let cure = Words::from("name the sweep's ") + Argument("out") + ", or each shard's folder";
-        return Err(Error::input(out, "has no folders of shards (shard-0-of-4)").wanted(cure));
+        return Err(Error::input(out, "has no folders of shards (shard-0-of-4)").with_advice(cure));
     }
     Ok(found.into_iter().map(|(_, path)| path).collect())
 }

@@ -31,7 +31,7 @@ pub struct PoseChoice {
 
 /// How many choices of poses a combination has, and how many representations of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
+pub struct CombinationSize {
     /// Choices of poses.
     pub choices: usize,
     /// Choices of a representation for each of its sensors.
@@ -41,17 +41,22 @@ pub struct Size {
 /// The numbers of all rows. A block is one repeat of one moment (a snapshot of a scene, counted through all
 /// scenes); every block has the same rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Layout {
+pub struct RowLayout {
     moments: usize,
     repeats: usize,
-    sizes: Vec<Size>,
+    sizes: Vec<CombinationSize>,
     regions: usize,
 }
 
-impl Layout {
+impl RowLayout {
     /// For so many of everything; `sizes` are those of the combinations.
-    pub(crate) fn new(moments: usize, repeats: usize, sizes: Vec<Size>, regions: usize) -> Layout {
-        Layout { moments, repeats, sizes, regions }
+    pub(crate) fn new(
+        moments: usize,
+        repeats: usize,
+        sizes: Vec<CombinationSize>,
+        regions: usize,
+    ) -> RowLayout {
+        RowLayout { moments, repeats, sizes, regions }
     }
 
     /// How many blocks there are.
@@ -81,7 +86,7 @@ impl Layout {
 
     /// All choices, in study order.
     pub fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
-        let of = |(combination, size): (usize, &Size)| {
+        let of = |(combination, size): (usize, &CombinationSize)| {
             (0..size.choices).map(move |choice| PoseChoice { combination, choice })
         };
         self.sizes.iter().enumerate().flat_map(of)
@@ -113,7 +118,7 @@ impl Layout {
         self.block(moment, repeat) as u64 * self.block_rows() + within
     }
 
-    fn rows_of(&self, size: &Size) -> u64 {
+    fn rows_of(&self, size: &CombinationSize) -> u64 {
         size.choices as u64 * (size.representations * self.regions) as u64
     }
 
@@ -130,14 +135,14 @@ impl Layout {
 }
 
 /// How the rows of a study are numbered.
-pub fn layout_of(study: &Study) -> Layout {
-    let size = |c: &Combination| Size {
+pub fn layout_of(study: &Study) -> RowLayout {
+    let size = |c: &Combination| CombinationSize {
         choices: c.choices(),
         representations: c.representation_count(&study.sensors),
     };
     let moments = study.scenes.iter().map(|scene| scene.snapshots).sum();
     let sizes = study.combinations.iter().map(size).collect();
-    Layout::new(moments, study.repeats as usize, sizes, study.regions.len())
+    RowLayout::new(moments, study.repeats as usize, sizes, study.regions.len())
 }
 
 /// How many choices are scored in all, each snapshot of a scene and each repeat for itself.
@@ -147,7 +152,7 @@ pub fn jobs(study: &Study) -> u64 {
 }
 
 /// The choices of a shard, by their places among all. Every choice is in one shard.
-pub fn places_of(layout: &Layout, shard: Shard) -> Range<usize> {
+pub fn places_of(layout: &RowLayout, shard: Shard) -> Range<usize> {
     let at =
         |number: u32| (layout.pose_choices() as u128 * u128::from(number) / u128::from(shard.of)) as usize;
     at(shard.number)..at(shard.number + 1)
@@ -158,11 +163,14 @@ mod tests {
     use super::*;
 
     /// Two moments, three repeats; combinations of 3 × 1 and 2 × 4; two regions: blocks of 6 + 16 rows.
-    fn layout() -> Layout {
-        Layout::new(
+    fn layout() -> RowLayout {
+        RowLayout::new(
             2,
             3,
-            vec![Size { choices: 3, representations: 1 }, Size { choices: 2, representations: 4 }],
+            vec![
+                CombinationSize { choices: 3, representations: 1 },
+                CombinationSize { choices: 2, representations: 4 },
+            ],
             2,
         )
     }

@@ -133,11 +133,11 @@ impl Manifest {
                 Ok(_) => "these are shards, put them together by `perirobot merge`",
                 Err(_) => "name a folder that `perirobot sweep` or `perirobot choose` has written",
             };
-            return Err(Error::input(path, "cannot be read, it is not there").wanted(cure));
+            return Err(Error::input(path, "cannot be read, it is not there").with_advice(cure));
         }
         let bytes = read_regular(&path)?;
         Manifest::parse(&bytes)
-            .map_err(|e| json_issue(&e).cure("sweep again, or choose again").at(path).into())
+            .map_err(|e| json_issue(&e).cure("sweep again, or choose again").with_place(path).into())
     }
 
     fn parse(bytes: &[u8]) -> Result<Manifest, serde_json::Error> {

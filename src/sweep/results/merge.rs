@@ -35,7 +35,7 @@ struct ShardPart {
 /// or if `out` holds something else; `Error::Busy` if a run is at work in one of them.
 pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     let Some(first) = folders.first() else {
-        return Err(Issue::says("no shards").wanted("name the folder of each").into());
+        return Err(Issue::says("no shards").with_advice("name the folder of each").into());
     };
     let reference = Folder::open(first)?;
     let header = reference.journal.header().clone();
@@ -50,7 +50,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
         let (manifest, journal) = alike(path, first, (&manifest, &subject), &header)?;
         parts.push(part(path, manifest, &journal)?);
     }
-    in_order(&mut parts)?;
+    sort_parts(&mut parts)?;
     complete(&parts)?;
 
     let folder = OutputFolder::open(out)?;
@@ -125,7 +125,7 @@ fn alike(
 }
 
 /// Orders shards by their numbers; each must be there once.
-fn in_order(parts: &mut [ShardPart]) -> Result<()> {
+fn sort_parts(parts: &mut [ShardPart]) -> Result<()> {
     parts.sort_by_key(|part| part.shard.number);
     for two in parts.windows(2) {
         if two[0].shard == two[1].shard {

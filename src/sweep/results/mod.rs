@@ -18,7 +18,7 @@ pub mod scores;
 pub mod swept;
 pub mod table;
 
-pub use layout::{Layout, PoseChoice, RowKey, Size, jobs, layout_of, places_of};
+pub use layout::{CombinationSize, PoseChoice, RowKey, RowLayout, jobs, layout_of, places_of};
 pub use over::Over;
 pub use read::Folder;
 pub use swept::{Results, Subject};

@@ -21,7 +21,7 @@ pub struct Over {
 }
 
 /// One choice's score over repeats, each with the counts of its moments; `None` if there is no value at all.
-pub fn over(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
+pub fn summarize(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
     let (mut all, mut means, mut counts, mut of) = (Sum::default(), Vec::new(), Confusion::default(), 0);
     let mut worst: Option<f64> = None;
     for repeat in repeats {
@@ -29,7 +29,7 @@ pub fn over(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
         for reading in repeat {
             counts = counts.plus(reading);
             of += 1;
-            if let Some(value) = score.of(reading) {
+            if let Some(value) = score.evaluate(reading) {
                 worst = Some(worst.map_or(value, |worst| score.worse(worst, value)));
                 one.add(value);
                 all.add(value);
@@ -38,14 +38,14 @@ pub fn over(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
         means.extend(one.mean());
     }
     let (mean, worst) = (all.mean()?, worst?);
-    Some(Over { mean, std: deviation(&means), worst, pooled: score.of(&counts), values: all.count, of })
+    Some(Over { mean, std: deviation(&means), worst, pooled: score.evaluate(&counts), values: all.count, of })
 }
 
 /// The mean of one choice's score over repeats, each with the counts of its moments, where a moment weighs as long as it
 /// lasts; `None` if no value lasts.
-pub(crate) fn weighted(repeats: &[Vec<Confusion>], dwell_s: &[f64], score: Score) -> Option<f64> {
+pub(crate) fn weighted_mean(repeats: &[Vec<Confusion>], dwell_s: &[f64], score: Score) -> Option<f64> {
     let moments = repeats.iter().flat_map(|repeat| repeat.iter().zip(dwell_s));
-    let values = moments.filter_map(|(reading, &seconds)| Some((score.of(reading)?, seconds)));
+    let values = moments.filter_map(|(reading, &seconds)| Some((score.evaluate(reading)?, seconds)));
     let (sum, all) =
         values.fold((0.0, 0.0), |(sum, all), (value, seconds)| (sum + value * seconds, all + seconds));
     (all > 0.0).then(|| sum / all)
@@ -83,18 +83,18 @@ fn deviation(values: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn with(tp: u64, uf: u64) -> Confusion {
+    fn confusion(tp: u64, uf: u64) -> Confusion {
         Confusion { tp, uf, ..Default::default() }
     }
 
     fn f1(repeats: &[Vec<Confusion>]) -> Option<Over> {
-        over(repeats, Score::F1)
+        summarize(repeats, Score::F1)
     }
 
     #[test]
     fn what_has_no_value_is_left_out_of_mean_and_worst() {
         // F1 1/2 and 2/3; an empty table has none.
-        let value = f1(&[vec![with(1, 2), with(1, 1), Confusion::default()]]).unwrap();
+        let value = f1(&[vec![confusion(1, 2), confusion(1, 1), Confusion::default()]]).unwrap();
         assert_eq!((value.mean, value.worst), ((0.5 + 2.0 / 3.0) / 2.0, 0.5));
         assert_eq!((value.values, value.of), (2, 3));
         // 2·2 / (2·2 + 3)
@@ -106,8 +106,8 @@ mod tests {
     #[test]
     fn a_moment_weighs_as_long_as_it_lasts() {
         // F1 1/2 for 3 s and 2/3 for 1 s; the moment without a value is left out, however long.
-        let moments = [vec![with(1, 2), with(1, 1), Confusion::default()]];
-        let mean = |dwell_s: &[f64]| weighted(&moments, dwell_s, Score::F1);
+        let moments = [vec![confusion(1, 2), confusion(1, 1), Confusion::default()]];
+        let mean = |dwell_s: &[f64]| weighted_mean(&moments, dwell_s, Score::F1);
         assert_eq!(mean(&[3.0, 1.0, 100.0]), Some((1.5 + 2.0 / 3.0) / 4.0));
         assert_eq!(mean(&[0.0, 2.0, 0.0]), Some(2.0 / 3.0));
         assert_eq!(mean(&[0.0, 0.0, 5.0]), None);
@@ -117,7 +117,7 @@ mod tests {
     fn repeats_spread_about_their_mean() {
         // Two moments each: the repeats' means are (1 + 1/2)/2, (1/2 + 1/2)/2 and (1 + 1)/2, that is 3/4, 1/2
         // and 1.
-        let (one, half) = (with(1, 0), with(1, 2));
+        let (one, half) = (confusion(1, 0), confusion(1, 2));
         let value = f1(&[vec![one, half], vec![half, half], vec![one, one]]).unwrap();
         assert_eq!((value.mean, value.worst, value.values), (0.75, 0.5, 6));
         // Squares 0, 1/16, 1/16 over n − 1 = 2: the root of 1/16.
@@ -128,14 +128,14 @@ mod tests {
 
     #[test]
     fn the_worst_of_what_is_better_small_is_the_largest() {
-        let moments = [vec![with(1, 2), with(1, 1)]];
-        let value = over(&moments, Score::Unknown).unwrap();
+        let moments = [vec![confusion(1, 2), confusion(1, 1)]];
+        let value = summarize(&moments, Score::Unknown).unwrap();
         assert_eq!((value.worst, value.pooled), (2.0 / 3.0, Some(3.0 / 5.0)));
     }
 
     #[test]
     fn a_repeat_without_a_value_does_not_spread() {
-        let value = f1(&[vec![with(1, 2)], vec![Confusion::default()]]).unwrap();
+        let value = f1(&[vec![confusion(1, 2)], vec![Confusion::default()]]).unwrap();
         assert_eq!((value.mean, value.std, value.values, value.of), (0.5, None, 1, 2));
     }
 }

@@ -38,7 +38,7 @@ impl Folder {
     pub fn open(folder: &Path) -> Result<Folder> {
         if !folder.is_dir() {
             let cure = "name one that `perirobot sweep` or `perirobot choose` has written";
-            return Err(Error::input(folder, "is not a folder").wanted(cure));
+            return Err(Error::input(folder, "is not a folder").with_advice(cure));
         }
         let manifest = Manifest::read(folder)?;
         let subject = subject::read(folder, &manifest)?;
@@ -56,7 +56,7 @@ pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) ->
         && header.block_rows == layout.block_rows();
     if !of_one {
         let what = format!("is of another sweep than {MANIFEST} beside it");
-        return Err(Issue::damaged(what).cure(CURE).at(journal.path()).into());
+        return Err(Issue::damaged(what).cure(CURE).with_place(journal.path()).into());
     }
     let Shard { number, of } = header.shard;
     let choices = layout.pose_choices();
@@ -66,7 +66,7 @@ pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) ->
              of poses",
             header.kept
         );
-        return Err(Issue::damaged(what).cure(CURE).at(journal.path()).into());
+        return Err(Issue::damaged(what).cure(CURE).with_place(journal.path()).into());
     }
     Ok(())
 }
@@ -90,8 +90,8 @@ pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
             counts.total(),
             subject.regions[region]
         );
-        let issue = Issue::damaged(what).cure(CURE).at(format!("row {row}"));
-        Err(issue.at(journal.path()).into())
+        let issue = Issue::damaged(what).cure(CURE).with_place(format!("row {row}"));
+        Err(issue.with_place(journal.path()).into())
     })?;
     Ok(missing)
 }
@@ -105,7 +105,10 @@ impl Results {
         if *shard != Shard::WHOLE {
             let Shard { number, of } = shard;
             let what = Issue::says(format!("holds shard {number} of {of}"));
-            return Err(what.wanted("run `perirobot merge` on the folder above it").at(path).into());
+            return Err(what
+                .with_advice("run `perirobot merge` on the folder above it")
+                .with_place(path)
+                .into());
         }
         let missing = missing(&folder.subject, &folder.journal)?;
         if missing > 0 {
@@ -114,7 +117,7 @@ impl Results {
                 shell::command(&folder.manifest.provenance.about.command)
             );
             let what = Issue::says(format!("is not finished, {missing} rows are missing"));
-            return Err(what.wanted(cure).at(path).into());
+            return Err(what.with_advice(cure).with_place(path).into());
         }
         let mut warnings = Vec::new();
         let version = folder.manifest.identity.semantics_version;

@@ -61,7 +61,7 @@ fn row(scene: &str, moment: [usize; 2], names: [&str; 4], counts: &Confusion, si
     fields.extend(counts.detection.counts().map(Datum::Count));
     let missed = counts.detection.missed_names();
     fields.push(Datum::Text(&missed));
-    fields.extend(scores().map(|score| Datum::Score(score.of(counts))));
+    fields.extend(scores().map(|score| Datum::Score(score.evaluate(counts))));
     sink(&fields)
 }
 

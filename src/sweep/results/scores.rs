@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crate::results::Results;
-use crate::results::over::{Over, over, weighted};
+use crate::results::over::{Over, summarize, weighted_mean};
 use crate::results::table::{Column, ColumnKind, Datum, RowSink, TableFile, TableFormat, csv_bytes};
 use perirobot_march::Result;
 use perirobot_march::metrics::{Confusion, Score};
@@ -58,9 +58,9 @@ fn each(results: &Results, sink: RowSink) -> Result<()> {
             fields.extend(names.map(Datum::Text));
             let readings = results.readings(moments.iter().copied(), &key)?;
             for score in Score::ALL {
-                fields.extend(values(over(&readings, score)));
+                fields.extend(values(summarize(&readings, score)));
                 fields.extend(
-                    lasting.as_ref().map(|dwell_s| Datum::Score(weighted(&readings, dwell_s, score))),
+                    lasting.as_ref().map(|dwell_s| Datum::Score(weighted_mean(&readings, dwell_s, score))),
                 );
             }
             let together = readings.iter().flatten().fold(Confusion::default(), |all, one| all.plus(one));

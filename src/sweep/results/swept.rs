@@ -6,10 +6,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::results::journal::Pages;
-use crate::results::{Layout, Over, RowKey, Size, columns, over};
+use crate::results::{CombinationSize, Over, RowKey, RowLayout, columns, over};
 use perirobot_march::Result;
 use perirobot_march::metrics::{Confusion, Score};
-use perirobot_scene::scene::spec::Variant;
+use perirobot_scene::scene::spec::SceneVariant;
 use perirobot_study::sensor::{Candidate, Setting};
 use perirobot_study::study::{self, Choices, Combination, Study};
 use perirobot_study::world::place::{self, Places};
@@ -21,7 +21,7 @@ use perirobot_study::world::{Baselines, World};
 pub struct Results {
     /// What was swept.
     pub subject: Subject,
-    pub(super) layout: Layout,
+    pub(super) layout: RowLayout,
     pub(super) pages: Pages,
 }
 
@@ -50,7 +50,7 @@ pub struct SceneResults {
     /// Its snapshots among the moments of all scenes.
     pub moments: Range<usize>,
     /// Of which scene it is a variant, if it is one.
-    pub variant: Option<Variant>,
+    pub variant: Option<SceneVariant>,
 }
 
 /// Places of objects that were swept: one of each object that has candidates.
@@ -99,7 +99,7 @@ pub struct PoseResults {
 
 impl Subject {
     /// What a study sweeps. `worlds` are those of [`World::prepare_all`].
-    pub fn of_study(study: &Study, worlds: &[World]) -> Subject {
+    pub fn from_study(study: &Study, worlds: &[World]) -> Subject {
         let mut end = 0;
         let scenes = study.scenes.iter().map(|spec| {
             let begin = end;
@@ -172,11 +172,13 @@ impl Subject {
     }
 
     /// How its rows are numbered.
-    pub fn layout(&self) -> Layout {
-        let size =
-            |c: &CombinationResults| Size { choices: c.choices(), representations: c.representations.len() };
+    pub fn layout(&self) -> RowLayout {
+        let size = |c: &CombinationResults| CombinationSize {
+            choices: c.choices(),
+            representations: c.representations.len(),
+        };
         let sizes = self.combinations.iter().map(size).collect();
-        Layout::new(self.moments().len(), self.repeats, sizes, self.regions.len())
+        RowLayout::new(self.moments().len(), self.repeats, sizes, self.regions.len())
     }
 }
 
@@ -234,13 +236,13 @@ impl Results {
     ///
     /// # Errors
     /// Those of [`Results::counts`].
-    pub fn over(
+    pub fn summarize(
         &self,
         moments: impl Iterator<Item = usize> + Clone,
         key: RowKey,
         score: Score,
     ) -> Result<Option<Over>> {
-        Ok(over::over(&self.readings(moments, &key)?, score))
+        Ok(over::summarize(&self.readings(moments, &key)?, score))
     }
 
     /// The mean of a score of one choice over some moments and all repeats, each moment weighing as long as it lasts;
@@ -248,7 +250,7 @@ impl Results {
     ///
     /// # Errors
     /// Those of [`Results::counts`].
-    pub fn weighted(
+    pub fn weighted_mean(
         &self,
         moments: impl Iterator<Item = usize> + Clone,
         key: &RowKey,
@@ -256,7 +258,7 @@ impl Results {
     ) -> Result<Option<f64>> {
         let Some(dwell_s) = &self.dwell_s else { return Ok(None) };
         let lasting: Vec<f64> = moments.clone().map(|moment| dwell_s[moment]).collect();
-        Ok(over::weighted(&self.readings(moments, key)?, &lasting, score))
+        Ok(over::weighted_mean(&self.readings(moments, key)?, &lasting, score))
     }
 
     /// The names of the baselines and their score over some moments.
@@ -268,7 +270,7 @@ impl Results {
     ) -> [(&'static str, Option<Over>); 4] {
         let of = |pick: fn(&Baselines) -> &Confusion| {
             let counts = moments.clone().map(|moment| *pick(&self.baselines[moment][region]));
-            over::over(&[counts.collect()], score)
+            over::summarize(&[counts.collect()], score)
         };
         [
             ("upper bound", of(|b| &b.ceiling)),
@@ -286,7 +288,9 @@ impl CombinationResults {
     }
 
     fn all_choices(&self) -> Choices {
-        Choices::of(self.members.iter().map(|member| (&member.sensor, member.candidates.as_slice())))
+        Choices::from_sensors(
+            self.members.iter().map(|member| (&member.sensor, member.candidates.as_slice())),
+        )
     }
 
     /// The poses of a choice.

@@ -197,7 +197,7 @@ impl Ledger for TimedRows<'_> {
 
     fn take(&mut self, rows: &[Row]) -> Result<()> {
         self.rows.extend(rows);
-        self.clock.done();
+        self.clock.count_batch();
         Ok(())
     }
 }
@@ -212,13 +212,13 @@ struct Clock {
 
 impl Clock {
     /// Loading has ended, and work begins.
-    fn loaded(&self, begin: Instant) {
+    fn begin_work(&self, begin: Instant) {
         self.load.set(self.load.get() + begin.elapsed());
         self.since.set(Some(Instant::now()));
     }
 
     /// A batch was scored.
-    fn done(&self) {
+    fn count_batch(&self) {
         let now = Instant::now();
         let since = self.since.replace(Some(now)).unwrap_or(now);
         self.work.set(self.work.get() + (now - since));
@@ -243,14 +243,14 @@ impl Backend for Watched<'_> {
     fn tables(&mut self, tables: &[Rays]) -> Result<()> {
         let begin = Instant::now();
         self.backend.tables(tables)?;
-        self.clock.loaded(begin);
+        self.clock.begin_work(begin);
         Ok(())
     }
 
     fn load(&mut self, scene: &VoxelScene) -> Result<()> {
         let begin = Instant::now();
         self.backend.load(scene)?;
-        self.clock.loaded(begin);
+        self.clock.begin_work(begin);
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Ledger, Row};
 use crate::results::journal::Journal;
-use crate::results::{Layout, PoseChoice, RowKey};
+use crate::results::{PoseChoice, RowKey, RowLayout};
 use perirobot_march::Result;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::progress::Progress;
@@ -19,14 +19,14 @@ pub(super) struct Done {
 
 impl Done {
     /// No choice is finished.
-    pub(super) fn new(layout: &Layout, places: std::ops::Range<usize>) -> Done {
+    pub(super) fn new(layout: &RowLayout, places: std::ops::Range<usize>) -> Done {
         let bits = vec![0; (layout.blocks() * places.len()).div_ceil(64)];
         Done { places, bits, count: 0 }
     }
 
     /// The choices of which a journal has all rows, and how many of its places are damaged.
-    pub(super) fn of_journal(
-        layout: &Layout,
+    pub(super) fn from_journal(
+        layout: &RowLayout,
         places: std::ops::Range<usize>,
         journal: &Journal,
     ) -> Result<(Done, u64)> {
@@ -59,17 +59,17 @@ impl Done {
     }
 
     fn set(&mut self, block: usize, place: usize) {
-        let (word, bit) = self.at(block, place);
+        let (word, bit) = self.position(block, place);
         self.count += u64::from(self.bits[word] & bit == 0);
         self.bits[word] |= bit;
     }
 
     pub(super) fn has(&self, block: usize, place: usize) -> bool {
-        let (word, bit) = self.at(block, place);
+        let (word, bit) = self.position(block, place);
         self.bits[word] & bit != 0
     }
 
-    fn at(&self, block: usize, place: usize) -> (usize, u64) {
+    fn position(&self, block: usize, place: usize) -> (usize, u64) {
         let number = block * self.places.len() + place - self.places.start;
         (number / 64, 1 << (number % 64))
     }
@@ -77,7 +77,7 @@ impl Done {
 
 /// Writes finished rows into the journal, and knows which are left.
 pub(super) struct Checkpoint<'a> {
-    pub(super) layout: &'a Layout,
+    pub(super) layout: &'a RowLayout,
     /// The first moment of each scene.
     pub(super) moments: Vec<usize>,
     pub(super) journal: &'a mut Journal,

@@ -70,7 +70,7 @@ pub fn select(selection: &PoseSelection, sensor: &Sensor) -> Vec<usize> {
     let count = sensor.candidates.len();
     match selection {
         PoseSelection::All => (0..count).collect(),
-        PoseSelection::Spread { number, turn } => turned(*number, *turn, count),
+        PoseSelection::Spread { number, turn } => rotate(*number, *turn, count),
         PoseSelection::Named(name) => {
             // As in poses.csv, or with its sensor as in results.csv.
             let own = name.strip_prefix(&format!("{}:", sensor.name)).unwrap_or(name);
@@ -85,7 +85,7 @@ pub fn select_choices(selection: &PoseSelection, study: &Study, combination: &Co
     let count = combination.choices();
     match selection {
         PoseSelection::All => (0..count).collect(),
-        PoseSelection::Spread { number, turn } => turned(*number, *turn, count),
+        PoseSelection::Spread { number, turn } => rotate(*number, *turn, count),
         PoseSelection::Named(name) => match &combination.members[..] {
             [alone] => {
                 let named = select(selection, &study.sensors[alone.sensor]);
@@ -98,7 +98,7 @@ pub fn select_choices(selection: &PoseSelection, study: &Study, combination: &Co
 }
 
 /// So many of `count`, evenly, from another one on in each turn; in ascending order.
-fn turned(number: usize, turn: usize, count: usize) -> Vec<usize> {
+fn rotate(number: usize, turn: usize, count: usize) -> Vec<usize> {
     let mut all: Vec<usize> = spread(number, count).into_iter().map(|i| (i + turn) % count).collect();
     all.sort_unstable();
     all
@@ -129,7 +129,7 @@ pub fn compare(
     let placements: Vec<GridPose> =
         poses.iter().map(|&pose| world.placement(study, sensor, pose, 0)).collect();
     let mut oracle = Oracle::default();
-    let (counts, time) = timed(&mut oracle, &scene, &rays, &placements)?;
+    let (counts, time) = run_timed(&mut oracle, &scene, &rays, &placements)?;
     let line = ComparedLine {
         scene: world.title(study),
         what: spec.name.clone(),
@@ -142,7 +142,7 @@ pub fn compare(
     };
     report.lines.push(line.clone());
     for backend in backends {
-        let (found, time) = timed(backend.as_mut(), &scene, &rays, &placements)?;
+        let (found, time) = run_timed(backend.as_mut(), &scene, &rays, &placements)?;
         if found.len() != placements.len() {
             let what = format!("answered for {} of {} poses", found.len(), placements.len());
             return Err(Error::device(format!("backend {}: {what}", backend.name())));
@@ -237,7 +237,7 @@ pub(super) fn first_unequal(
 }
 
 /// Loads and scores; the time is that of scoring.
-fn timed(
+fn run_timed(
     backend: &mut dyn Backend,
     scene: &VoxelScene,
     rays: &Rays,
@@ -270,7 +270,7 @@ fn count_differences((expected, counts): EvidenceAndCounts, (got, found): Eviden
         only_a.count() + only_b.count()
     };
     let flat = |all: &[Confusion]| -> Vec<u64> { all.iter().flat_map(Confusion::numbers).collect() };
-    let planes = expected.planes.named().into_iter().zip(got.planes.named());
+    let planes = expected.planes.planes_with_names().into_iter().zip(got.planes.planes_with_names());
     planes.map(|((_, a), (_, b))| bits(a, b)).sum::<u64>()
         + unequal(&expected.ends, &got.ends)
         + unequal(&flat(counts), &flat(found))

@@ -46,7 +46,7 @@ struct EvidenceKey {
 pub(super) type FirstHitSlots = HashMap<(usize, usize), Slot>;
 
 /// Where its evidence is.
-struct Held {
+struct HeldEvidence {
     /// All slots that it takes.
     slots: Vec<Slot>,
     /// For each representation, what it adds to a fusion; `None` where it says nothing.
@@ -62,7 +62,7 @@ pub(super) struct Store<'a> {
     /// Where the backend keeps first hits.
     first_hits: &'a FirstHitSlots,
     window: Window,
-    held: HashMap<EvidenceKey, Held>,
+    held: HashMap<EvidenceKey, HeldEvidence>,
     /// In the order they were made.
     oldest: VecDeque<EvidenceKey>,
     vacant: Vec<Slot>,
@@ -131,9 +131,9 @@ impl<'a> Store<'a> {
                 self.slots
             );
             let cure =
-                Words::from("use larger voxels, smaller regions, or ") + Argument("backend").quoted("cpu");
+                Words::from("use larger voxels, smaller regions, or ") + Argument("backend").quote("cpu");
             let place = format!("combination {combination:?}");
-            return Err(Issue::too_large(what).wanted(cure).at(place).into());
+            return Err(Issue::too_large(what).with_advice(cure).with_place(place).into());
         }
         self.make_room(&missing, &wanted);
         self.make(&missing, backend)?;
@@ -215,7 +215,7 @@ impl<'a> Store<'a> {
                     (None, added) => added.map(|slot| Reading { slot, volume: None, hit, miss, presence }),
                 });
             }
-            self.held.insert(*key, Held { slots, readings });
+            self.held.insert(*key, HeldEvidence { slots, readings });
             self.oldest.push_back(*key);
         }
         let casting = shots.iter().zip(self.tables).filter(|(_, table)| table.is_some());

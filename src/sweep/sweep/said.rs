@@ -96,7 +96,7 @@ impl Task for ReadTask<'_> {
                 let made;
                 (made, left) = left.split_at(store.make_ready(left, repeat, backend)?);
                 for some in made.chunks(AT_ONCE) {
-                    let said = self.said(&store, some, repeat, backend)?;
+                    let said = self.sense_choices(&store, some, repeat, backend)?;
                     self.reader.take(store.world, repeat, said)?;
                     self.taken += some.len() as u64;
                 }
@@ -118,7 +118,7 @@ impl Resumable for ReadTask<'_> {
 
 impl ReadTask<'_> {
     /// The evidence of each sensor of some choices.
-    fn said(
+    fn sense_choices(
         &self,
         store: &Store,
         pose_choices: &[PoseChoice],

@@ -88,7 +88,9 @@ fn add(all: &mut EndCounts, rays: &Rays, placement: &GridPose, ends: &[End]) {
             RETURN => all.returns += 1,
             BLIND => all.too_near += 1,
             LEFT => all.left += 1,
-            _ if next_after_q16(placement, *dir_q15, end) > rays.gates.of_ray(dir_q15[2]).range_max_q16 => {
+            _ if next_after_q16(placement, *dir_q15, end)
+                > rays.gates.ray_gates(dir_q15[2]).range_max_q16 =>
+            {
                 all.too_far += 1
             }
             _ => all.left += 1,

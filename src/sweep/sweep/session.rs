@@ -16,7 +16,7 @@ use super::sweeping::Sweeping;
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
 use crate::results::manifest::{KILLED, Manifest, Run};
-use crate::results::{Layout, PoseChoice, columns, layout_of, places_of};
+use crate::results::{PoseChoice, RowLayout, columns, layout_of, places_of};
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::{Argument, Issue, Site, Words, catch_panic};
 use perirobot_march::progress::Progress;
@@ -29,7 +29,7 @@ pub struct Session<'a> {
     study: &'a Study,
     worlds: &'a [World],
     folder: OutputFolder,
-    layout: Layout,
+    layout: RowLayout,
     pose_choices: Vec<PoseChoice>,
     journal: Journal,
     manifest: Manifest,
@@ -86,7 +86,7 @@ impl<'a> Session<'a> {
                 layout.pose_choices()
             );
             let place = Site::Argument(Argument("shard"), format!("{}/{}", shard.number, shard.of));
-            return Err(Issue::says(what).at(place).into());
+            return Err(Issue::says(what).with_place(place).into());
         }
         let folder = OutputFolder::open(path)?;
         folder.spare(&study.sources, &[])?;
@@ -106,7 +106,7 @@ impl<'a> Session<'a> {
                     manifest.provenance.runs = earlier.provenance.runs;
                 }
                 let journal = locked.go_on(header);
-                let (done, damaged) = Done::of_journal(&layout, places.clone(), &journal)?;
+                let (done, damaged) = Done::from_journal(&layout, places.clone(), &journal)?;
                 (journal, done, damaged)
             }
             (false, Ok(Some(found))) => return Err(another(path, found, &header, &manifest)),
@@ -116,7 +116,10 @@ impl<'a> Session<'a> {
                     Unfit::Format(_) => "name another folder".into(),
                     Unfit::Foreign => "name another folder, or move it away".into(),
                 };
-                return Err(Issue::damaged(unfit.to_string()).cure(cure).at(path.join(JOURNAL)).into());
+                return Err(Issue::damaged(unfit.to_string())
+                    .cure(cure)
+                    .with_place(path.join(JOURNAL))
+                    .into());
             }
             (false, Ok(None)) if folder.table().is_some() => {
                 let table = folder.table().unwrap_or_default();
@@ -124,7 +127,7 @@ impl<'a> Session<'a> {
                     "is of an earlier sweep, whose {JOURNAL} is gone, so that nothing is left to go on with"
                 );
                 let cure = Words::from("name another folder, or ") + Argument("restart") + " to lose it";
-                return Err(Error::input(path.join(table), what).wanted(cure));
+                return Err(Error::input(path.join(table), what).with_advice(cure));
             }
             (true, _) | (false, Ok(None)) => {
                 folder.clear(false);
@@ -143,7 +146,7 @@ impl<'a> Session<'a> {
     }
 
     /// How many of them are finished.
-    pub fn done(&self) -> u64 {
+    pub fn finished_count(&self) -> u64 {
         self.done.count()
     }
 
@@ -167,7 +170,7 @@ impl<'a> Session<'a> {
         let backend = failover.open()?;
         let (name, device) = (backend.name(), backend.device());
         let doubts = failover.needs_check();
-        let unchecked = self.unchecked(verify)?;
+        let unchecked = self.unchecked_rows(verify)?;
         let unchecked = match (doubts && verify > 0, unchecked.is_empty()) {
             (true, _) => Some(Picked::one_in(verify).and(unchecked)),
             (false, false) => Some(Picked::these(unchecked)),
@@ -221,7 +224,7 @@ impl<'a> Session<'a> {
         // An error of writing down what the run did matters less than why the run failed.
         let written = self.folder.write(MANIFEST, &self.manifest.bytes());
         let timings = ended.and_then(|timings| synced.and(written).map(|()| timings))?;
-        let ending = if self.done() == self.total() {
+        let ending = if self.finished_count() == self.total() {
             Ending::Finished
         } else {
             Ending::Stopped(stopped.unwrap_or_default())
@@ -235,7 +238,7 @@ impl<'a> Session<'a> {
     }
 
     /// Of the rows that were never checked, those of the first choices and of one in `verify`.
-    fn unchecked(&self, verify: u64) -> Result<Vec<Vec<Row>>> {
+    fn unchecked_rows(&self, verify: u64) -> Result<Vec<Vec<Row>>> {
         let mut picked = Vec::new();
         if verify == 0 || !self.is_unchecked() {
             return Ok(picked);
@@ -303,7 +306,7 @@ fn another(path: &Path, found: &JournalHeader, header: &JournalHeader, manifest:
     if found.fingerprint == header.fingerprint {
         let Shard { number, of } = found.shard;
         let what = format!("holds shard {number}/{of} of this sweep");
-        return Issue::says(what).wanted(cure).at(path).into();
+        return Issue::says(what).with_advice(cure).with_place(path).into();
     }
     let changes = Manifest::read(path).map(|earlier| earlier.changes(manifest)).unwrap_or_default();
     let what = if changes.is_empty() { "which is not known".into() } else { changes.join("; ") };

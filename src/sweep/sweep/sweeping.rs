@@ -76,7 +76,7 @@ impl Resumable for Sweeping<'_> {
                 let what =
                     format!("the device and the CPU disagree: {}. {kept}. {cleared}", difference.place);
                 let cure = Words::from("run again with ")
-                    + Argument("backend").to("cpu")
+                    + Argument("backend").with_value("cpu")
                     + ", and `perirobot verify-backends` to see more";
                 Err(Error::Disagreement(Issue::says(what).cure(cure)))
             }

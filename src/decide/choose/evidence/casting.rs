@@ -10,7 +10,7 @@ use super::super::layout::{RegionPlaces, layout_of, may_have_bits};
 use super::file::{CandidateWords, EvidenceFile, RecordKey, deciding};
 use super::rows::{FiledRows, RecordPlace};
 use perirobot_cover::CandidateEvidence;
-use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF, Wanted};
+use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF, WantedCounts};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::{Argument, Issue, Words, catch_panic};
@@ -55,7 +55,7 @@ pub struct Casting<'a> {
 }
 
 /// The file that stands beside evidence of a device until the CPU has counted some of it again.
-fn in_doubt(evidence: &Path) -> PathBuf {
+fn doubt_marker(evidence: &Path) -> PathBuf {
     evidence.with_extension("unchecked")
 }
 
@@ -83,7 +83,7 @@ impl<'a> Casting<'a> {
             study,
             worlds,
             (choose.region, &choose.representations),
-            Wanted::from_scores(scores),
+            WantedCounts::from_scores(scores),
             memory_bytes,
             kept,
         )
@@ -93,7 +93,7 @@ impl<'a> Casting<'a> {
         study: &'a Study,
         worlds: &'a [World],
         (region, representations): (usize, &'a [usize]),
-        wanted: Wanted,
+        wanted: WantedCounts,
         memory_bytes: u64,
         kept: Option<(&Path, bool)>,
     ) -> Result<Casting<'a>> {
@@ -154,7 +154,7 @@ impl<'a> Casting<'a> {
         };
         let found = file.read(words, |key, at, said| self.put(key, at, &said))?;
         let lost = found.damaged.iter().filter(|&&key| !self.done[key.item][self.block(key)]).count();
-        self.damaged = lost + usize::from(found.is_cut && self.left() > 0);
+        self.damaged = lost + usize::from(found.is_cut && self.remaining() > 0);
         Ok(())
     }
 
@@ -164,7 +164,7 @@ impl<'a> Casting<'a> {
     }
 
     /// How many of them are not there yet.
-    pub fn left(&self) -> u64 {
+    pub fn remaining(&self) -> u64 {
         self.left.iter().sum()
     }
 
@@ -192,7 +192,7 @@ impl<'a> Casting<'a> {
     /// # Errors
     /// Those of [`Casting::run`].
     pub fn run_on(&mut self, failover: &mut Failover) -> Result<()> {
-        if let Some(doubt) = self.doubt().filter(|_| self.left() > 0 && failover.needs_check()) {
+        if let Some(doubt) = self.doubt().filter(|_| self.remaining() > 0 && failover.needs_check()) {
             write_whole(&doubt, b"a device cast poses that were not counted again yet\n")?;
         }
         self.run_by(failover.progress(), |plan, taking| plan.read_on(failover, taking))
@@ -223,13 +223,13 @@ impl<'a> Casting<'a> {
         let synced = self.file.as_mut().map_or(Ok(()), EvidenceFile::sync);
         cast.and(synced)?;
         match stopped {
-            Some(why) if self.left() > 0 => Err(Error::Stopped(Issue::says(self.stopped(&why)))),
+            Some(why) if self.remaining() > 0 => Err(Error::Stopped(Issue::says(self.stop_message(&why)))),
             _ => Ok(()),
         }
     }
 
-    fn stopped(&self, why: &str) -> String {
-        let (left, total) = (self.left(), self.total());
+    fn stop_message(&self, why: &str) -> String {
+        let (left, total) = (self.remaining(), self.total());
         let kept = match self.path() {
             Some(path) if left < total => {
                 format!("; what is cast is kept in {}, and the same command goes on", path.display())
@@ -244,7 +244,7 @@ impl<'a> Casting<'a> {
     ///
     /// # Errors
     /// `Error::Disagreement`: what was kept is removed, since what a device said wrongly must not be searched later.
-    pub fn checked(
+    pub fn check(
         self,
         choose: &Choose,
         backends: &mut dyn BackendFactory,
@@ -270,21 +270,21 @@ impl<'a> Casting<'a> {
 
     /// The file that says that what is kept is in doubt.
     fn doubt(&self) -> Option<PathBuf> {
-        self.path().map(in_doubt)
+        self.path().map(doubt_marker)
     }
 
     /// All evidence, when nothing is left.
     pub fn evidence(self) -> CandidateEvidence {
-        assert_eq!(self.left(), 0, "everything was cast");
+        assert_eq!(self.remaining(), 0, "everything was cast");
         let (layout, items, memory_bytes) = (self.layout, self.items, self.memory_bytes);
         match self.file.filter(|_| self.is_filed) {
             Some(file) => {
                 let needed = items.iter().map(|&[sensor, _]| self.needed[sensor]).collect();
                 let rows =
                     FiledRows { path: file.path, places: self.places, needed, failed: Default::default() };
-                CandidateEvidence::stored(layout, items, Box::new(rows), memory_bytes)
+                CandidateEvidence::from_source(layout, items, Box::new(rows), memory_bytes)
             }
-            None => CandidateEvidence::held(layout, items, self.rows, memory_bytes),
+            None => CandidateEvidence::from_memory(layout, items, self.rows, memory_bytes),
         }
     }
 
@@ -360,9 +360,9 @@ impl<'a> Casting<'a> {
             self.memory_bytes >> 20
         );
         let cure = Words::from("give ")
-            + Argument("memory").to(format!("{}MiB", mib(needed)))
+            + Argument("memory").with_value(format!("{}MiB", mib(needed)))
             + ", or use larger voxels, a smaller region, or fewer poses";
-        Err(Issue::too_large(what).wanted(cure).into())
+        Err(Issue::too_large(what).with_advice(cure).into())
     }
 }
 

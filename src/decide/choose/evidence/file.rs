@@ -127,7 +127,7 @@ impl EvidenceFile {
             let what = Words::from("is a file that the study reads, and ")
                 + Argument("out")
                 + " would write over it";
-            return Err(Error::input(path, what).wanted("name another folder"));
+            return Err(Error::input(path, what).with_advice("name another folder"));
         }
         let there = path.symlink_metadata().is_ok();
         let file = there.then(|| open_alone(&path)).transpose()?;
@@ -146,7 +146,8 @@ impl EvidenceFile {
 
     /// What decides the evidence of a file; `None` if the file ends before it does.
     fn header(&self, mut file: &File) -> Result<Option<Vec<u8>>> {
-        let unfit = |what: String, cure: Words| Error::from(Issue::damaged(what).cure(cure).at(&self.path));
+        let unfit =
+            |what: String, cure: Words| Error::from(Issue::damaged(what).cure(cure).with_place(&self.path));
         let mut bytes = Vec::new();
         let read = file.rewind().and_then(|()| file.take(HEADER_BYTES as u64).read_to_end(&mut bytes));
         read.map_err(|e| Error::io(&self.path, "cannot be read", e))?;

@@ -2,7 +2,7 @@
 
 use perirobot_cover::{MOST_VOXELS, Ratio, Worth};
 use perirobot_march::metrics::{Across, Confusion, Detection, Score};
-use perirobot_sweep::results::over::over;
+use perirobot_sweep::results::over::summarize;
 
 /// Random counts, some of them zero, some as large as a region can be.
 fn random(state: &mut u64) -> Confusion {
@@ -23,7 +23,7 @@ fn random(state: &mut u64) -> Confusion {
         parts_detected: next(parts + 1),
         missed: [0; 11],
     };
-    Confusion::from_counts(counts).with(found)
+    Confusion::from_counts(counts).with_detection(found)
 }
 
 const SCORES: [Score; 5] =
@@ -36,7 +36,7 @@ fn fractions_are_the_scores_of_the_tables() {
     for case in 0..20_000 {
         let counts = random(&mut state);
         for score in Score::ALL {
-            let (found, expected) = (Ratio::from_score(score, &counts), score.of(&counts));
+            let (found, expected) = (Ratio::from_score(score, &counts), score.evaluate(&counts));
             assert_eq!(found.map(Ratio::value), expected, "case {case}: {score:?} of {counts:?}");
             *if found.is_some() { &mut some } else { &mut none } += 1;
         }
@@ -50,13 +50,13 @@ fn worths_over_moments_are_those_of_the_tables() {
     for case in 0..5000 {
         let moments: Vec<Confusion> = (0..1 + case % 5).map(|_| random(&mut state)).collect();
         for score in SCORES {
-            let expected = over(std::slice::from_ref(&moments), score);
+            let expected = summarize(std::slice::from_ref(&moments), score);
             let found = |over| Worth::from_counts(score, over, &moments).map(Worth::value);
             assert_eq!(found(Across::Worst), expected.map(|over| over.worst), "case {case}: {score:?}");
             assert_eq!(found(Across::Mean), expected.map(|over| over.mean), "case {case}: {score:?}");
             let all = moments.iter().fold(Confusion::default(), |sum, counts| sum.plus(counts));
             if all.total() <= MOST_VOXELS {
-                assert_eq!(found(Across::Pooled), score.of(&all), "case {case}: {score:?}");
+                assert_eq!(found(Across::Pooled), score.evaluate(&all), "case {case}: {score:?}");
             }
         }
     }

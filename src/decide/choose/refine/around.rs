@@ -19,17 +19,17 @@ const LEAST_VOXELS: f64 = 0.5;
 
 /// A sensor at a listed pose, or so far from one, in 2⁻ᴸᴱⱽᴱᴸˢ of the steps of its group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Spot {
+pub(super) struct RefineSpot {
     pub(super) sensor: usize,
     /// The listed pose.
     pub(super) candidate: usize,
     parts: [i32; WAYS],
 }
 
-impl Spot {
+impl RefineSpot {
     /// A listed pose.
-    pub(super) fn at([sensor, candidate]: [usize; 2]) -> Spot {
-        Spot { sensor, candidate, parts: [0; WAYS] }
+    pub(super) fn from_candidate([sensor, candidate]: [usize; 2]) -> RefineSpot {
+        RefineSpot { sensor, candidate, parts: [0; WAYS] }
     }
 
     /// Whether it is not a listed pose.
@@ -65,10 +65,15 @@ impl<'a> Around<'a> {
 
     /// The spots of a set, and around those that may move all that are a step away, halved so many times; sensor by
     /// sensor, each once.
-    pub(super) fn all(&self, set: &[Spot], may_move: impl Fn(&Spot) -> bool, level: u32) -> Vec<Spot> {
+    pub(super) fn all(
+        &self,
+        set: &[RefineSpot],
+        may_move: impl Fn(&RefineSpot) -> bool,
+        level: u32,
+    ) -> Vec<RefineSpot> {
         let mut all = set.to_vec();
         for spot in set.iter().filter(|spot| may_move(spot)) {
-            for other in self.beside(spot, level) {
+            for other in self.neighbours(spot, level) {
                 if !all.contains(&other) {
                     all.push(other);
                 }
@@ -80,7 +85,7 @@ impl<'a> Around<'a> {
     }
 
     /// The spots a step away in each way.
-    fn beside(&self, spot: &Spot, level: u32) -> Vec<Spot> {
+    fn neighbours(&self, spot: &RefineSpot, level: u32) -> Vec<RefineSpot> {
         let steps = self.steps(spot);
         let ways = (0..WAYS).filter(|&way| {
             let least = if TURNS.contains(&way) { LEAST_DEG } else { LEAST_VOXELS * self.study.voxel_size_m };
@@ -98,37 +103,37 @@ impl<'a> Around<'a> {
     }
 
     /// Whether nothing is possible around a spot.
-    pub(super) fn stays(&self, spot: &Spot) -> bool {
+    pub(super) fn stays(&self, spot: &RefineSpot) -> bool {
         self.steps(spot) == [0.0; WAYS]
     }
 
     /// How far the listed poses of a spot's group are from each other in each way. What a robot carries stays where it
     /// is listed.
-    fn steps(&self, spot: &Spot) -> [f64; WAYS] {
+    fn steps(&self, spot: &RefineSpot) -> [f64; WAYS] {
         let sensor = &self.study.sensors[spot.sensor];
         let spread = sensor.spreads.iter().find(|spread| spread.candidates.contains(&spot.candidate));
         spread.filter(|_| sensor.on.is_none()).map_or([0.0; WAYS], |spread| spread.steps())
     }
 
     /// Where a spot is that is not a listed pose; `None` where its group does not reach.
-    pub(super) fn pose(&self, spot: &Spot) -> Option<Pose> {
+    pub(super) fn pose(&self, spot: &RefineSpot) -> Option<Pose> {
         let sensor = &self.study.sensors[spot.sensor];
         let spread = sensor.spreads.iter().find(|spread| spread.candidates.contains(&spot.candidate))?;
         let Setting::Pose(listed) = sensor.candidates[spot.candidate].setting else { return None };
         let steps = spread.steps();
         let by = std::array::from_fn(|way| f64::from(spot.parts[way]) * steps[way] / f64::from(1 << LEVELS));
-        spread.moved(spot.candidate, &listed, by)
+        spread.move_pose(spot.candidate, &listed, by)
     }
 
     /// Leaves out what stands in something, or cannot work where it stands, at any moment.
-    fn keep_free(&self, set: &[Spot], all: &mut Vec<Spot>) {
+    fn keep_free(&self, set: &[RefineSpot], all: &mut Vec<RefineSpot>) {
         for world in self.worlds {
             let truth = world.truth();
             all.retain(|spot| set.contains(spot) || self.is_free(spot, world, &truth));
         }
     }
 
-    fn is_free(&self, spot: &Spot, world: &World, truth: &Arc<Truth>) -> bool {
+    fn is_free(&self, spot: &RefineSpot, world: &World, truth: &Arc<Truth>) -> bool {
         let Some(pose) = self.pose(spot) else { return false };
         let kind = &self.study.sensors[spot.sensor].kind;
         let (window, setting) = (world.grid.window(), Setting::Pose(pose));
@@ -141,7 +146,7 @@ impl<'a> Around<'a> {
     }
 
     /// The study of these spots alone, which are sorted by sensor.
-    pub(super) fn study_of(&self, spots: &[Spot]) -> Study {
+    pub(super) fn study_of(&self, spots: &[RefineSpot]) -> Study {
         let mut study = self.bare.clone();
         for (spot, number) in spots.iter().zip(numbers(spots)) {
             let setting = match self.pose(spot).filter(|_| spot.is_moved()) {
@@ -155,7 +160,7 @@ impl<'a> Around<'a> {
     }
 
     /// The worlds of these spots alone.
-    pub(super) fn worlds_of(&self, spots: &[Spot]) -> Vec<World> {
+    pub(super) fn worlds_of(&self, spots: &[RefineSpot]) -> Vec<World> {
         let in_world = |world: &World| {
             let mut settings = vec![Vec::new(); self.study.sensors.len()];
             for spot in spots {
@@ -172,8 +177,8 @@ impl<'a> Around<'a> {
 }
 
 /// The number of each spot among those of its sensor.
-pub(super) fn numbers(spots: &[Spot]) -> Vec<usize> {
-    let before = |(number, spot): (usize, &Spot)| {
+pub(super) fn numbers(spots: &[RefineSpot]) -> Vec<usize> {
+    let before = |(number, spot): (usize, &RefineSpot)| {
         spots[..number].iter().filter(|other| other.sensor == spot.sensor).count()
     };
     spots.iter().enumerate().map(before).collect()

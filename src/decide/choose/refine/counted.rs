@@ -1,9 +1,9 @@
 //! What refining found, counted again with its poses among those of the study, as a sweep counts them.
 
-use super::around::{Around, Spot};
+use super::around::{Around, RefineSpot};
 use super::{Refined, Refinement};
 use crate::choose::report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport};
-use crate::choose::verify::recounted;
+use crate::choose::verify::recount;
 use perirobot_cover::{Ratio, Worth};
 use perirobot_march::backend::Backend;
 use perirobot_march::error::Issue;
@@ -17,7 +17,7 @@ use perirobot_study::world::place::Places;
 
 /// Tells what was found; with it comes the study that has its poses, and its worlds, if anything was gained. With
 /// noise, which is drawn for each pose of a study, a sweep may see less gained than there was, or nothing.
-pub(super) fn counted(
+pub(super) fn count_refined(
     (study, choose, worlds): (&Study, &Choose, &[World]),
     told: &FrontReport,
     all: &[Refined],
@@ -51,11 +51,11 @@ impl Refined {
     fn untold(&self, study: &Study, told: &FrontReport, around: &Around) -> RefinedReport {
         let step = told.steps.iter().find(|step| step.at_most == self.limits.at_most);
         let step = step.expect("a set that was found is told");
-        let name = |spot: &&Spot| {
+        let name = |spot: &&RefineSpot| {
             let sensor = &study.sensors[spot.sensor];
             format!("{}:{}", sensor.name, sensor.candidates[spot.candidate].name)
         };
-        let stays = |spot: &&Spot| around.stays(spot);
+        let stays = |spot: &&RefineSpot| around.stays(spot);
         RefinedReport {
             at_most: self.limits.at_most,
             budget: self.limits.budget.map(Cost::from_thousandths),
@@ -126,7 +126,7 @@ impl Telling<'_> {
         let without = |out: usize| (0..set.len()).filter(|i| *i != out).map(|i| set[i]).collect::<Vec<_>>();
         let mut sets: Vec<Vec<[usize; 2]>> = vec![set.clone()];
         sets.extend((0..set.len()).map(without).filter(|rest| !rest.is_empty()));
-        let mut counts = recounted(self.study, self.choose, self.worlds, &sets, backend, &|| None)?;
+        let mut counts = recount(self.study, self.choose, self.worlds, &sets, backend, &|| None)?;
         if set.len() == 1 {
             counts.push(self.nothing_seen());
         }

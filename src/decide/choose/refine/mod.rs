@@ -15,11 +15,11 @@ mod counted;
 
 use std::collections::BTreeMap;
 
-use self::around::{Around, LEVELS, Spot};
+use self::around::{Around, LEVELS, RefineSpot};
 use super::evidence::Casting;
 use super::report::{FrontReport, RefinedReport};
 use crate::choose::problem_of;
-use perirobot_cover::{Answer, Problem, SetLimits, Worth, best_within, overlaps, polished};
+use perirobot_cover::{FrontAnswer, Problem, SetLimits, Worth, best_within, overlaps, polish};
 use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
 use perirobot_march::progress::{Fault, Progress};
 use perirobot_march::{Error, Result};
@@ -46,8 +46,8 @@ pub struct Refinement {
 struct Refined {
     limits: SetLimits,
     /// The set of listed poses that it began with.
-    listed: Vec<Spot>,
-    spots: Vec<Spot>,
+    listed: Vec<RefineSpot>,
+    spots: Vec<RefineSpot>,
     /// What they are worth by what was cast, if anything was gained.
     worth: Option<Worth>,
     rounds: usize,
@@ -62,7 +62,7 @@ struct Refined {
 /// fit so many bytes.
 pub fn refine(
     (study, choose, worlds): (&Study, &Choose, &[World]),
-    (problem, answer, told): (&Problem, &Answer, &FrontReport),
+    (problem, answer, told): (&Problem, &FrontAnswer, &FrontReport),
     memory_bytes: u64,
     backends: &mut dyn BackendFactory,
     progress: &dyn Progress,
@@ -74,13 +74,14 @@ pub fn refine(
     // Of the steps of a size the first has the whole budget.
     for steps in answer.steps.chunk_by(|a, b| a.limits.at_most == b.limits.at_most) {
         let Some(best) = &steps[0].best else { continue };
-        let listed: Vec<Spot> = best.set.iter().map(|&item| Spot::at(problem.evidence.items[item])).collect();
+        let listed: Vec<RefineSpot> =
+            best.set.iter().map(|&item| RefineSpot::from_candidate(problem.evidence.items[item])).collect();
         if all.iter().all(|earlier| earlier.listed != listed) && !progress.stops() {
-            all.push(refining.refined(steps[0].limits, listed)?);
+            all.push(refining.refine(steps[0].limits, listed)?);
         }
     }
     let mut cpu = backends.open(Fallback::Cpu)?;
-    let counted = counted::counted((study, choose, worlds), told, &all, cpu.as_mut())?;
+    let counted = counted::count_refined((study, choose, worlds), told, &all, cpu.as_mut())?;
     Ok(Refinement { complete: !progress.stops(), ..counted })
 }
 
@@ -94,7 +95,7 @@ struct Refining<'a> {
 
 impl Refining<'_> {
     /// The best that was found around a set.
-    fn refined(&mut self, limits: SetLimits, listed: Vec<Spot>) -> Result<Refined> {
+    fn refine(&mut self, limits: SetLimits, listed: Vec<RefineSpot>) -> Result<Refined> {
         let mut refined = Refined { limits, spots: listed.clone(), listed, worth: None, rounds: 0, cast: 0 };
         let mut level = 1;
         while level <= LEVELS && refined.rounds < MOST_ROUNDS && !self.progress.stops() {
@@ -114,17 +115,17 @@ impl Refining<'_> {
         }
         let study = self.around.study_of(&spots);
         let worlds = self.around.worlds_of(&spots);
-        let place = |spot: Spot| spots.iter().position(|other| *other == spot);
+        let place = |spot: RefineSpot| spots.iter().position(|other| *other == spot);
         let item = |spot| place(spot).expect("a set is among what is around it");
         let numbers: Vec<usize> = around::numbers(&spots);
         let always = fixed.iter().map(|&listed| {
-            let spot = item(Spot::at(listed));
+            let spot = item(RefineSpot::from_candidate(listed));
             [spots[spot].sensor, numbers[spot]]
         });
         let choose =
             Choose { always: always.collect(), at_most: refined.limits.at_most, ..self.choose.clone() };
         let mut casting = Casting::begin(&study, &choose, &worlds, self.memory_bytes, None)
-            .map_err(|error| error.at("choose.refine"))?;
+            .map_err(|error| error.with_place("choose.refine"))?;
         match casting.run_on(&mut self.failover) {
             Err(Error::Stopped(_)) => return Ok(false),
             other => other?,
@@ -134,7 +135,7 @@ impl Refining<'_> {
         let problem = problem_of(&study, &choose, &worlds, &evidence);
         let centre: Vec<usize> = refined.spots.iter().map(|&spot| item(spot)).collect();
         // With noise of another draw it may fail what is required.
-        let Some(centre) = problem.found(&centre) else { return Ok(false) };
+        let Some(centre) = problem.evaluate(&centre) else { return Ok(false) };
         let (stop, stops) = (|| self.progress.stop_reason(), || self.progress.stops());
         let better = match refined.limits.at_most <= SEARCHED || !problem.is_searchable() {
             true => {
@@ -142,7 +143,7 @@ impl Refining<'_> {
                 let kept = overlaps(&problem);
                 best_within(&problem, refined.limits, kept.as_ref(), &mut known, &stop).best
             }
-            false => Some(polished(&problem, refined.limits, None, centre.clone(), &stops)),
+            false => Some(polish(&problem, refined.limits, None, centre.clone(), &stops)),
         };
         let Some(better) = better.filter(|better| better.worth > centre.worth) else { return Ok(false) };
         self.progress.show_search(&refined.limits.state(Some(better.worth.value())));

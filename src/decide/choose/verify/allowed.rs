@@ -13,7 +13,7 @@ pub(super) fn name(study: &Study, [sensor, candidate]: [usize; 2]) -> String {
 }
 
 /// Sensors and candidates by their names.
-pub(super) fn named(study: &Study, poses: &[String]) -> Result<Vec<[usize; 2]>, Issue> {
+pub(super) fn find_named(study: &Study, poses: &[String]) -> Result<Vec<[usize; 2]>, Issue> {
     let one = |pose: &String| {
         let all = study.sensors.iter().enumerate();
         let mut all = all.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c]));

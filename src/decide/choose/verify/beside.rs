@@ -1,9 +1,9 @@
 //! What stands beside the scores of the best sets: what each step gains, where sensors are, what each is worth, sets
 //! that are nearly as good, and the tables.
 
-use super::counted::{recounted, value};
+use super::counted::{recount, value};
 use super::tables::is_written;
-use super::{Claims, Given, holds};
+use super::{Claims, ProofInput, holds};
 use crate::choose::files::{Chosen, FRONT, PROOF, SETS};
 use crate::choose::report::{SetReport, StepReport};
 use perirobot_march::backend::Backend;
@@ -20,20 +20,20 @@ const NEARLY: f64 = 0.99;
 /// Checks all of it; `counts` are those of the sets.
 pub(super) fn check(
     claims: &Claims,
-    given: Given,
+    given: ProofInput,
     counts: &[Vec<Confusion>],
     recounter: &mut dyn Backend,
 ) -> Result<()> {
     let Claims { folder, chosen, sets } = claims;
     let Chosen { report, .. } = chosen;
     let path = folder.join(PROOF);
-    let at_path = |why: Issue| Error::from(why.at(&path));
+    let at_path = |why: Issue| Error::from(why.with_place(&path));
     about(chosen, given).map_err(at_path)?;
     for (number, step) in report.steps.iter().enumerate() {
         let gain = gain(step, &report.steps);
         if step.gain != gain {
             let what = format!("is {}, and the scores say {}", or_none(step.gain), or_none(gain));
-            return Err(at_path(Issue::says(what).at(format!("steps[{number}].gain"))));
+            return Err(at_path(Issue::says(what).with_place(format!("steps[{number}].gain"))));
         }
     }
     let (of_steps, of_ties) = sets.split_at(report.steps.len());
@@ -47,7 +47,7 @@ pub(super) fn check(
         let is_told = of_ties[..number].iter().any(|other| mounts(other) == mounts(set));
         if tie.score < NEARLY * best.best.score || is_told || mounts(set) == mounts(of_best) {
             let what = "is not nearly as good as the best set, from mounts that no other has";
-            return Err(at_path(Issue::says(what).at(place)));
+            return Err(at_path(Issue::says(what).with_place(place)));
         }
     }
     sensors(claims, given, recounter)?;
@@ -56,7 +56,7 @@ pub(super) fn check(
 }
 
 /// Whether the proof is about this study.
-fn about(chosen: &Chosen, Given { study, choose, worlds, .. }: Given) -> Result<(), Issue> {
+fn about(chosen: &Chosen, ProofInput { study, choose, worlds, .. }: ProofInput) -> Result<(), Issue> {
     let right =
         Chosen { report: chosen.report.clone(), ..Chosen::new(study, choose, worlds, Default::default()) };
     let wrong = [
@@ -67,7 +67,7 @@ fn about(chosen: &Chosen, Given { study, choose, worlds, .. }: Given) -> Result<
         ("noiseless", right.noiseless != chosen.noiseless),
     ];
     match wrong.into_iter().find(|(_, is_wrong)| *is_wrong) {
-        Some((key, _)) => Err(Issue::says("is not that of the study").at(key)),
+        Some((key, _)) => Err(Issue::says("is not that of the study").with_place(key)),
         None => Ok(()),
     }
 }
@@ -96,8 +96,8 @@ fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
 }
 
 /// What is said of each sensor of each set: the scores without them are counted again.
-fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result<()> {
-    let Given { study, choose, worlds, progress, .. } = given;
+fn sensors(claims: &Claims, given: ProofInput, recounter: &mut dyn Backend) -> Result<()> {
+    let ProofInput { study, choose, worlds, progress, .. } = given;
     let Claims { folder, chosen: Chosen { report, .. }, sets } = claims;
     let all: Vec<&SetReport> = report.steps.iter().map(|step| &step.best).chain(&report.ties).collect();
     let without = |set: &Vec<[usize; 2]>| {
@@ -105,7 +105,7 @@ fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result
         (0..set.len()).map(rest).collect::<Vec<_>>()
     };
     let rests: Vec<Vec<[usize; 2]>> = sets.iter().flat_map(without).filter(|rest| !rest.is_empty()).collect();
-    let mut counts = recounted(study, choose, worlds, &rests, recounter, progress)?.into_iter();
+    let mut counts = recount(study, choose, worlds, &rests, recounter, progress)?.into_iter();
     let nothing_seen = |world: &World| world.baselines[choose.region].nothing_seen;
     let nothing: Vec<Confusion> = (0..study.repeats).flat_map(|_| worlds.iter().map(nothing_seen)).collect();
     let places = Places::new(study, &worlds[0]);
@@ -114,7 +114,8 @@ fn sensors(claims: &Claims, given: Given, recounter: &mut dyn Backend) -> Result
             None => format!("steps[{number}].best.sensors"),
             Some(tie) => format!("nearly_as_good[{tie}].sensors"),
         };
-        let wrong = |what: &str| Err(Issue::says(what).at(&*place).at(folder.join(PROOF)).into());
+        let wrong =
+            |what: &str| Err(Issue::says(what).with_place(&*place).with_place(folder.join(PROOF)).into());
         if report.sensors.len() != set.len() {
             return wrong("are not those of the poses");
         }

@@ -12,7 +12,7 @@ use perirobot_sweep::sweep::run_unless;
 ///
 /// # Errors
 /// When the backend fails; `Error::Stopped` when it is stopped.
-pub(crate) fn recounted(
+pub(crate) fn recount(
     study: &Study,
     choose: &Choose,
     worlds: &[World],
@@ -46,9 +46,9 @@ pub(crate) fn recounted(
 
 /// A score over moments, as tables have it.
 pub(super) fn value(score: Score, over: Across, counts: &[Confusion]) -> Option<f64> {
-    let values: Vec<f64> = counts.iter().filter_map(|counts| score.of(counts)).collect();
+    let values: Vec<f64> = counts.iter().filter_map(|counts| score.evaluate(counts)).collect();
     match over {
-        Across::Pooled => score.of(&sum(counts)),
+        Across::Pooled => score.evaluate(&sum(counts)),
         Across::Worst => values.into_iter().reduce(f64::min),
         Across::Mean if values.is_empty() => None,
         Across::Mean => Some(values.iter().sum::<f64>() / values.len() as f64),

@@ -66,10 +66,14 @@ impl Plain<'_> {
         let words = moment.words[plane / 2].clone();
         let has = &union[plane][words.clone()];
         let ones = self.given.ones;
-        let own = if plane == CLEAR { ones.beyond(has, &union[FALSE][words.clone()]) } else { ones.of(has) };
+        let own = if plane == CLEAR {
+            ones.count_minus(has, &union[FALSE][words.clone()])
+        } else {
+            ones.count(has)
+        };
         let adds = |&item: &usize| {
             let row = self.given.evidence.plane(item, plane);
-            row.get(words.clone()).map_or(0, |row| ones.beyond(row, has))
+            row.get(words.clone()).map_or(0, |row| ones.count_minus(row, has))
         };
         let adds: Vec<u64> = items.iter().map(adds).collect();
         let mut best = adds.clone();

@@ -17,13 +17,13 @@ mod whole;
 
 use std::path::{Path, PathBuf};
 
-use self::allowed::{clash, name, named, not_allowed, thousandths};
-pub(super) use self::counted::recounted;
+use self::allowed::{clash, find_named, name, not_allowed, thousandths};
+pub(super) use self::counted::recount;
 use self::counted::{exact, value, value_reaches};
-use self::plain::{Bar, Plain};
+use self::plain::{Plain, Threshold};
 use self::refined::{refine_again, verify_refined};
 use self::tables::verify_tables;
-use super::files::{Asked, Chosen, PROOF, fingerprint};
+use super::files::{ChooseQuestion, Chosen, PROOF, fingerprint};
 use super::report::{SetReport, StepReport};
 use perirobot_cover::layout::{FALSE, MISSED};
 use perirobot_cover::{CandidateEvidence, CutLimits, check_cuts};
@@ -58,7 +58,7 @@ pub struct Verified {
 
 /// What a proof is about.
 #[derive(Clone, Copy)]
-struct Given<'a> {
+struct ProofInput<'a> {
     study: &'a Study,
     choose: &'a Choose,
     worlds: &'a [World],
@@ -83,14 +83,17 @@ impl Claims {
     /// `Error::Input` that names what is wrong.
     pub fn read(folder: &Path, study: &Study, choose: &Choose, worlds: &[World]) -> Result<Claims> {
         let path = folder.join(PROOF);
-        let wrong = |place: &str, what: &str| Err(Error::input(place, what).at(&path));
+        let wrong = |place: &str, what: &str| Err(Error::input(place, what).with_place(&path));
         let Some(chosen) = Chosen::read(folder)? else {
-            return Err(Issue::says("is not there").wanted("name a folder of choose").at(&path).into());
+            return Err(Issue::says("is not there")
+                .with_advice("name a folder of choose")
+                .with_place(&path)
+                .into());
         };
         if chosen.fingerprint != fingerprint(study, worlds) {
             return wrong("fingerprint", "the study is not what was searched: choose again");
         }
-        if chosen.asked != Asked::new(study, choose) {
+        if chosen.asked != ChooseQuestion::new(study, choose) {
             return wrong("asked", "the study asks for something else now: choose again");
         }
         let told = &chosen.report;
@@ -101,13 +104,13 @@ impl Claims {
         let ties =
             ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
         let read = |(place, limits): (String, (usize, Option<Cost>, &SetReport))| {
-            let set = named(study, &limits.2.poses).and_then(|set| {
+            let set = find_named(study, &limits.2.poses).and_then(|set| {
                 match not_allowed(study, choose, worlds, limits, &set) {
                     Some(why) => Err(Issue::says(why)),
                     None => Ok(set),
                 }
             });
-            set.map_err(|issue| issue.at(place).at(&path).into())
+            set.map_err(|issue| issue.with_place(place).with_place(&path).into())
         };
         let sets = steps.chain(ties).map(read).collect::<Result<_>>()?;
         Ok(Claims { folder: folder.into(), chosen, sets })
@@ -151,9 +154,9 @@ fn verify_steps(
 ) -> Result<Verified> {
     let Claims { folder, chosen, sets } = claims;
     let (path, steps) = (folder.join(PROOF), &chosen.report.steps);
-    let given = Given { study, choose, worlds, evidence, ones: Ones::plain(), progress };
-    let wrong = |place: String, what: &str| Err(Error::input(place, what).at(&path));
-    let counts = recounted(study, choose, worlds, sets, recounter, progress)?;
+    let given = ProofInput { study, choose, worlds, evidence, ones: Ones::plain(), progress };
+    let wrong = |place: String, what: &str| Err(Error::input(place, what).with_place(&path));
+    let counts = recount(study, choose, worlds, sets, recounter, progress)?;
     let mut verified = Verified {
         sets: sets.len(),
         proven: 0,
@@ -166,19 +169,21 @@ fn verify_steps(
     let mut fractions = Vec::new();
     for (number, (step, counts)) in steps.iter().zip(&counts).enumerate() {
         let place = format!("steps[{number}]");
-        let exact =
-            holds(choose, &step.best, counts, &format!("{place}.best")).map_err(|issue| issue.at(&path))?;
+        let exact = holds(choose, &step.best, counts, &format!("{place}.best"))
+            .map_err(|issue| issue.with_place(&path))?;
         fractions.push(exact);
         let bar = match exact {
-            Some(claimed) => Bar::Above(claimed),
-            None => Bar::AboveMean(step.best.score),
+            Some(claimed) => Threshold::Above(claimed),
+            None => Threshold::AboveMean(step.best.score),
         };
         if !step.proven {
             match (&step.shown_by[..], step.no_set_is_above) {
                 ([], None) => verified.open += 1,
                 ([_, ..], Some(above)) => match given.shows(step, above) {
                     Ok(()) => verified.bounded += 1,
-                    Err(why) => return Err(why.at(format!("{place}.shown_by")).at(&path).into()),
+                    Err(why) => {
+                        return Err(why.with_place(format!("{place}.shown_by")).with_place(&path).into());
+                    }
                 },
                 ([], Some(above)) => match given.is_above_all(step, above) {
                     true => verified.bounded += 1,
@@ -224,18 +229,18 @@ fn verify_steps(
     if !chosen.report.stopped {
         whole::Whole { told: &chosen.report, fractions: &fractions, given, is_provable }
             .check()
-            .map_err(|why| why.at(&path))?;
+            .map_err(|why| why.with_place(&path))?;
         progress.check_stop()?;
     }
     beside::check(claims, given, &counts, recounter)?;
     Ok(verified)
 }
 
-impl Given<'_> {
+impl ProofInput<'_> {
     /// Whether what sets score is a matter of unions. Under log-odds sensors that are wrong somewhere may outvote
     /// others; who is detected is no question of labels.
     fn is_provable(self) -> bool {
-        let Given { choose, evidence, .. } = self;
+        let ProofInput { choose, evidence, .. } = self;
         let scores = choose.require.iter().map(|require| require.score).chain([choose.objective]);
         let has_labels = scores.into_iter().any(|score| matches!(score, Score::F1 | Score::Kappa));
         let is_right =
@@ -247,7 +252,7 @@ impl Given<'_> {
     fn is_above_all(self, step: &StepReport, above: f64) -> bool {
         let millionths = (above * 1e6).round();
         let budget = step.budget.map(Cost::thousandths);
-        let bar = Bar::Above((millionths as i128, 1_000_000));
+        let bar = Threshold::Above((millionths as i128, 1_000_000));
         let is_told = millionths / 1e6 == above && above >= step.best.score;
         is_told
             && self.choose.over != Across::Mean
@@ -257,7 +262,7 @@ impl Given<'_> {
 
     /// Whether cuts show what no set of a step is above.
     fn shows(self, step: &StepReport, above: f64) -> Result<(), Issue> {
-        let Given { study, choose, worlds, evidence, .. } = self;
+        let ProofInput { study, choose, worlds, evidence, .. } = self;
         let items = &evidence.items;
         let budget = step.budget.map(Cost::thousandths);
         let joins = |row: usize| {
@@ -291,7 +296,7 @@ fn holds(
     if value != Some(set.score) {
         let value = value.map_or("none".into(), |value| value.to_string());
         let what = format!("{} is {}, and counted again it is {value}", choose.objective.name(), set.score);
-        return Err(Issue::says(what).at(format!("{place}.score")));
+        return Err(Issue::says(what).with_place(format!("{place}.score")));
     }
     if let Some(require) = choose
         .require
@@ -299,7 +304,7 @@ fn holds(
         .find(|require| !value_reaches(counted::value(require.score, require.over, counts), require.at_least))
     {
         let (name, least) = (require.score.name(), require.at_least);
-        return Err(Issue::says(format!("does not reach {name} {least}")).at(place));
+        return Err(Issue::says(format!("does not reach {name} {least}")).with_place(place));
     }
     let exact = exact(choose.objective, choose.over, counts);
     let claimed = set.fraction();
@@ -310,10 +315,10 @@ fn holds(
                 claimed_d == 0 || left.is_none() || left != right
             }) =>
         {
-            Err(Issue::says(format!("counted again it is {n}/{d}")).at(format!("{place}.exactly")))
+            Err(Issue::says(format!("counted again it is {n}/{d}")).with_place(format!("{place}.exactly")))
         }
         None if set.exactly.is_some() => {
-            Err(Issue::says("a mean of scores is no fraction").at(format!("{place}.exactly")))
+            Err(Issue::says("a mean of scores is no fraction").with_place(format!("{place}.exactly")))
         }
         _ => Ok(exact),
     }

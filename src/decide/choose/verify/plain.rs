@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::Given;
+use super::ProofInput;
 use super::allowed::{clash, thousandths};
 use super::counted::{exact, value, value_reaches};
 use perirobot_cover::Ratio;
@@ -18,16 +18,16 @@ use perirobot_study::study::Choose;
 
 /// The plain search for a set that is better than what is claimed.
 pub(super) struct Plain<'a> {
-    pub(super) given: Given<'a>,
+    pub(super) given: ProofInput<'a>,
     /// How many sensors a set may have, and what it may cost, in thousandths.
     pub(super) at_most: usize,
     pub(super) budget: Option<u64>,
-    pub(super) bar: Bar,
+    pub(super) bar: Threshold,
 }
 
 /// What a set must have that is looked for.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Bar {
+pub(super) enum Threshold {
     /// More than this score, as a fraction.
     Above((i128, i128)),
     /// A mean of scores above this.
@@ -36,13 +36,13 @@ pub(super) enum Bar {
     Required,
 }
 
-impl Bar {
+impl Threshold {
     /// Which score must be above what, so that a set may be one of those.
     fn score(self, choose: &Choose) -> (Score, Across, (i128, i128)) {
         match self {
-            Bar::Above(claimed) => (choose.objective, choose.over, claimed),
-            Bar::AboveMean(_) => unreachable!("a mean is no fraction"),
-            Bar::Required => {
+            Threshold::Above(claimed) => (choose.objective, choose.over, claimed),
+            Threshold::AboveMean(_) => unreachable!("a mean is no fraction"),
+            Threshold::Required => {
                 let first = choose
                     .require
                     .iter()
@@ -71,11 +71,17 @@ impl Plain<'_> {
         }
         let left = self.at_most - fixed.len();
         let order = self.open(&fixed, &others, left);
-        (0..order.len()).into_par_iter().find_map_first(|i| self.below(&fixed, &order, i, left))
+        (0..order.len()).into_par_iter().find_map_first(|i| self.search_children(&fixed, &order, i, left))
     }
 
     /// A better set among those that have one more candidate, the first of those in order from a place on.
-    fn below(&self, chosen: &[usize], order: &[usize], i: usize, left: usize) -> Option<Vec<usize>> {
+    fn search_children(
+        &self,
+        chosen: &[usize],
+        order: &[usize],
+        i: usize,
+        left: usize,
+    ) -> Option<Vec<usize>> {
         let set = [chosen, &order[i..=i]].concat();
         if self.is_better(&set) {
             return Some(set);
@@ -84,16 +90,18 @@ impl Plain<'_> {
             return None;
         }
         let order = self.open(&set, &order[i + 1..], left - 1);
-        (0..order.len()).find_map(|i| self.below(&set, &order, i, left - 1))
+        (0..order.len()).find_map(|i| self.search_children(&set, &order, i, left - 1))
     }
 
     fn is_better(&self, set: &[usize]) -> bool {
         let counts = self.given.evidence.counts(set);
         let (objective, over) = (self.given.choose.objective, self.given.choose.over);
         let is_above = match self.bar {
-            Bar::Above((n, d)) => exact(objective, over, &counts).is_some_and(|(a, b)| a * d > n * b),
-            Bar::AboveMean(claimed) => value(objective, over, &counts).is_some_and(|value| value > claimed),
-            Bar::Required => value(objective, over, &counts).is_some(),
+            Threshold::Above((n, d)) => exact(objective, over, &counts).is_some_and(|(a, b)| a * d > n * b),
+            Threshold::AboveMean(claimed) => {
+                value(objective, over, &counts).is_some_and(|value| value > claimed)
+            }
+            Threshold::Required => value(objective, over, &counts).is_some(),
         };
         let reaches = |r: &perirobot_study::study::SetRequirement| {
             value_reaches(value(r.score, r.over, &counts), r.at_least)
@@ -119,7 +127,7 @@ impl Plain<'_> {
         };
         let candidates: Vec<usize> = candidates.iter().filter(joins).copied().collect();
         let union = self.union(chosen);
-        if let Bar::AboveMean(claimed) = self.bar {
+        if let Threshold::AboveMean(claimed) = self.bar {
             let means = self.means(&union, &candidates, left);
             let mut kept: Vec<(f64, usize)> =
                 means.into_iter().zip(candidates).filter(|(mean, _)| *mean > claimed).collect();
@@ -181,14 +189,14 @@ impl Plain<'_> {
         let s = t + f;
         match score {
             Score::F1 | Score::Kappa if t == 0 || f == 0 && score == Score::Kappa => None,
-            Score::F1 => Some(self.covered(moments, union, items, [2 * q - p, p], p * s)),
+            Score::F1 => Some(self.correct_voxels(moments, union, items, [2 * q - p, p], p * s)),
             Score::Kappa => {
                 let weights = [(f * q + t * p).max(0), (t * q + f * p).max(0)];
-                Some(self.covered(moments, union, items, weights, p * s * s))
+                Some(self.correct_voxels(moments, union, items, weights, p * s * s))
             }
             Score::HumanSeen => {
                 let fresh = |item: Option<usize>| {
-                    self.of_parts(moments, union, item).into_iter().map(|(h, _)| h).sum::<i128>()
+                    self.part_counts(moments, union, item).into_iter().map(|(h, _)| h).sum::<i128>()
                 };
                 let people =
                     i128::from(moments.iter().flat_map(|m| &m.parts).map(|part| part.voxels).sum::<u64>());
@@ -197,13 +205,13 @@ impl Plain<'_> {
             }
             score => {
                 let people = score == Score::PeopleDetected;
-                self.detected((moments, union), items, left, (people, (p, q)))
+                self.detectable_parts((moments, union), items, left, (people, (p, q)))
             }
         }
     }
 
     /// Of voxels that are called rightly.
-    fn covered(
+    fn correct_voxels(
         &self,
         moments: &[MomentBits],
         union: &SetPlanes,
@@ -222,11 +230,11 @@ impl Plain<'_> {
                     let wrong = (plane == CLEAR).then(|| &union[FALSE][words.clone()]);
                     let row = item.map(|item| self.given.evidence.plane(item, plane));
                     let count = match (row.as_deref(), wrong) {
-                        (None, None) => ones.of(has),
-                        (None, Some(wrong)) => ones.beyond(has, wrong),
+                        (None, None) => ones.count(has),
+                        (None, Some(wrong)) => ones.count_minus(has, wrong),
                         (Some([]), _) => 0,
-                        (Some(row), None) => ones.beyond(&row[words], has),
-                        (Some(row), Some(wrong)) => ones.beyond_two(&row[words], [has, wrong]),
+                        (Some(row), None) => ones.count_minus(&row[words], has),
+                        (Some(row), Some(wrong)) => ones.count_minus_two(&row[words], [has, wrong]),
                     };
                     sum += weight * i128::from(count);
                 }
@@ -237,15 +245,20 @@ impl Plain<'_> {
     }
 
     /// For each part of somebody's body what is hit and felt of it by a union, or what a candidate adds.
-    fn of_parts(&self, moments: &[MomentBits], union: &SetPlanes, item: Option<usize>) -> Vec<(i128, i128)> {
+    fn part_counts(
+        &self,
+        moments: &[MomentBits],
+        union: &SetPlanes,
+        item: Option<usize>,
+    ) -> Vec<(i128, i128)> {
         let ones = self.given.ones;
         let count = |plane: usize, words: &std::ops::Range<usize>| {
             let has = &union[plane][words.clone()];
             let row = item.map(|item| self.given.evidence.plane(item, plane));
             i128::from(match row.as_deref() {
-                None => ones.of(has),
+                None => ones.count(has),
                 Some([]) => 0,
-                Some(row) => ones.beyond(&row[words.clone()], has),
+                Some(row) => ones.count_minus(&row[words.clone()], has),
             })
         };
         let parts = moments.iter().flat_map(|moment| &moment.parts);
@@ -254,7 +267,7 @@ impl Plain<'_> {
 
     /// Of parts or people that may be detected: those for which the best hits together are enough. All candidates that
     /// are left may lead there, or none.
-    fn detected(
+    fn detectable_parts(
         &self,
         (moments, union): (&[MomentBits], &SetPlanes),
         items: &[usize],
@@ -262,9 +275,9 @@ impl Plain<'_> {
         (people, (p, q)): (bool, (i128, i128)),
     ) -> Option<(i128, Vec<i128>)> {
         let least = i128::from(self.given.evidence.layout.min_hits());
-        let has = self.of_parts(moments, union, None);
+        let has = self.part_counts(moments, union, None);
         let more: Vec<Vec<(i128, i128)>> =
-            items.iter().map(|&item| self.of_parts(moments, union, Some(item))).collect();
+            items.iter().map(|&item| self.part_counts(moments, union, Some(item))).collect();
         let parts =
             moments.iter().enumerate().flat_map(|(m, moment)| moment.parts.iter().map(move |part| (m, part)));
         let (mut counting, mut possible) = (Vec::new(), Vec::new());

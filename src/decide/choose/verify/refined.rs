@@ -5,15 +5,15 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::allowed::{named, not_allowed};
-use super::counted::recounted;
+use super::allowed::{find_named, not_allowed};
+use super::counted::recount;
 use super::tables::is_written;
 use super::{Claims, holds};
 use crate::choose::files::{Chosen, PROOF, REFINED};
 use crate::choose::problem_of;
 use crate::choose::refine::{Refinement, refine};
 use crate::choose::report::RefinedReport;
-use perirobot_cover::{Answer, Bound, CandidateEvidence, FrontStep, Problem, SetLimits};
+use perirobot_cover::{Bound, CandidateEvidence, FrontAnswer, FrontStep, Problem, SetLimits};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
@@ -35,8 +35,8 @@ pub(super) fn verify_refined(
 ) -> Result<usize> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
     let told = &chosen.report;
-    let Some(study) = told.with_poses(study).map_err(|e| e.at(folder))? else {
-        is_written(&folder.join(REFINED), chosen.refined().as_deref())?;
+    let Some(study) = told.with_poses(study).map_err(|e| e.with_place(folder))? else {
+        is_written(&folder.join(REFINED), chosen.refined_poses().as_deref())?;
         return Ok(0);
     };
     let worlds = World::prepare_all(&study)?;
@@ -49,7 +49,7 @@ pub(super) fn verify_refined(
             continue;
         };
         let place = |key: &str| format!("refined[{number}].{key}");
-        let wrong = |key: &str, what: &str| Err(Error::input(place(key), what).at(&path));
+        let wrong = |key: &str, what: &str| Err(Error::input(place(key), what).with_place(&path));
         let mut steps = told.steps.iter();
         if !steps.any(|step| step.best.poses == *around && step.best.score == *score_before) {
             return wrong("around", "is not the best set of a step");
@@ -57,15 +57,16 @@ pub(super) fn verify_refined(
         if *gain != Some(best.score - score_before) {
             return wrong("gain", "is not the difference of the scores");
         }
-        let set = named(&study, &best.poses).map_err(|issue| issue.at(place("best")).at(&path))?;
+        let set = find_named(&study, &best.poses)
+            .map_err(|issue| issue.with_place(place("best")).with_place(&path))?;
         if let Some(why) = not_allowed(&study, choose, &worlds, (*at_most, *budget, best), &set) {
             return wrong("best", &why);
         }
-        let counts = recounted(&study, choose, &worlds, &[set], recounter, progress)?;
-        holds(choose, best, &counts[0], &place("best")).map_err(|issue| issue.at(&path))?;
+        let counts = recount(&study, choose, &worlds, &[set], recounter, progress)?;
+        holds(choose, best, &counts[0], &place("best")).map_err(|issue| issue.with_place(&path))?;
         counted += 1;
     }
-    is_written(&folder.join(REFINED), chosen.refined().as_deref())?;
+    is_written(&folder.join(REFINED), chosen.refined_poses().as_deref())?;
     Ok(counted)
 }
 
@@ -95,22 +96,24 @@ impl Claims {
     ///
     /// # Errors
     /// When one of them does not meet what is required.
-    fn answer(&self, problem: &Problem) -> Result<Answer> {
+    fn answer(&self, problem: &Problem) -> Result<FrontAnswer> {
         let told = &self.chosen.report;
         let step = |(number, set): (usize, &Vec<[usize; 2]>)| {
             let step = &told.steps[number];
             let item = |item: &[usize; 2]| problem.evidence.items.iter().position(|known| known == item);
             let items: Option<Vec<usize>> = set.iter().map(item).collect();
-            let best = items.and_then(|items| problem.found(&items));
+            let best = items.and_then(|items| problem.evaluate(&items));
             let best = best.ok_or_else(|| {
                 let what = Issue::says("does not meet what is required");
-                Error::from(what.at(format!("steps[{number}].best")).at(self.folder.join(PROOF)))
+                Error::from(
+                    what.with_place(format!("steps[{number}].best")).with_place(self.folder.join(PROOF)),
+                )
             })?;
             let limits = SetLimits { at_most: step.at_most, budget: step.budget.map(Cost::thousandths) };
             Ok(FrontStep { limits, best: Some(best), bound: Bound::Unknown })
         };
         let steps = self.sets[..told.steps.len()].iter().enumerate().map(step).collect::<Result<_>>()?;
-        Ok(Answer { steps, others: Vec::new(), complete: true })
+        Ok(FrontAnswer { steps, others: Vec::new(), complete: true })
     }
 
     /// Compares what refining found with what it found again.
@@ -122,7 +125,9 @@ impl Claims {
         let own = self.chosen.report.refined.as_deref().unwrap_or_default();
         match differs("refined".into(), &json(own), &json(&again.told)) {
             None => Ok(()),
-            Some((place, what)) => Err(Issue::says(what).at(place).at(self.folder.join(PROOF)).into()),
+            Some((place, what)) => {
+                Err(Issue::says(what).with_place(place).with_place(self.folder.join(PROOF)).into())
+            }
         }
     }
 }

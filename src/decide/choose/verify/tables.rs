@@ -33,12 +33,12 @@ pub(super) fn verify_tables(
     progress: &dyn Progress,
 ) -> Result<()> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(()) };
-    let refined = chosen.report.with_poses(study).map_err(|e| e.at(folder))?;
+    let refined = chosen.report.with_poses(study).map_err(|e| e.with_place(folder))?;
     let with_poses = refined.as_ref().map(World::prepare_all).transpose()?;
     let worlds = with_poses.as_deref().unwrap_or(worlds);
     let sets = chosen.report.study_of_sets(refined.as_ref().unwrap_or(study), choose);
     is_written(&folder.join("poses.csv"), Some(&poses_csv(&sets, &worlds[0])))?;
-    let wrong = |path: PathBuf, what: &str| Err(Issue::damaged(what).cure(CURE).at(path).into());
+    let wrong = |path: PathBuf, what: &str| Err(Issue::damaged(what).cure(CURE).with_place(path).into());
     let manifest = Manifest::read(folder)?;
     if manifest.fingerprint() != Manifest::new(&sets, worlds, Shard::WHOLE, &[]).fingerprint() {
         return wrong(folder.join(MANIFEST), "is not of the sets in choose.json");
@@ -49,7 +49,11 @@ pub(super) fn verify_tables(
     {
         if own != other {
             let what = format!("is {own:?}, and {MANIFEST} has {other:?}");
-            return Err(Issue::damaged(what).cure(CURE).at(key).at(folder.join(PROOF)).into());
+            return Err(Issue::damaged(what)
+                .cure(CURE)
+                .with_place(key)
+                .with_place(folder.join(PROOF))
+                .into());
         }
     }
     let (results, _) = Results::read(folder)?;
@@ -79,7 +83,7 @@ fn counts_again(folder: &Path, results: &Results, row: &Row) -> Result<()> {
     });
     let set = results.combinations[combination].name_of(choice);
     let place = format!("{set}, scene {}, snapshot {}", results.scenes[row.scene].name, row.snapshot);
-    Err(Issue::damaged(what).cure(CURE).at(place).at(folder.join(JOURNAL)).into())
+    Err(Issue::damaged(what).cure(CURE).with_place(place).with_place(folder.join(JOURNAL)).into())
 }
 
 /// Whether a table of a folder has these bytes, or is not there where there are none.
@@ -98,7 +102,7 @@ pub(super) fn is_written(path: &Path, expected: Option<&[u8]>) -> Result<()> {
         (Some(_), None) => Issue::damaged("is there, and choose.json has nothing of it"),
         (Some(found), Some(expected)) => difference(found, expected),
     };
-    Err(what.cure(CURE).at(path).into())
+    Err(what.cure(CURE).with_place(path).into())
 }
 
 /// The first field that differs, by row and column.
@@ -110,7 +114,8 @@ fn difference(found: &[u8], expected: &[u8]) -> Issue {
     for row in 0.. {
         let has_row = found.read_byte_record(&mut own);
         let wants_row = expected.read_byte_record(&mut right).unwrap_or(false);
-        let at = |issue: Issue| issue.at(if row == 0 { "header".into() } else { format!("row {row}") });
+        let at =
+            |issue: Issue| issue.with_place(if row == 0 { "header".into() } else { format!("row {row}") });
         match (has_row, wants_row) {
             (Err(error), _) => return at(Issue::damaged(error.to_string())),
             (Ok(false), false) => break,

@@ -5,9 +5,9 @@
 //! the next step begins, or no set is better than one of fewer sensors that costs as little: that is searched. If
 //! larger sets are told, smaller ones are missing only where none meets what is required.
 
-use super::Given;
+use super::ProofInput;
 use super::allowed::{name, thousandths};
-use super::plain::{Bar, Plain};
+use super::plain::{Plain, Threshold};
 use crate::choose::report::{FrontReport, StepReport};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Across;
@@ -19,7 +19,7 @@ pub(super) struct Whole<'a> {
     pub(super) told: &'a FrontReport,
     /// Of each step the score of its best set as a fraction, if it is one.
     pub(super) fractions: &'a [Option<(i128, i128)>],
-    pub(super) given: Given<'a>,
+    pub(super) given: ProofInput<'a>,
     /// Whether a plain search proves anything.
     pub(super) is_provable: bool,
 }
@@ -33,7 +33,7 @@ impl Whole<'_> {
         let sizes = self.given.choose.always.len().max(1)..=self.given.choose.at_most;
         let steps = &self.told.steps;
         if !steps.is_sorted_by_key(|step| step.at_most) {
-            return Err(Issue::says("sizes are out of order").at("steps"));
+            return Err(Issue::says("sizes are out of order").with_place("steps"));
         }
         let of_size =
             |size: usize| steps.iter().filter(move |step| step.at_most == size).collect::<Vec<&StepReport>>();
@@ -68,7 +68,7 @@ impl Whole<'_> {
         // A search that proves nothing may miss a set of few sensors.
         let is_proven = self.told.steps.iter().all(|step| step.proven);
         match self.is_provable && is_asked && is_proven {
-            true => self.not_better((at_most, budget, Bar::Required), cost),
+            true => self.not_better((at_most, budget, Threshold::Required), cost),
             false => Ok(()),
         }
     }
@@ -91,7 +91,7 @@ impl Whole<'_> {
             match known {
                 Some((known, fraction)) => {
                     if self.is_provable && own.iter().all(|step| step.proven) {
-                        let bar = fraction.map_or(Bar::AboveMean(known.best.score), Bar::Above);
+                        let bar = fraction.map_or(Threshold::AboveMean(known.best.score), Threshold::Above);
                         self.not_better((size, Some(below), bar), &place)?;
                     }
                     spent = cost(known);
@@ -122,7 +122,11 @@ impl Whole<'_> {
         (0..self.given.study.sensors.len()).map(|sensor| thousandths(self.given.study, sensor))
     }
 
-    fn not_better(&self, (at_most, budget, bar): (usize, Option<u64>, Bar), cost: &str) -> Result<(), Issue> {
+    fn not_better(
+        &self,
+        (at_most, budget, bar): (usize, Option<u64>, Threshold),
+        cost: &str,
+    ) -> Result<(), Issue> {
         let Some(better) = (Plain { given: self.given, at_most, budget, bar }).better() else {
             return Ok(());
         };
@@ -132,12 +136,12 @@ impl Whole<'_> {
             "the best set of at most {at_most} for {cost} is missing: {} belongs there",
             better.join(";")
         );
-        Err(Issue::says(what).at("steps"))
+        Err(Issue::says(what).with_place("steps"))
     }
 }
 
 fn missing(size: usize, cost: &str) -> Issue {
-    Issue::says(format!("the best set of at most {size} for {cost} is missing")).at("steps")
+    Issue::says(format!("the best set of at most {size} for {cost} is missing")).with_place("steps")
 }
 
 fn greatest_common_divisor(a: u64, b: u64) -> u64 {

@@ -85,9 +85,9 @@ const SIGHT: Gates = Gates {
 
 impl RecordedMap {
     /// What the map overlooks in all regions, reason by reason, in their order. The view is the map's own.
-    pub fn overlooked(&self, view: &View) -> Vec<Overlooked> {
+    pub fn find_overlooked(&self, view: &View) -> Vec<Overlooked> {
         let (truth, labels) = (&*view.truth, &view.labels);
-        let mut overlooked = self.world.in_regions();
+        let mut overlooked = self.world.region_voxels();
         overlooked.keep(&truth.occupied);
         overlooked.remove(&labels.occupied);
         let search = view.search.get_or_init(|| BlockerSearch::new(&truth.blockers));
@@ -95,14 +95,17 @@ impl RecordedMap {
             let is_free = labels.free.get(voxel);
             let tells =
                 |near: &[i32; 3]| labels.occupied.get(*near) && (is_free || !truth.occupied.get(*near));
-            if around(voxel).any(|near| tells(&near)) {
+            if neighbours(voxel).any(|near| tells(&near)) {
                 return (Oversight::Beside, None);
             }
             if is_free {
                 return (Oversight::SaidFree, None);
             }
-            let before: Option<Vec<_>> =
-                self.places_m.iter().map(|&place| before(place, voxel, &truth.grid, search)).collect();
+            let before: Option<Vec<_>> = self
+                .places_m
+                .iter()
+                .map(|&place| blocking_voxel(place, voxel, &truth.grid, search))
+                .collect();
             match before.as_deref() {
                 Some([first, ..]) => {
                     let stands = |object: usize| {
@@ -125,13 +128,13 @@ impl RecordedMap {
 }
 
 /// The 26 voxels around a voxel.
-fn around([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+fn neighbours([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
     let all = (-1..=1).flat_map(move |k| (-1..=1).flat_map(move |j| (-1..=1).map(move |i| [i, j, k])));
     all.filter(|step| *step != [0; 3]).map(move |[i, j, k]| [x + i, y + j, z + k])
 }
 
 /// The voxel that stands before a voxel of the grid, seen from a place in the world; `None` if it is in sight.
-fn before(place_m: DVec3, voxel: [i32; 3], grid: &Grid, search: &BlockerSearch) -> Option<[i32; 3]> {
+fn blocking_voxel(place_m: DVec3, voxel: [i32; 3], grid: &Grid, search: &BlockerSearch) -> Option<[i32; 3]> {
     let middle_m = grid.corner_m(voxel) + grid.voxel_size_m / 2.0;
     let begin_q16 = enters(place_m, middle_m, grid)?;
     if Grid::voxel_of(begin_q16) == voxel {
@@ -142,7 +145,7 @@ fn before(place_m: DVec3, voxel: [i32; 3], grid: &Grid, search: &BlockerSearch) 
     let direction_q16 = (way / way.length()).to_array().map(|v| (v * 65536.0).round() as i32);
     let begin = march::start(begin_q16.map(|x| x as i32), direction_q16);
     leap::entry_q16(&begin, voxel)?;
-    let hit = search.first(&search.from(begin_q16.map(|x| x as i32)), direction_q16, &SIGHT)?;
+    let hit = search.first(&search.rays_from(begin_q16.map(|x| x as i32)), direction_q16, &SIGHT)?;
     // All rays from one voxel to another cross the same number of boundaries.
     let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
     (crossings(hit.voxel) < crossings(voxel)).then_some(hit.voxel)

@@ -13,7 +13,7 @@ use perirobot_study::study::{Member, Overrides};
 
 /// How often what was met.
 #[derive(Debug, Default)]
-struct Met {
+struct MetCounts {
     voxels_hit: u64,
     voxels_missed: u64,
     bodies_hit: u64,
@@ -30,7 +30,7 @@ fn hits(
     backend: &mut dyn Backend,
 ) -> BitGrid {
     let with = |plane: &BitGrid| {
-        let mut plane = plane.over(truth.grid.window());
+        let mut plane = plane.to_window(truth.grid.window());
         plane.add(body);
         plane
     };
@@ -71,7 +71,7 @@ fn check(
     choice: Choice,
     backend: &mut dyn Backend,
     random: &mut CaseRandom,
-    met: &mut Met,
+    met: &mut MetCounts,
     rerun: &str,
 ) {
     let watchers = Watchers::new(study, choice);
@@ -86,12 +86,12 @@ fn check(
         let free: Vec<_> = free.voxels().collect();
         for number in 0..12 {
             let at = match free.len() as u32 {
-                count if number % 2 == 0 && count > 0 => free[random.below(count) as usize],
-                _ => world.grid.size.map(|n| random.below(n) as i32),
+                count if number % 2 == 0 && count > 0 => free[random.number_below(count) as usize],
+                _ => world.grid.size.map(|n| random.number_below(n) as i32),
             };
             let large = if number < 6 { 1 } else { 5 };
-            let to: [i32; 3] = std::array::from_fn(|r| at[r] + random.below(large) as i32);
-            let mut body = BitGrid::full(Window::between(at, to)).over(world.grid.window());
+            let to: [i32; 3] = std::array::from_fn(|r| at[r] + random.number_below(large) as i32);
+            let mut body = BitGrid::full(Window::from_corners(at, to)).to_window(world.grid.window());
             body.remove(&truth.occupied);
             let watched = body.voxels().filter(|&voxel| watch.voxels.get(voxel)).count();
             let hit = hits(&watchers, world, &truth, &body, backend).count() as usize;
@@ -114,7 +114,7 @@ fn check(
     }
 }
 
-fn check_all(study: &Study, worlds: &[World], every: usize, seed: u32, met: &mut Met, rerun: &str) {
+fn check_all(study: &Study, worlds: &[World], every: usize, seed: u32, met: &mut MetCounts, rerun: &str) {
     let random = &mut CaseRandom(seed);
     let backends: [Box<dyn Backend>; 2] = [Box::new(Cpu::new(Some(1)).unwrap()), Box::new(Oracle::default())];
     let mut turn = 0;
@@ -136,7 +136,7 @@ fn check_all(study: &Study, worlds: &[World], every: usize, seed: u32, met: &mut
 #[test]
 fn in_random_cells_bodies_are_noticed_where_they_are_watched() {
     let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
-    let mut met = Met::default();
+    let mut met = MetCounts::default();
     for seed in asked.map_or(0..24, |seed: u32| seed..seed + 1) {
         let random = &mut CaseRandom(seed);
         let (scene, ring) = (random_scene(random), random_ring(random));
@@ -144,7 +144,7 @@ fn in_random_cells_bodies_are_noticed_where_they_are_watched() {
         let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --lib view::watched");
         check_all(&study, &worlds, 1, seed, &mut met, &rerun);
     }
-    let Met { voxels_hit, voxels_missed, bodies_hit, bodies_missed, blinded } = met;
+    let MetCounts { voxels_hit, voxels_missed, bodies_hit, bodies_missed, blinded } = met;
     let least = [voxels_hit, voxels_missed, bodies_hit, bodies_missed].into_iter().min();
     assert!(asked.is_some() || (least > Some(100) && blinded * 20 < bodies_hit), "{met:?}");
 }
@@ -213,7 +213,7 @@ fn every_kind() -> (Study, Vec<World>) {
 fn every_kind_of_sensor_notices_where_it_watches() {
     let (study, worlds) = every_kind();
     for (number, sensor) in study.sensors.iter().enumerate() {
-        let mut met = Met::default();
+        let mut met = MetCounts::default();
         let mut alone = study.clone();
         alone.combinations = vec![study.combinations[number].clone()];
         check_all(&alone, &worlds, 3, number as u32, &mut met, &sensor.name);

@@ -13,29 +13,30 @@ const LEAF: usize = 8;
 const SAMPLES: usize = 256;
 
 /// A table of directions to be searched.
-pub(super) struct Nearest<'a> {
+pub(super) struct NearestDirection<'a> {
     dirs_q15: &'a [[i32; 3]],
     /// The numbers of all directions, each part with its median in the middle.
     order: Vec<u32>,
 }
 
-impl<'a> Nearest<'a> {
+impl<'a> NearestDirection<'a> {
     pub(super) fn new(dirs_q15: &'a [[i32; 3]]) -> Self {
         let mut order: Vec<u32> = (0..dirs_q15.len() as u32).collect();
         sort(dirs_q15, &mut order, 0);
-        Nearest { dirs_q15, order }
+        NearestDirection { dirs_q15, order }
     }
 
     /// The number of the nearest direction not farther than a squared distance, and its own.
-    pub(super) fn to(&self, dir_q15: [i32; 3], within: i64) -> Option<(u32, i64)> {
+    pub(super) fn find(&self, dir_q15: [i32; 3], within: i64) -> Option<(u32, i64)> {
         let mut best = (within, u32::MAX);
         self.search(&self.order, 0, dir_q15, &mut best);
         (best.1 != u32::MAX).then_some((best.1, best.0))
     }
 
     fn search(&self, part: &[u32], axis: usize, wanted: [i32; 3], best: &mut (i64, u32)) {
-        let mut see =
-            |number: u32| *best = (*best).min((squared(self.dirs_q15[number as usize], wanted), number));
+        let mut see = |number: u32| {
+            *best = (*best).min((squared_distance(self.dirs_q15[number as usize], wanted), number))
+        };
         if part.len() <= LEAF {
             return part.iter().for_each(|&number| see(number));
         }
@@ -74,7 +75,8 @@ pub(super) fn gap(dirs_q15: &[[i32; 3]]) -> i64 {
 }
 
 fn gap_around(at: [i32; 3], dirs_q15: &[[i32; 3]]) -> i64 {
-    let others = || dirs_q15.iter().map(|&other| (squared(other, at), other)).filter(|(far, _)| *far > 0);
+    let others =
+        || dirs_q15.iter().map(|&other| (squared_distance(other, at), other)).filter(|(far, _)| *far > 0);
     let Some((along, nearest)) = others().min() else { return 0 };
     let line = minus(nearest, at);
     let is_beside = |other: [i32; 3], far: i64| {
@@ -90,7 +92,7 @@ fn minus(a: [i32; 3], b: [i32; 3]) -> [i32; 3] {
     std::array::from_fn(|r| a[r] - b[r])
 }
 
-fn squared(a: [i32; 3], b: [i32; 3]) -> i64 {
+fn squared_distance(a: [i32; 3], b: [i32; 3]) -> i64 {
     minus(a, b).into_iter().map(|x| i64::from(x) * i64::from(x)).sum()
 }
 
@@ -105,7 +107,7 @@ mod tests {
     }
 
     /// Directions in no order, each of the first few twice.
-    fn scattered(count: u32, seed: u32) -> Vec<[i32; 3]> {
+    fn scatter(count: u32, seed: u32) -> Vec<[i32; 3]> {
         let component = |n: u32| f64::from(pcg(seed ^ pcg(n)) >> 8) / f64::from(1 << 23) - 1.0;
         let one = |n: u32| unit_q15([0, 1, 2].map(|r| component(3 * n + r)));
         (0..count).chain(0..count / 10).map(one).collect()
@@ -122,16 +124,17 @@ mod tests {
     #[test]
     fn the_nearest_is_that_of_a_plain_search() {
         for count in [1, 2, 7, 8, 9, 17, 300, 2000] {
-            let dirs = scattered(count, count);
-            let nearest = Nearest::new(&dirs);
-            for wanted in scattered(200, 77) {
-                let plain = (0..).zip(&dirs).map(|(n, &dir)| (squared(dir, wanted), n)).min().unwrap();
-                assert_eq!(nearest.to(wanted, i64::MAX), Some((plain.1, plain.0)), "{wanted:?} of {count}");
-                assert_eq!(nearest.to(wanted, plain.0), Some((plain.1, plain.0)), "as far as allowed");
-                assert_eq!(nearest.to(wanted, plain.0 - 1), None);
+            let dirs = scatter(count, count);
+            let nearest = NearestDirection::new(&dirs);
+            for wanted in scatter(200, 77) {
+                let plain =
+                    (0..).zip(&dirs).map(|(n, &dir)| (squared_distance(dir, wanted), n)).min().unwrap();
+                assert_eq!(nearest.find(wanted, i64::MAX), Some((plain.1, plain.0)), "{wanted:?} of {count}");
+                assert_eq!(nearest.find(wanted, plain.0), Some((plain.1, plain.0)), "as far as allowed");
+                assert_eq!(nearest.find(wanted, plain.0 - 1), None);
             }
         }
-        assert_eq!(Nearest::new(&[]).to([32_768, 0, 0], i64::MAX), None);
+        assert_eq!(NearestDirection::new(&[]).find([32_768, 0, 0], i64::MAX), None);
     }
 
     #[test]

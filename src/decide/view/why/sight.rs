@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::nearest::{Nearest, gap};
+use super::nearest::{NearestDirection, gap};
 use perirobot_march::backend::{GridPose, Image, Rays};
 use perirobot_march::march::March;
 use perirobot_study::sensor::{FieldOfView, quantise_q15};
@@ -22,7 +22,7 @@ pub(crate) struct Sight<'a> {
 enum Finder<'a> {
     Pixels(Image),
     Table {
-        nearest: Nearest<'a>,
+        nearest: NearestDirection<'a>,
         /// How far a direction may be from the nearest to be in view of a table that has no other bounds,
         /// squared in Q30.
         reach: i64,
@@ -44,7 +44,7 @@ impl<'a> Sight<'a> {
         let finder = match rays.image {
             Some(image) => Finder::Pixels(image),
             None => Finder::Table {
-                nearest: Nearest::new(&rays.dirs_q15),
+                nearest: NearestDirection::new(&rays.dirs_q15),
                 // The middle of a square of rays is half a diagonal from each of them.
                 reach: if field == FieldOfView::Spacing { gap(&rays.dirs_q15) / 2 } else { 0 },
             },
@@ -70,7 +70,7 @@ impl<'a> Sight<'a> {
                 // A ray that crosses a voxel passes its centre within half a diagonal, which is less than 1.
                 let crossing = (1i128 << 64) / i128::max(squared_q32, 1);
                 let within = i64::try_from(crossing).unwrap_or(i64::MAX).max(*reach);
-                match nearest.to(unit.to_array().map(quantise_q15), within) {
+                match nearest.find(unit.to_array().map(quantise_q15), within) {
                     Some((ray, off)) => (Some(ray), off <= *reach),
                     None => (None, false),
                 }

@@ -40,7 +40,7 @@ fn reasons(study: &str, scene: &str, others: &[(&str, String)]) -> Vec<(&'static
     tallies.iter().map(named).collect()
 }
 
-fn found(reason: &'static str, object: &str, voxels: u64) -> (&'static str, String, u64) {
+fn finding(reason: &'static str, object: &str, voxels: u64) -> (&'static str, String, u64) {
     (reason, object.into(), voxels)
 }
 
@@ -67,7 +67,7 @@ fn boxes(all: &[(&str, [i32; 3], &str)]) -> String {
     format!("interior = \"free\"\n{}", all.iter().map(one).collect::<String>())
 }
 
-fn in_corridor(keys: &str, all: &[(&str, [i32; 3], &str)]) -> Vec<(&'static str, String, u64)> {
+fn reasons_in_corridor(keys: &str, all: &[(&str, [i32; 3], &str)]) -> Vec<(&'static str, String, u64)> {
     reasons(&corridor(keys), &boxes(all), &[("ray.csv", "x,y,z\n1,0,0\n".into())])
 }
 
@@ -76,24 +76,24 @@ fn behind_a_box_all_is_hidden_by_it() {
     // Six free voxels and the box are known, three behind it are not; the other 80 are beside the only ray.
     let all = [("box", [6, 1, 1], "")];
     assert_eq!(
-        in_corridor("range_m = [0, 20]", &all),
-        [found("out_of_view", "", 80), found("hidden", "box", 3)]
+        reasons_in_corridor("range_m = [0, 20]", &all),
+        [finding("out_of_view", "", 80), finding("hidden", "box", 3)]
     );
     // It is entered at 5.5, and x = 4 at 3.5: what is farther than 3.6 is too far, what is before is
     // certified by nothing.
     assert_eq!(
-        in_corridor("range_m = [0, 3.6]", &all),
-        [found("out_of_view", "", 80), found("out_of_range", "", 5), found("no_return", "", 5)]
+        reasons_in_corridor("range_m = [0, 3.6]", &all),
+        [finding("out_of_view", "", 80), finding("out_of_range", "", 5), finding("no_return", "", 5)]
     );
     // Too near to be measured: the whole row is lost, the box with it.
     assert_eq!(
-        in_corridor("range_m = [6, 20]", &all),
-        [found("out_of_view", "", 80), found("blind", "box", 10)]
+        reasons_in_corridor("range_m = [6, 20]", &all),
+        [finding("out_of_view", "", 80), finding("blind", "box", 10)]
     );
     // The lens looks past its own housing, and then into the hall.
     assert_eq!(
-        in_corridor("range_m = [6, 20]\nnear_ignore_m = 6", &all),
-        [found("out_of_view", "", 80), found("no_return", "", 10)]
+        reasons_in_corridor("range_m = [6, 20]\nnear_ignore_m = 6", &all),
+        [finding("out_of_view", "", 80), finding("no_return", "", 10)]
     );
 }
 
@@ -102,15 +102,15 @@ fn the_object_that_hides_is_the_first_that_stops_rays() {
     let shared = |more: [&str; 3]| {
         let all =
             [("first", [6, 1, 1], more[0]), ("second", [6, 1, 1], more[1]), ("other", [8, 1, 1], more[2])];
-        in_corridor("range_m = [0, 20]", &all).swap_remove(1)
+        reasons_in_corridor("range_m = [0, 20]", &all).swap_remove(1)
     };
-    assert_eq!(shared(["", "", ""]), found("hidden", "first", 3));
-    assert_eq!(shared(["optical = \"see_through\"", "", ""]), found("hidden", "second", 3));
-    assert_eq!(shared(["tag_only = true", "", ""]), found("hidden", "second", 3));
+    assert_eq!(shared(["", "", ""]), finding("hidden", "first", 3));
+    assert_eq!(shared(["optical = \"see_through\"", "", ""]), finding("hidden", "second", 3));
+    assert_eq!(shared(["tag_only = true", "", ""]), finding("hidden", "second", 3));
     // Nothing is left to stop the ray at x = 6; behind x = 8 one voxel is hidden, and 80 beside the ray come
     // first.
     let see_through = "optical = \"see_through\"";
-    assert_eq!(shared([see_through, see_through, ""]), found("hidden", "other", 1));
+    assert_eq!(shared([see_through, see_through, ""]), finding("hidden", "other", 1));
 }
 
 /// A hall of 9 × 9 × 9 voxels of a metre, and a camera of 90° × 90° that looks along x from the middle of its
@@ -136,7 +136,7 @@ fn the_shadow_of_a_wall() {
     // up to 1, 0.4 · 6.75 = 2.7 and 0.4 · 7.75 = 3.1 up to 2: two layers of 3 × 3 voxels and two of 5 × 5.
     let all = reasons(&hall("range_m = [0, 30]\nno_return = \"free\""), WALL, &[]);
     assert_eq!(all.len(), 2, "{all:?}");
-    assert_eq!((all[0].0, &all[1]), ("out_of_view", &found("hidden", "wall", 68)));
+    assert_eq!((all[0].0, &all[1]), ("out_of_view", &finding("hidden", "wall", 68)));
 }
 
 #[test]
@@ -181,11 +181,11 @@ fn rings_two_degrees_apart_miss_a_voxel_between_them() {
     let far_corner = boxes(&[("stone", [60, 0, 0], "")]);
     assert_eq!(
         reasons(&rings(100), &far_corner, &[]),
-        [found("out_of_view", "", 1), found("between_rays", "", 2)]
+        [finding("out_of_view", "", 1), finding("between_rays", "", 2)]
     );
     assert_eq!(
         reasons(&rings(30), &far_corner, &[]),
-        [found("out_of_view", "", 1), found("out_of_range", "", 9)]
+        [finding("out_of_view", "", 1), finding("out_of_range", "", 9)]
     );
 }
 
@@ -202,9 +202,9 @@ fn a_switch_that_is_off_certifies_nothing() {
     let scene = boxes(&[("box", [6, 1, 1], "")]);
     assert_eq!(
         reasons(&gate("unknown"), &scene, &[]),
-        [found("out_of_view", "", 54), found("silent", "", 36)]
+        [finding("out_of_view", "", 54), finding("silent", "", 36)]
     );
-    assert_eq!(reasons(&gate("free"), &scene, &[]), [found("out_of_view", "", 54)]);
+    assert_eq!(reasons(&gate("free"), &scene, &[]), [finding("out_of_view", "", 54)]);
 }
 
 #[test]
@@ -219,7 +219,7 @@ fn of_several_sensors_the_one_that_came_nearest_gives_the_reason() {
     // rest hidden by the far one: of what neither knows, the first to speak names the object.
     assert_eq!(
         reasons(&study, &boxes(&all), &ray),
-        [found("out_of_view", "", 80), found("hidden", "near", 3)]
+        [finding("out_of_view", "", 80), finding("hidden", "near", 3)]
     );
     // The far box is entered at 2.5: where the second's range ends before that, nothing returns from 7 to 9,
     // which comes nearer to knowing than a box before them, and what is beyond is hidden, which is nearer
@@ -227,7 +227,7 @@ fn of_several_sensors_the_one_that_came_nearest_gives_the_reason() {
     let shorter = format!("{}{}", corridor("range_m = [0, 20]"), second.replace("[0, 20]", "[0, 2.4]"));
     assert_eq!(
         reasons(&shorter, &boxes(&all), &ray),
-        [found("out_of_view", "", 80), found("hidden", "near", 4), found("no_return", "", 3)]
+        [finding("out_of_view", "", 80), finding("hidden", "near", 4), finding("no_return", "", 3)]
     );
 }
 
@@ -237,13 +237,10 @@ fn votes_that_cancel_are_named() {
     let (study, worlds) = ready(&corridor("range_m = [0, 20]"), &boxes(&[("box", [6, 1, 1], "")]), &ray);
     let mut view = View::new(&study, &worlds[0], FIRST, &mut Cpu::new(Some(1)).unwrap()).unwrap();
     // No study can bring it about with few sensors: 3511, 847 and 405 have no small multiples that meet.
-    let mut one = BitGrid::nowhere().over(view.labels.free.window());
+    let mut one = BitGrid::nowhere().to_window(view.labels.free.window());
     one.set([3, 1, 1]);
     view.labels.free.remove(&one);
     let missed = view.why_in_regions();
     let last = missed.last().unwrap();
-    assert_eq!(
-        (last.cause, &last.voxels),
-        (Cause { reason: Reason::Cancelled, object: None }, &one.trimmed())
-    );
+    assert_eq!((last.cause, &last.voxels), (Cause { reason: Reason::Cancelled, object: None }, &one.trim()));
 }

@@ -17,7 +17,7 @@ use crate::voxel::{BitGrid, Window};
 const LONGER: [f32; 3] = [1.0, 2.0, 4.0];
 
 /// A layer of blockers across a cone.
-pub(super) struct Across {
+pub(super) struct BlockerLayer {
     pub(super) axis: usize,
     /// The layer, counted along the axis.
     pub(super) at: i32,
@@ -25,7 +25,7 @@ pub(super) struct Across {
     pub(super) before: Window,
 }
 
-impl Across {
+impl BlockerLayer {
     /// The layer across a cone from `begin` on, within a few sections and up to `limit`.
     pub(super) fn new(
         blockers: &BitGrid,
@@ -33,13 +33,13 @@ impl Across {
         begin: f32,
         section: f32,
         limit: f32,
-    ) -> Option<Across> {
+    ) -> Option<BlockerLayer> {
         let ends = LONGER.into_iter().map(|n| begin + section * n);
-        ends.take_while(|&end| end < limit).find_map(|end| Across::between(blockers, cone, begin, end))
+        ends.take_while(|&end| end < limit).find_map(|end| BlockerLayer::find(blockers, cone, begin, end))
     }
 
     /// The nearest layer across some axis that all rays enter between two distances, having been before it at the first.
-    fn between(blockers: &BitGrid, cone: &ConeAtPose, begin: f32, end: f32) -> Option<Across> {
+    fn find(blockers: &BitGrid, cone: &ConeAtPose, begin: f32, end: f32) -> Option<BlockerLayer> {
         let (section, grid) = (cone.section(begin, end), blockers.window());
         (0..3).find_map(|axis| {
             let aside = (0..3).filter(|&a| a != axis);
@@ -64,7 +64,7 @@ impl Across {
             } else {
                 (before.min[axis], before.size[axis]) = (at + 1, (behind - at - 1).max(0) as u32);
             }
-            Some(Across { axis, at, before })
+            Some(BlockerLayer { axis, at, before })
         })
     }
 }

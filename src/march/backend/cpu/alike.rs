@@ -40,7 +40,7 @@ impl Alike {
 
 /// A place before all where a return is read that lies this far, or farther, and is brought nearer by noise by at most so
 /// much; 0 for where the ray begins.
-pub(super) fn before(hit: FirstHit, nearer_q16: u32) -> FirstHit {
+pub(super) fn earliest_hit(hit: FirstHit, nearer_q16: u32) -> FirstHit {
     let nearest_q16 = (hit >> 2).saturating_sub(nearer_q16);
     match nearest_q16.checked_sub(1) {
         Some(t_q16) => first_hit::range(t_q16) & !3 | 2,

@@ -11,7 +11,7 @@
 //! Walls and floors behind a region: of a camera's tiles that see it, half in the paper's first experiment. Floats decide
 //! only whether this is proved.
 
-use super::across::Across;
+use super::across::BlockerLayer;
 use super::cast::SECTION;
 use super::cone::ConeAtPose;
 use super::first_hit::Search;
@@ -20,7 +20,7 @@ use super::first_hit::Search;
 const EMPTY: usize = 16;
 
 /// How the rays of a cone go.
-pub(super) enum Way {
+pub(super) enum ConeCourse {
     /// All enter a blocker between the distances that were asked for, and none before.
     Returns,
     /// None has entered one up to so far, in voxels.
@@ -39,7 +39,7 @@ pub(super) fn way<'a>(
     searches: impl Iterator<Item = &'a Search<'a>> + Clone,
     begin: f32,
     [from, to]: [f32; 2],
-) -> Way {
+) -> ConeCourse {
     let mut layers = searches.clone().map(|search| &search.layer.blockers);
     let mut begin = clear(cone, searches.clone(), begin);
     for _ in 0..EMPTY {
@@ -50,12 +50,12 @@ pub(super) fn way<'a>(
             .any(|blockers| section.intersection(&blockers.window()) != section || blockers.any_in(&section))
         {
             let mut is_across =
-                || layers.any(|blockers| Across::new(blockers, cone, begin, SECTION, to).is_some());
-            return if begin > from && is_across() { Way::Returns } else { Way::Clear(begin) };
+                || layers.any(|blockers| BlockerLayer::new(blockers, cone, begin, SECTION, to).is_some());
+            return if begin > from && is_across() { ConeCourse::Returns } else { ConeCourse::Clear(begin) };
         }
         begin = clear(cone, searches.clone(), begin + SECTION);
     }
-    Way::Clear(begin)
+    ConeCourse::Clear(begin)
 }
 
 #[cfg(test)]
@@ -79,7 +79,7 @@ mod tests {
         let window = Window { min: [0; 3], size: SIZE };
         let mut blockers = BitGrid::full(window);
         let mut inside = BitGrid::new(window);
-        inside.set_all(&Window::between([1; 3], SIZE.map(|n| n as i32 - 2)));
+        inside.set_all(&Window::from_corners([1; 3], SIZE.map(|n| n as i32 - 2)));
         blockers.remove(&inside);
         let mut below = |n: u32| (random.next_u32() % n) as i32;
         for _ in 0..6 {
@@ -121,20 +121,22 @@ mod tests {
             let pose = GridPose { origin_q16, axis_q15, draws: 0, truly: None };
             let search = Search::new(&layer, 0, origin_q16.map(|x| x >> 16));
             for packet in 0..packets.count() {
-                let cone = Cone::new(&packets, &[packet]).sent(&pose);
+                let cone = Cone::new(&packets, &[packet]).place(&pose);
                 let way = way(&cone, [&search].into_iter(), 0.0, [from, to]);
                 for lane in 0..RAYS {
                     let dir_q15 = packets.dirs_q15(packet).map(|dirs| dirs[lane]);
                     let first = first_q16(&layer.blockers, &pose, dir_q15);
                     let voxels = first.map_or(f32::MAX, |t_q16| t_q16 as f32 / 65_536.0);
                     match way {
-                        Way::Returns => assert!(voxels > from && voxels < to, "{voxels} of {from} to {to}"),
-                        Way::Clear(clear) => assert!(voxels >= clear, "{voxels}, clear up to {clear}"),
+                        ConeCourse::Returns => {
+                            assert!(voxels > from && voxels < to, "{voxels} of {from} to {to}")
+                        }
+                        ConeCourse::Clear(clear) => assert!(voxels >= clear, "{voxels}, clear up to {clear}"),
                     }
                 }
                 match way {
-                    Way::Returns => returns += 1,
-                    Way::Clear(clear) => late += usize::from(clear > 10.0),
+                    ConeCourse::Returns => returns += 1,
+                    ConeCourse::Clear(clear) => late += usize::from(clear > 10.0),
                 }
             }
         }

@@ -26,7 +26,7 @@ impl BlockerSearch {
     }
 
     /// Rays from a place of the grid, in 1/65536 voxels from its corner.
-    pub fn from(&self, origin_q16: [i32; 3]) -> RaysFrom {
+    pub fn rays_from(&self, origin_q16: [i32; 3]) -> RaysFrom {
         RaysFrom { origin_q16, clearing: self.layer.clearing(origin_q16.map(|x| x >> 16)) }
     }
 

@@ -62,7 +62,7 @@ impl Marks {
 
     /// Marks those of a ray's first `freed` voxels that lie in a plane's window, now or with [`Marks::finish`]; voxels that
     /// the ray enters after `until_q16` may be left out.
-    pub(super) fn freed(
+    pub(super) fn mark_freed(
         &mut self,
         (packet, through, lane): RayThrough,
         freed: u32,

@@ -59,7 +59,7 @@ impl CarveVoxels<'_> {
             return self.decide_voxels(corner, &pixel_rects, free);
         }
         for (part, &corner) in corners.iter().enumerate() {
-            if let Some(pixel_rect) = pixel_rects.of(part) {
+            if let Some(pixel_rect) = pixel_rects.rect(part) {
                 self.decide(corner, half, &pixel_rect, free);
             }
         }
@@ -145,7 +145,7 @@ fn any_visits<S: Simd>(
     away: u32,
     voxel: &Slabs,
 ) -> bool {
-    let [columns, rows] = rect.within(tile);
+    let [columns, rows] = rect.tile_overlap(tile);
     for row in rows {
         let begin = (row * TILE) as usize;
         let mut over = [0; TILE as usize];

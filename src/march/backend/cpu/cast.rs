@@ -8,10 +8,10 @@
 //! # Practice
 //! A tile that passes an edge of an object is soon together again behind it.
 
-use super::across::Across;
+use super::across::BlockerLayer;
 use super::cone::ConeAtPose;
 use super::first_hit::{self, FirstHit, Search};
-use super::limits::Limits;
+use super::limits::PacketLimits;
 use super::packet::RAYS;
 use super::sense::{Scratch, TableCaster};
 use crate::backend::GridPose;
@@ -56,7 +56,7 @@ impl TableCaster<'_> {
             }
             return;
         };
-        let cone = cone.sent(placement);
+        let cone = cone.place(placement);
         let mut clear = cone.clear(search, if let Clear::Distance(clear) = clear { clear } else { 0.0 });
         let mut open = u64::MAX;
         if clear > 0.0 {
@@ -68,7 +68,7 @@ impl TableCaster<'_> {
         let clear_q16 = (clear * 65_536.0) as u32;
         if clear_q16 > 0 {
             scratch.places.t_q16 = [clear_q16; RAYS];
-            scratch.packet.made(self.level, &scratch.places, &mut scratch.made);
+            scratch.packet.count_crossings(self.level, &scratch.places, &mut scratch.made);
         } else {
             scratch.made = [[0; RAYS]; 3];
         }
@@ -80,10 +80,10 @@ impl TableCaster<'_> {
     }
 
     /// The layer of blockers that all rays of a cone enter after they have come so far, if there is one.
-    fn across(&self, search: &Search, cone: &ConeAtPose, from: f32) -> Option<Across> {
+    fn find_layer(&self, search: &Search, cone: &ConeAtPose, from: f32) -> Option<BlockerLayer> {
         let blockers = &search.layer.blockers;
         let is_behind = from > search.ignore_q16 as f32 / 65_536.0 + 1.0;
-        is_behind.then(|| Across::new(blockers, cone, from, SECTION, f32::MAX)).flatten()
+        is_behind.then(|| BlockerLayer::new(blockers, cone, from, SECTION, f32::MAX)).flatten()
     }
 
     /// The first hits of rays that end soon after where a cone is clear. Says which lanes are open still, and
@@ -94,7 +94,7 @@ impl TableCaster<'_> {
         cone: &ConeAtPose,
         clear: f32,
         scratch: &mut Scratch,
-        limits: &Limits,
+        limits: &PacketLimits,
     ) -> (u64, f32) {
         let grid = search.layer.blockers.window();
         let mut open = u64::MAX;
@@ -112,7 +112,7 @@ impl TableCaster<'_> {
             });
             let across = match scratch.near.is_empty() {
                 true => None,
-                false => self.across(search, cone, from),
+                false => self.find_layer(search, cone, from),
             };
             if let Some(across) = &across {
                 scratch.near.clear();
@@ -127,7 +127,7 @@ impl TableCaster<'_> {
                     scratch.intersect.intersect(self.level, away, search.ignore_q16);
                 }
             }
-            if let Some(Across { axis, at, .. }) = across {
+            if let Some(BlockerLayer { axis, at, .. }) = across {
                 scratch.intersect.enter(self.level, axis, at - scratch.packet.voxel[axis]);
                 let open = scratch.intersect.settle(self.level, 0, &limits.last, true, &mut scratch.found);
                 return (open, from);

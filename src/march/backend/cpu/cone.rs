@@ -57,7 +57,7 @@ impl Cone {
     }
 
     /// The cone sent from a placement.
-    pub(super) fn sent(&self, from: &GridPose) -> ConeAtPose {
+    pub(super) fn place(&self, from: &GridPose) -> ConeAtPose {
         let along: [f32; 3] =
             from.axis_q15.map(|row| (0..3).map(|a| row[a] as f32 / 32_768.0 * self.middle[a]).sum());
         let origin = from.origin_q16.map(|x| x as f32 / 65_536.0);
@@ -76,7 +76,7 @@ pub(super) struct ConeAtPose {
 
 impl ConeAtPose {
     /// Where its middle is at a distance.
-    fn at(&self, t: f32) -> [f32; 3] {
+    fn position(&self, t: f32) -> [f32; 3] {
         std::array::from_fn(|r| self.origin[r] + self.along[r] * t)
     }
 
@@ -92,7 +92,7 @@ impl ConeAtPose {
         let growth = self.spread + DEVIATION_PER_VOXEL;
         let mut t = from;
         loop {
-            let at = self.at(t);
+            let at = self.position(t);
             let voxel = at.map(floor);
             if (0..3).any(|r| voxel[r] as u32 >= size[r]) {
                 break;
@@ -122,16 +122,16 @@ impl ConeAtPose {
     /// The voxels in which any of its rays may be from one distance to another; they may lie outside the
     /// grid.
     pub(super) fn section(&self, from: f32, to: f32) -> Window {
-        let (a, b, radius) = (self.at(from), self.at(to), self.radius(to));
+        let (a, b, radius) = (self.position(from), self.position(to), self.radius(to));
         let low = std::array::from_fn(|r| floor(a[r].min(b[r]) - radius));
         let high = std::array::from_fn(|r| floor(a[r].max(b[r]) + radius));
-        Window::between(low, high)
+        Window::from_corners(low, high)
     }
 
     /// The layers of voxels across an axis that all its rays enter between two distances, having been before them, and whether
     /// that is upwards.
     pub(super) fn layers(&self, r: usize, from: f32, to: f32) -> (impl Iterator<Item = i32> + use<>, bool) {
-        let (at, on, is_up) = (self.at(from)[r], self.at(to)[r], self.along[r] > 0.0);
+        let (at, on, is_up) = (self.position(from)[r], self.position(to)[r], self.along[r] > 0.0);
         let (before, behind) = (self.radius(from), self.radius(to));
         // The lowest and the highest of them.
         let (low, high) = if is_up {

@@ -11,7 +11,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::first_hit::{self, FirstHit};
-use super::limits::Limits;
+use super::limits::PacketLimits;
 use super::packet::{Lanes, Packet, RAYS, RayPlaces, mask};
 use crate::backend::{Noise, Planes};
 use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN, leap};
@@ -41,7 +41,7 @@ const NO_BIT: u32 = u32::MAX;
 /// What decides how rays end.
 pub(super) struct Rules<'a> {
     pub(super) gates: &'a Gates,
-    pub(super) limits: &'a Limits,
+    pub(super) limits: &'a PacketLimits,
     pub(super) noise: &'a Noise,
     /// The hash of what precedes the ray.
     pub(super) draws: u32,
@@ -90,7 +90,7 @@ impl PacketEnds {
             dispatch!(level, simd => draw(simd, rules, rays, &mut self.drawn));
             self.lost = match noise.lost_below {
                 0 => 0,
-                below => dispatch!(level, simd => lost(simd, &self.drawn, below)),
+                below => dispatch!(level, simd => lost_returns(simd, &self.drawn, below)),
             };
         }
         if let Some(unit_q12) = noise.unit_q12.first_chunk() {
@@ -101,7 +101,7 @@ impl PacketEnds {
             // Rays that hit elsewhere than they are believed to go.
             Some(_) => u64::MAX,
             None => {
-                sent.believed.made(level, &self.places, &mut self.made);
+                sent.believed.count_crossings(level, &self.places, &mut self.made);
                 dispatch!(level, simd => returns(simd, self, sent.believed, first_hits, rules, plane))
             }
         };
@@ -115,7 +115,7 @@ impl PacketEnds {
         // Returns are read elsewhere than at what they come from.
         let cast = sent.truly.unwrap_or(sent.believed);
         dispatch!(level, simd => read(simd, first_hits, &[0; RAYS], &mut self.places));
-        cast.made(level, &self.places, &mut self.made);
+        cast.count_crossings(level, &self.places, &mut self.made);
         dispatch!(level, simd => hits(simd, self, cast, plane));
     }
 
@@ -178,7 +178,7 @@ fn draw<S: Simd>(_: S, rules: &Rules, rays: &Lanes<u32>, drawn: &mut Lanes<u32>)
 
 /// Which returns are lost, a bit each.
 #[inline(always)]
-fn lost<S: Simd>(_: S, drawn: &Lanes<u32>, below: u32) -> u64 {
+fn lost_returns<S: Simd>(_: S, drawn: &Lanes<u32>, below: u32) -> u64 {
     let mut lost = [0u32; RAYS];
     for lane in 0..RAYS {
         lost[lane] = march::is_lost(drawn[lane], below) as u32;
@@ -227,7 +227,7 @@ fn read<S: Simd>(_: S, first_hits: &Lanes<FirstHit>, steps_q16: &Lanes<i32>, pla
 /// The bit of each ray's voxel in a plane after so many crossings; [`NO_BIT`] outside its window. Also says which rays are
 /// outside a grid of a size then.
 #[inline(always)]
-fn located<S: Simd>(
+fn locate<S: Simd>(
     _: S,
     packet: &Packet,
     made: &[Lanes<u32>; 3],
@@ -265,7 +265,7 @@ fn returns<S: Simd>(
     plane: &BitGrid,
 ) -> u64 {
     let mut outside;
-    (ends.bits, outside) = located(simd, packet, &ends.made, plane, rules.size);
+    (ends.bits, outside) = locate(simd, packet, &ends.made, plane, rules.size);
     for lane in 0..RAYS {
         let crossings = ends.made[0][lane] + ends.made[1][lane] + ends.made[2][lane];
         ends.kinds[lane] = RETURN;
@@ -280,7 +280,7 @@ fn returns<S: Simd>(
 /// Finds the blockers that returns come from.
 #[inline(always)]
 fn hits<S: Simd>(simd: S, ends: &mut PacketEnds, cast: &Packet, plane: &BitGrid) {
-    let (bits, _) = located(simd, cast, &ends.made, plane, plane.window().size);
+    let (bits, _) = locate(simd, cast, &ends.made, plane, plane.window().size);
     for lane in 0..RAYS {
         ends.hits[lane] = if ends.kinds[lane] == RETURN { bits[lane] } else { NO_BIT };
     }

@@ -58,7 +58,7 @@ impl Layer {
                     (from[r], to[r]) = (high[r], high[r] + 1);
                 }
                 let inside = from[r] >= 0 && to[r] <= size[r] && (from[r] - voxel[r]).abs() <= CLEARING;
-                let slab = Window::between(from, to.map(|x| x - 1));
+                let slab = Window::from_corners(from, to.map(|x| x - 1));
                 if inside && !self.blockers.any_in(&slab) {
                     low[r] = low[r].min(from[r]);
                     high[r] = high[r].max(to[r]);

@@ -6,7 +6,7 @@ use super::packet::{Lanes, Packets};
 use crate::march::{self, Gates};
 
 /// The limits of a packet's rays.
-pub(super) struct Limits {
+pub(super) struct PacketLimits {
     /// Of each ray, its shortest range.
     pub(super) range_min_q16: Lanes<u32>,
     /// Of each ray, its longest range, as the last crossing within it.
@@ -20,26 +20,26 @@ pub(super) struct Limits {
     pub(super) farthest: FirstHit,
 }
 
-impl Limits {
+impl PacketLimits {
     /// The limits of each packet of a table; one for all packets where all rays are alike.
-    pub(super) fn from_packets(packets: &Packets, gates: &Gates) -> Vec<Limits> {
+    pub(super) fn from_packets(packets: &Packets, gates: &Gates) -> Vec<PacketLimits> {
         let packet = |number: usize| {
             let [.., z_q15] = packets.dirs_q15(number);
-            Limits::new(gates, z_q15)
+            PacketLimits::new(gates, z_q15)
         };
         let count = if gates.along_axis { packets.count() } else { packets.count().min(1) };
         (0..count).map(packet).collect()
     }
 
-    fn new(gates: &Gates, z_q15: &Lanes<i32>) -> Limits {
+    fn new(gates: &Gates, z_q15: &Lanes<i32>) -> PacketLimits {
         let axial_q16: Lanes<u32> = z_q15.map(|z_q15| march::axial_q16(z_q15, gates.along_axis));
         let slant_q16 = axial_q16.map(march::period_q16);
         let [range_min_q16, range_max_q16] = [gates.range_min_q16, gates.range_max_q16]
-            .map(|depth_q16| slant_q16.map(|slant_q16| march::along_q16(depth_q16, slant_q16)));
+            .map(|depth_q16| slant_q16.map(|slant_q16| march::ray_range_q16(depth_q16, slant_q16)));
         let last = range_max_q16.map(first_hit::range);
         let largest = |lanes: &Lanes<u32>| lanes.iter().fold(0, |most, &lane| lane.max(most));
         let smallest = |lanes: &Lanes<u32>| lanes.iter().fold(u32::MAX, |least, &lane| lane.min(least));
-        Limits {
+        PacketLimits {
             within_q16: [largest(&range_min_q16), smallest(&range_max_q16)],
             farthest: largest(&last),
             range_min_q16,

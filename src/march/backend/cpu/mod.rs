@@ -46,7 +46,7 @@ use crate::{Error, Result};
 pub use blocker_search::{BlockerSearch, RaysFrom};
 use first_hit::Layer;
 use plan::RelevantVoxels;
-use sense::{Blockers, Kept, RayTable, Scratch, TableCaster};
+use sense::{Blockers, PoseCache, RayTable, Scratch, TableCaster};
 pub use simd::SimdLevel;
 
 /// Most pieces of evidence kept at once, however small they are.
@@ -62,7 +62,7 @@ pub struct Cpu {
     loaded: Option<LoadedScene>,
     slots: Vec<Option<Planes>>,
     /// What is kept of poses from snapshot to snapshot, by slot.
-    kept: Vec<Kept>,
+    kept: Vec<PoseCache>,
     /// Most words of a plane that is kept so.
     plane_words: usize,
     answers: VecDeque<Vec<Vec<Confusion>>>,
@@ -160,15 +160,15 @@ impl Cpu {
         self
     }
 
-    fn loaded(&self) -> Result<&LoadedScene> {
+    fn loaded_scene(&self) -> Result<&LoadedScene> {
         self.loaded.as_ref().ok_or_else(|| Error::device("no scene is loaded"))
     }
 
     /// What is kept for a shot; nothing yet if it is new.
-    fn take_kept(&mut self, shot: &Shot) -> Option<Kept> {
+    fn take_kept(&mut self, shot: &Shot) -> Option<PoseCache> {
         let slot = shot.first_hits? as usize;
         if self.kept.len() <= slot {
-            self.kept.resize(slot + 1, Kept::default());
+            self.kept.resize(slot + 1, PoseCache::default());
         }
         Some(std::mem::take(&mut self.kept[slot]))
     }
@@ -176,7 +176,7 @@ impl Cpu {
     /// A table's rays in the loaded scene.
     fn sensor<'a>(&'a self, table: usize, wanted: &'a RelevantVoxels) -> Result<TableCaster<'a>> {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
-        let blockers = self.loaded()?.blockers();
+        let blockers = self.loaded_scene()?.blockers();
         let (level, wide) = (self.simd.level, self.simd.wide);
         let (carving, plane_words) = (self.carving, self.plane_words);
         Ok(TableCaster { level, wide, table, blockers, wanted, carving, plane_words })
@@ -240,8 +240,8 @@ impl Backend for Cpu {
 
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         log::debug!("cpu: casts table of rays {table} from {} poses", shots.len());
-        let mut kept: Vec<Option<Kept>> = shots.iter().map(|shot| self.take_kept(shot)).collect();
-        let loaded = self.loaded()?;
+        let mut kept: Vec<Option<PoseCache>> = shots.iter().map(|shot| self.take_kept(shot)).collect();
+        let loaded = self.loaded_scene()?;
         let sensor = self.sensor(table, &loaded.wanted)?;
         let sensed: Vec<Planes> = self.pool.install(|| {
             let each = shots.par_iter().zip(&mut kept).map_init(
@@ -260,12 +260,12 @@ impl Backend for Cpu {
     }
 
     fn upload(&mut self, evidence: Vec<(Slot, Planes)>) -> Result<()> {
-        let window = self.loaded()?.scene.window;
+        let window = self.loaded_scene()?.scene.window;
         for (slot, mut planes) in evidence {
             // Hits are looked up by their words.
             if planes.hits.window() != window {
                 let blank = planes.hits.is_empty();
-                planes.hits = if blank { BitGrid::nowhere() } else { planes.hits.over(window) };
+                planes.hits = if blank { BitGrid::nowhere() } else { planes.hits.to_window(window) };
             }
             self.slots[slot as usize] = Some(planes);
         }
@@ -274,7 +274,7 @@ impl Backend for Cpu {
 
     fn submit(&mut self, fusion: Fusion, jobs: &[Vec<Reading>]) -> Result<()> {
         log::debug!("cpu: scores {} choices", jobs.len());
-        let tally = &self.loaded()?.tally;
+        let tally = &self.loaded_scene()?.tally;
         let planes = |slot: Slot| self.slots[slot as usize].as_ref();
         let score = |job: &Vec<Reading>| tally.score(self.simd.level, fusion, job, planes);
         let answer = self.pool.install(|| jobs.par_iter().map(score).collect());
@@ -291,7 +291,7 @@ impl Backend for Cpu {
     }
 
     fn read(&mut self, table: usize, placement: &GridPose) -> Result<Evidence> {
-        let wanted = RelevantVoxels::all(self.loaded()?.scene.window);
+        let wanted = RelevantVoxels::all(self.loaded_scene()?.scene.window);
         let sensor = self.sensor(table, &wanted)?;
         let mut ends = vec![End { kind: NOTHING, crossings: 0 }; sensor.table.packets.rays()];
         let planes = sensor.sense(placement, &mut Scratch::new(&sensor), None, Some(&mut ends));

@@ -136,7 +136,7 @@ impl Packet {
     }
 
     /// How many crossings of each axis each ray has made at a place of its own (see [`leap::made_at`]).
-    pub(super) fn made(&self, level: Level, at: &RayPlaces, made: &mut [Lanes<u32>; 3]) {
+    pub(super) fn count_crossings(&self, level: Level, at: &RayPlaces, made: &mut [Lanes<u32>; 3]) {
         dispatch!(level, simd => made_at(simd, self, at, made));
     }
 

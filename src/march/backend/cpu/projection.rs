@@ -90,7 +90,7 @@ pub(super) struct PixelRects {
 impl PixelRects {
     /// One of them; `None` if no pixel sees any of its voxels.
     #[inline]
-    pub(super) fn of(&self, i: usize) -> Option<PixelRect> {
+    pub(super) fn rect(&self, i: usize) -> Option<PixelRect> {
         (self.seen[i] != 0).then(|| self.get(i))
     }
 
@@ -170,7 +170,7 @@ impl Projection {
     }
 
     /// Distance along any ray after which no near voxel is entered, in 1/65536 voxels.
-    pub(super) fn near_q16(&self) -> u32 {
+    pub(super) fn last_near_q16(&self) -> u32 {
         // The steepest ray goes through a corner of the image.
         let slope = |a: usize| (self.middle_px[a] + 1.0) / self.focal_px[a];
         let depth = self.near + 2.0 * (0.5 * self.spans[2] + 0.5);
@@ -324,7 +324,7 @@ mod tests {
                 });
                 let pixel_rects = projection.pixel_rects(level, &corners, 1, &projection.all());
                 for (i, corner) in corners.iter().enumerate() {
-                    let seen = pixel_rects.of(i);
+                    let seen = pixel_rects.rect(i);
                     let (slabs, mut visits) = (Slabs::new(corner.map(|x| x - 300)), Vec::new());
                     for (tile, narrow) in tiles.iter().enumerate() {
                         let (lanes, across) = (0..RAYS as u32, SIZE_PX[0].div_ceil(TILE));

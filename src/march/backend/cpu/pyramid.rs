@@ -104,7 +104,7 @@ pub(super) struct Rect {
 impl Rect {
     /// The columns and rows of a tile in which it lies, from the tile's first on.
     #[inline]
-    pub(super) fn within(&self, tile: [u32; 2]) -> [std::ops::Range<u32>; 2] {
+    pub(super) fn tile_overlap(&self, tile: [u32; 2]) -> [std::ops::Range<u32>; 2] {
         std::array::from_fn(|a| {
             let first = tile[a] * TILE;
             self.first[a].max(first) - first..(self.last[a] + 1).min(first + TILE) - first
@@ -113,7 +113,7 @@ impl Rect {
 
     /// Those of its pixels that lie in a tile, as lanes of it.
     pub(super) fn part(&self, tile: [u32; 2]) -> impl Iterator<Item = usize> {
-        let [columns, rows] = self.within(tile);
+        let [columns, rows] = self.tile_overlap(tile);
         rows.flat_map(move |v| columns.clone().map(move |u| (v * TILE + u) as usize))
     }
 }

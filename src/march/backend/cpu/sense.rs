@@ -4,7 +4,7 @@ use fearless_simd::Level;
 
 use super::alike::{self, Alike, DONE};
 use super::asked::{AskedPlaces, AskedTiles};
-use super::beyond::{self, Way};
+use super::beyond::{self, ConeCourse};
 use super::carve_rays::Marks;
 use super::carve_voxels::CarveVoxels;
 use super::cast::Clear;
@@ -12,7 +12,7 @@ use super::cone::Cone;
 use super::end::{PacketEnds, Rules, Sent};
 use super::first_hit::{self, FirstHit, Layer, Search};
 use super::intersect::Intersect;
-use super::limits::Limits;
+use super::limits::PacketLimits;
 use super::packet::{Lanes, Packet, Packets, RAYS, RayPlaces, TILE};
 use super::plan::{self, RelevantVoxels};
 use super::projection::{BOXES, PixelRect, Projection};
@@ -29,7 +29,7 @@ pub(super) struct RayTable {
     pub(super) cones: Vec<Cone>,
     groups: Vec<Cone>,
     pub(super) gates: Gates,
-    limits: Vec<Limits>,
+    limits: Vec<PacketLimits>,
     noise: Noise,
     /// The farthest before its distance that a return may be read.
     nearer_q16: u32,
@@ -42,13 +42,13 @@ impl RayTable {
         let cones = (0..tiles).map(|tile| Cone::new(&packets, &[tile])).collect();
         let groups = if packets.image().is_some() { packets.groups() } else { Vec::new() };
         let groups = groups.iter().map(|tiles| Cone::new(&packets, tiles)).collect();
-        let limits = Limits::from_packets(&packets, &rays.gates);
+        let limits = PacketLimits::from_packets(&packets, &rays.gates);
         let nearer_q16 = rays.nearest_q16();
         RayTable { packets, cones, groups, gates: rays.gates, limits, noise: rays.noise.clone(), nearer_q16 }
     }
 
     /// The limits of a packet's rays.
-    pub(super) fn limits(&self, packet: usize) -> &Limits {
+    pub(super) fn limits(&self, packet: usize) -> &PacketLimits {
         &self.limits[if self.gates.along_axis { packet } else { 0 }]
     }
 }
@@ -63,7 +63,7 @@ pub(super) struct Blockers<'a> {
 
 /// What is kept of a pose from snapshot to snapshot.
 #[derive(Clone, Default)]
-pub(super) struct Kept {
+pub(super) struct PoseCache {
     /// First hits in the still layer, packet by packet.
     first_hits: Vec<FirstHit>,
     /// The window of the last snapshot.
@@ -80,7 +80,7 @@ struct Shoot<'a> {
     still: Option<Search<'a>>,
     moving: Search<'a>,
     /// What is kept of it, if anything is.
-    kept: Option<&'a mut Kept>,
+    kept: Option<&'a mut PoseCache>,
     /// Where the end of every ray is wanted.
     see: Option<&'a mut [End]>,
 }
@@ -145,7 +145,7 @@ impl Scratch {
 
 /// Whether a tile of a camera is cast, whether it sees voxels that are near, and how far the last voxels are that it sees.
 #[derive(Clone, Copy, Default)]
-struct Tile {
+struct CastTile {
     cast: bool,
     near: bool,
     farthest: f32,
@@ -158,7 +158,7 @@ impl TableCaster<'_> {
         &self,
         placement: &GridPose,
         scratch: &mut Scratch,
-        mut kept: Option<&mut Kept>,
+        mut kept: Option<&mut PoseCache>,
         see: Option<&mut [End]>,
     ) -> Planes {
         let window = self.wanted.voxels.window();
@@ -198,13 +198,13 @@ impl TableCaster<'_> {
         planes: &mut Planes,
     ) {
         let packets = &self.table.packets;
-        let mut tiles = vec![Tile { cast: shoot.casts_all(), ..Tile::default() }; packets.count()];
+        let mut tiles = vec![CastTile { cast: shoot.casts_all(), ..CastTile::default() }; packets.count()];
         let mut boxes = Vec::new();
         let largest = self.wanted.edge;
         for corners in self.wanted.boxes.chunks(BOXES) {
             let pixel_rects = projection.pixel_rects(self.level, corners, largest, &projection.all());
             for (i, &corner) in corners.iter().enumerate() {
-                if let Some(pixel_rect) = pixel_rects.of(i) {
+                if let Some(pixel_rect) = pixel_rects.rect(i) {
                     mark(&mut tiles, packets, &pixel_rect, projection.farthest(corner, largest));
                     boxes.push((corner, pixel_rect));
                 }
@@ -212,17 +212,17 @@ impl TableCaster<'_> {
         }
         let Some(mut pyramid) = scratch.pyramid.take() else { return };
         pyramid.clear();
-        let until_q16 = projection.near_q16();
+        let until_q16 = projection.last_near_q16();
         let mut clear = vec![None; self.table.groups.len()];
         for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
-            let Tile { near, .. } = tiles[packet];
+            let CastTile { near, .. } = tiles[packet];
             let way = self.goes_beyond(packet, shoot, &tiles[packet], &mut clear);
-            if near || matches!(way, Way::Clear(_)) {
+            if near || matches!(way, ConeCourse::Clear(_)) {
                 scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
             }
             let freed = match way {
-                Way::Returns => [u16::MAX.into(); RAYS],
-                Way::Clear(clear) => {
+                ConeCourse::Returns => [u16::MAX.into(); RAYS],
+                ConeCourse::Clear(clear) => {
                     self.cast(packet, u64::MAX, Clear::Distance(clear), shoot, scratch);
                     scratch.ends.mark(planes);
                     scratch.ends.freed
@@ -233,7 +233,7 @@ impl TableCaster<'_> {
                 scratch.through.start(self.level, &scratch.packet, &planes.free.window());
                 for lane in 0..RAYS {
                     let ray = (&scratch.packet, &scratch.through, lane);
-                    scratch.marks.freed(ray, freed[lane], until_q16, &mut planes.free);
+                    scratch.marks.mark_freed(ray, freed[lane], until_q16, &mut planes.free);
                 }
             }
         }
@@ -250,10 +250,16 @@ impl TableCaster<'_> {
     }
 
     /// How a camera's tile goes past all that it sees of what matters.
-    fn goes_beyond(&self, packet: usize, shoot: &Shoot, tile: &Tile, groups: &mut [Option<f32>]) -> Way {
+    fn goes_beyond(
+        &self,
+        packet: usize,
+        shoot: &Shoot,
+        tile: &CastTile,
+        groups: &mut [Option<f32>],
+    ) -> ConeCourse {
         let RayTable { packets, cones, gates, noise, nearer_q16, .. } = self.table;
         if shoot.casts_all() || noise.lost_below > 0 {
-            return Way::Clear(0.0);
+            return ConeCourse::Clear(0.0);
         }
         let voxels = |q16: u32| q16 as f32 / 65_536.0;
         let [least_q16, most_q16] = self.table.limits(packet).within_q16;
@@ -263,10 +269,10 @@ impl TableCaster<'_> {
         let searches = [&shoot.moving].into_iter().chain(&shoot.still);
         let group = packets.group_of(packet);
         let clear = *groups[group].get_or_insert_with(|| {
-            let cone = self.table.groups[group].sent(&shoot.caster);
+            let cone = self.table.groups[group].place(&shoot.caster);
             beyond::clear(&cone, searches.clone(), 0.0)
         });
-        beyond::way(&cones[packet].sent(&shoot.caster), searches, clear, [from, to])
+        beyond::way(&cones[packet].place(&shoot.caster), searches, clear, [from, to])
     }
 
     /// Ray by ray.
@@ -282,7 +288,7 @@ impl TableCaster<'_> {
             for lane in 0..RAYS {
                 let ray = (&scratch.packet, &scratch.through, lane);
                 let freed = scratch.ends.freed[lane];
-                scratch.marks.freed(ray, freed, march::NEVER, &mut planes.free);
+                scratch.marks.mark_freed(ray, freed, march::NEVER, &mut planes.free);
             }
             scratch.ends.mark(planes);
         }
@@ -306,7 +312,7 @@ impl TableCaster<'_> {
                 let ray = (&scratch.packet, &scratch.through, lane);
                 let freed = scratch.ends.freed[lane];
                 match place {
-                    0 => scratch.marks.freed(ray, freed, march::NEVER, &mut planes.free),
+                    0 => scratch.marks.mark_freed(ray, freed, march::NEVER, &mut planes.free),
                     place => scratch.marks.freed_behind(ray, freed, place, &mut planes.free),
                 }
             }
@@ -345,7 +351,7 @@ impl TableCaster<'_> {
                 let is_return =
                     |hit: FirstHit| hit < first_hit::LEFT && hit >> 2 >= limits.range_min_q16[lane];
                 let (place, crossings) = if is_return(still) && is_return(first) {
-                    let place = alike::before(first, nearer_q16);
+                    let place = alike::earliest_hit(first, nearer_q16);
                     let made = scratch.packet.made_by(lane, first_hit::crossing(place));
                     (place, if place == 0 { 0 } else { made.iter().sum() })
                 } else if first == still {
@@ -355,7 +361,7 @@ impl TableCaster<'_> {
                     (0, 0)
                 };
                 let ray = (&scratch.packet, &scratch.through, lane);
-                scratch.marks.freed(ray, crossings, march::NEVER, &mut alike.free);
+                scratch.marks.mark_freed(ray, crossings, march::NEVER, &mut alike.free);
                 // It leaves the window before that place.
                 let is_done =
                     place > 0 && scratch.through.span(lane).is_some_and(|[_, leaves]| place >= leaves);
@@ -416,12 +422,12 @@ impl TableCaster<'_> {
 }
 
 /// Marks the tiles that see a box, the farthest of which is so far away, in voxels.
-fn mark(tiles: &mut [Tile], packets: &Packets, PixelRect { rect, near, .. }: &PixelRect, farthest: f32) {
+fn mark(tiles: &mut [CastTile], packets: &Packets, PixelRect { rect, near, .. }: &PixelRect, farthest: f32) {
     let across = packets.image().map_or(1, |image| image.size_px[0].div_ceil(TILE));
     for v in rect.first[1] / TILE..=rect.last[1] / TILE {
         for u in rect.first[0] / TILE..=rect.last[0] / TILE {
             let tile = &mut tiles[(v * across + u) as usize];
-            *tile = Tile { cast: true, near: tile.near | *near, farthest: tile.farthest.max(farthest) };
+            *tile = CastTile { cast: true, near: tile.near | *near, farthest: tile.farthest.max(farthest) };
         }
     }
 }

@@ -80,7 +80,7 @@ mod tests {
             let (voxel, one, other) = (within(size), within(size), within(size));
             let low = std::array::from_fn(|r| one[r].min(other[r]));
             let high = std::array::from_fn(|r| one[r].max(other[r]));
-            let window = Window::between(low, high);
+            let window = Window::from_corners(low, high);
             // Some along the axes and diagonals, some nearly so.
             let dirs: [Lanes<i32>; 3] = std::array::from_fn(|_| {
                 std::array::from_fn(|lane| match lane % 4 {

@@ -55,8 +55,8 @@ pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
     let needed = most_storage_buffers();
     if report.max_storage_buffers < needed {
         let what = format!("{} storage buffers a kernel, {needed} are needed", report.max_storage_buffers);
-        let cure = Words::from("use ") + Argument("backend").quoted("cpu");
-        return Err(Error::input(format!("adapter {}", report.label()), what).wanted(cure));
+        let cure = Words::from("use ") + Argument("backend").quote("cpu");
+        return Err(Error::input(format!("adapter {}", report.label()), what).with_advice(cure));
     }
     let had = adapter.limits();
     let limits = wgpu::Limits {
@@ -99,17 +99,17 @@ impl GpuDevice {
     /// What went wrong since the last check, if anything.
     pub(crate) fn check(&self) -> Result<()> {
         let failed = self.failure.lock().map_or(None, |mut kept| kept.take());
-        failed.map_or(Ok(()), |message| Err(self.failed(message)))
+        failed.map_or(Ok(()), |message| Err(self.failure(message)))
     }
 
     /// A run-time failure of this adapter.
-    pub(super) fn failed(&self, what: impl Into<Words>) -> Error {
+    pub(super) fn failure(&self, what: impl Into<Words>) -> Error {
         self.at_fault(Issue::says(what))
     }
 
     /// The same of what is known in more detail.
     pub(super) fn at_fault(&self, issue: Issue) -> Error {
-        Error::Device(issue.at(format!("adapter {}", self.report.label())))
+        Error::Device(issue.with_place(format!("adapter {}", self.report.label())))
     }
 
     /// A buffer of `bytes`; at least one word, since an empty one cannot be bound.
@@ -176,7 +176,7 @@ impl GpuDevice {
     pub(super) fn receive(&self, requested: Requested) -> Result<Vec<Vec<u32>>> {
         let Requested { staging, bytes, submission } = requested;
         self.wait_until(Some(submission))?;
-        let view = staging.get_mapped_range(..).map_err(|e| self.failed(e.to_string()))?;
+        let view = staging.get_mapped_range(..).map_err(|e| self.failure(e.to_string()))?;
         let mut rest = &view[..];
         let words = bytes.iter().map(|&bytes| {
             let (first, others) = rest.split_at(bytes as usize);
@@ -200,10 +200,10 @@ impl GpuDevice {
         match polled {
             Ok(Ok(_)) => Ok(()),
             Ok(Err(wgpu::PollError::Timeout)) => {
-                Err(self.failed(format!("no answer in {:?}", self.patience)))
+                Err(self.failure(format!("no answer in {:?}", self.patience)))
             }
-            Ok(Err(error)) => Err(self.failed(error.to_string())),
-            Err(why) => Err(self.failed(why)),
+            Ok(Err(error)) => Err(self.failure(error.to_string())),
+            Err(why) => Err(self.failure(why)),
         }
     }
 }
@@ -250,7 +250,7 @@ impl GrowingBuffer {
     }
 
     /// The buffer with `data` written to its beginning.
-    pub(super) fn filled<T: bytemuck::NoUninit>(&mut self, device: &GpuDevice, data: &[T]) -> wgpu::Buffer {
+    pub(super) fn fill<T: bytemuck::NoUninit>(&mut self, device: &GpuDevice, data: &[T]) -> wgpu::Buffer {
         let buffer = self.hold(device, size_of_val(data).max(size_of::<T>()) as u64);
         device.write(&buffer, 0, data);
         buffer

@@ -52,8 +52,8 @@ pub(super) fn refuse_forked() -> Result<()> {
     }
     let what =
         "this process was forked from one that had asked for GPUs, whose drivers work in one process only";
-    let cure = Words::from("spawn processes, or use a fork server, or ") + Argument("backend").quoted("cpu");
-    Err(Error::device(what).wanted(cure))
+    let cure = Words::from("spawn processes, or use a fork server, or ") + Argument("backend").quote("cpu");
+    Err(Error::device(what).with_advice(cure))
 }
 
 fn report(index: usize, adapter: &wgpu::Adapter) -> AdapterReport {

@@ -30,7 +30,7 @@ impl DeviceTable {
         let words = TableWords::new(rays, sizes.ends_words());
         Ok(DeviceTable {
             sizes,
-            words: GrowingBuffer::uniform("table").filled(device, &[words]),
+            words: GrowingBuffer::uniform("table").fill(device, &[words]),
             dirs: device.upload("dirs", &rays.dirs_q15.iter().copied().map(dir_words).collect::<Vec<_>>()),
             noise: device.upload("noise", &noise),
         })
@@ -74,8 +74,8 @@ impl DeviceScene {
         (sizes, body_words): (SceneSizes, BodyWords),
         (boxes, wanted): (&[[u32; 3]], u32),
         memory_bytes: Option<u64>,
-        kept: &Kept,
-        room: &mut Room,
+        kept: &FirstHitCache,
+        room: &mut BufferPool,
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
@@ -93,7 +93,7 @@ impl DeviceScene {
         DeviceScene {
             window: scene.window,
             setup: GrowingBuffer::uniform("setup")
-                .filled(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
+                .fill(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
             blockers: device.upload("blockers", &layer_words(&scene.blockers)),
             layers: scene.over_time.as_deref().map(layers),
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
@@ -148,7 +148,7 @@ fn layer_words(blockers: &BitGrid) -> Vec<u32> {
 }
 
 /// What rays hit first in a still layer: kept as long as the layer and the tables are.
-pub(super) struct Kept {
+pub(super) struct FirstHitCache {
     over_time: Option<Arc<OverTime>>,
     /// Words of a slot.
     pub(super) stride: u32,
@@ -157,10 +157,15 @@ pub(super) struct Kept {
     room: GrowingBuffer,
 }
 
-impl Kept {
+impl FirstHitCache {
     /// Nothing is kept.
     pub(super) fn new() -> Self {
-        Kept { over_time: None, stride: 0, held: Vec::new(), room: GrowingBuffer::storage("first_hits") }
+        FirstHitCache {
+            over_time: None,
+            stride: 0,
+            held: Vec::new(),
+            room: GrowingBuffer::storage("first_hits"),
+        }
     }
 
     /// Forgets what is kept: other tables are to be cast.
@@ -195,7 +200,7 @@ impl Kept {
 const MOST_FIRST_HITS: usize = 4096;
 
 /// Buffers that are kept from scene to scene, because the next scene mostly needs the same sizes.
-pub(super) struct Room {
+pub(super) struct BufferPool {
     pub(super) placements: GrowingBuffer,
     pub(super) ends: GrowingBuffer,
     pub(super) tiles: GrowingBuffer,
@@ -217,10 +222,10 @@ pub(super) struct Room {
     pub(super) found: GrowingBuffer,
 }
 
-impl Room {
+impl BufferPool {
     /// No room yet.
     pub(super) fn new() -> Self {
-        Room {
+        BufferPool {
             placements: GrowingBuffer::storage("placements"),
             ends: GrowingBuffer::storage("ends"),
             tiles: GrowingBuffer::storage("tiles"),

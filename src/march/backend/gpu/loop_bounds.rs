@@ -116,7 +116,7 @@ pub(super) const DEVIATION_PER_VOXEL: f64 = 2.0 * deviation::PER_VOXEL;
 /// rays may deviate at its distance, on both sides. If it is in the middle of the image, its near side
 /// decides how many pixels it covers; else they reach from the image's edge at its near side to where its
 /// other end is at its far side, at least a voxel deeper.
-pub(super) fn near_voxels(image: &Image) -> f64 {
+pub(super) fn last_near_voxels(image: &Image) -> f64 {
     let edge = |axis: usize| f64::from(image.size_px[axis]) / 2.0;
     let slopes = edge(0) / image.focal_px[0] + edge(1) / image.focal_px[1];
     let pixels = |depth: f64, axis: usize| {
@@ -151,7 +151,7 @@ mod tests {
 
     /// `pixel_rect` in `shaders/projection.wgsl`, or a pixel more on each side: how many pixels of one axis are in tiles that may see a
     /// voxel at `p` in the camera's frame whose half extents there are `half`, and the depth where it begins.
-    fn seen(image: &Image, axis: usize, p: [f64; 3], half: [f64; 3]) -> (f64, f64) {
+    fn seen_rect(image: &Image, axis: usize, p: [f64; 3], half: [f64; 3]) -> (f64, f64) {
         let deviation =
             DEVIATION_PER_VOXEL * (p.iter().map(|x| x.abs()).sum::<f64>() + 1.5) + deviation::FIXED;
         let (low, high) = (p[axis] - half[axis] - deviation, p[axis] + half[axis] + deviation);
@@ -175,7 +175,7 @@ mod tests {
             Image { size_px: [4000, 4000], focal_px: [250.0, 250.0] },
         ];
         for image in &cameras {
-            let near = near_voxels(image);
+            let near = last_near_voxels(image);
             let mut most = 0.0f64;
             // Turned in all directions by eighths of a right angle, at depths from the nearest on, over a
             // quarter of the image.
@@ -196,7 +196,8 @@ mod tests {
                                 / image.focal_px[axis]
                         };
                         let p = [off(0, step / 20 % 10), off(1, step / 200), z];
-                        let ((u, begins), (v, _)) = (seen(image, 0, p, half), seen(image, 1, p, half));
+                        let ((u, begins), (v, _)) =
+                            (seen_rect(image, 0, p, half), seen_rect(image, 1, p, half));
                         if begins >= near {
                             most = most.max(u * v);
                         }

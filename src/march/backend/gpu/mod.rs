@@ -36,7 +36,7 @@ use crate::march::End;
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
-use loaded::{DeviceScene, DeviceTable, Kept, Room};
+use loaded::{BufferPool, DeviceScene, DeviceTable, FirstHitCache};
 use plan::SceneSizes;
 use queue::Queue;
 use score::PendingCounts;
@@ -48,10 +48,10 @@ const READ_AT_ONCE: u64 = 64 << 20;
 pub struct Gpu {
     /// Memory for evidence, first hits and batches, if the user set it.
     memory_bytes: Option<u64>,
-    room: Room,
+    room: BufferPool,
     tables: Vec<DeviceTable>,
     loaded: Option<DeviceScene>,
-    kept: Kept,
+    kept: FirstHitCache,
     questions: VecDeque<PendingCounts>,
     carving: Option<Carving>,
     /// The last field, since it closes the device: what is on the device goes before.
@@ -69,10 +69,10 @@ impl Gpu {
         Ok(Gpu {
             queue: Queue::new(open(choice)?, source)?,
             memory_bytes: None,
-            room: Room::new(),
+            room: BufferPool::new(),
             tables: Vec::new(),
             loaded: None,
-            kept: Kept::new(),
+            kept: FirstHitCache::new(),
             questions: VecDeque::new(),
             carving: None,
         })
@@ -232,7 +232,7 @@ impl Backend for Gpu {
         let hits = occupied.split_off(plane as usize / 4);
         let grid = |words| BitGrid::from_words(loaded.window, words).expect("a plane has the window's words");
         let planes = Planes { occupied: grid(occupied), free: grid(free), hits: grid(hits) };
-        Ok(Evidence { planes, ends: rays.in_order(ends, carving).into_iter().map(End::unpacked).collect() })
+        Ok(Evidence { planes, ends: rays.order_ends(ends, carving).into_iter().map(End::unpacked).collect() })
     }
 
     fn timings(&self) -> Vec<(&'static str, Duration)> {

@@ -73,7 +73,7 @@ pub(super) struct CastBatch {
 
 impl CastBatch {
     /// Whether rays go tile by tile.
-    fn by_tile(&self) -> bool {
+    fn is_tiled(&self) -> bool {
         self.carving == Carving::ByVoxel
     }
 }
@@ -89,19 +89,19 @@ impl SceneSizes {
         let rows = batch.placements;
         let mut out = Vec::new();
         // Rays go on together as long as they go through nothing, and only those of tiles that see something that matters.
-        if batch.by_tile() && !batch.everything {
+        if batch.is_tiled() && !batch.everything {
             let seeing = 0..self.boxes[0];
             out.extend(self.stage(Stage::SeeTiles, rows, seeing, SEE_TILES_COST, Part::default(), pace));
             let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
             out.extend(self.stage(Stage::CastTiles, rows, 0..table.tiles(), CAST_TILES_COST, part, pace));
         }
         // Rays that are not cast are followed as far as voxels are near, whatever the range.
-        let farthest = table.reach.max(table.near_until_q16() >> 16);
-        let tiles = if batch.by_tile() { tiles_of_invocation(table.most_tiles, farthest) } else { 0 };
+        let farthest = table.reach.max(table.last_near_q16() >> 16);
+        let tiles = if batch.is_tiled() { tiles_of_invocation(table.most_tiles, farthest) } else { 0 };
         let every_ray = batch.everything as u32;
         let cast = Part { every_ray, tiles, ..Part::default() };
-        let items = if batch.by_tile() { 0..table.rays_of_tiles() } else { 0..table.rays };
-        let plain = batch.plain && batch.by_tile();
+        let items = if batch.is_tiled() { 0..table.rays_of_tiles() } else { 0..table.rays };
+        let plain = batch.plain && batch.is_tiled();
         let casts = self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace);
         out.extend(casts.map(|cast| Dispatch { plain, ..cast }));
         let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
@@ -114,7 +114,7 @@ impl SceneSizes {
             out.extend(by_ray(rows, items, FARTHEST_READ_Q16));
             return out;
         }
-        out.extend(by_ray(batch.near, items, table.near_until_q16()));
+        out.extend(by_ray(batch.near, items, table.last_near_q16()));
         let boxes = 0..self.boxes[batch.everything as usize];
         let tile_cost = PYRAMID_COST << (2 * PYRAMID_LEVELS.end());
         out.extend(self.stage(

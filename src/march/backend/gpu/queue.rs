@@ -78,7 +78,7 @@ impl Queue {
         for (dispatch, part) in dispatches.iter().zip(parts.chunks_exact_mut(stride)) {
             part[..size_of::<Part>()].copy_from_slice(bytemuck::bytes_of(&dispatch.part));
         }
-        self.parts.filled(&self.device, &parts)
+        self.parts.fill(&self.device, &parts)
     }
 
     /// Binds buffers to a kernel: uniforms first, then storage, all but the completion counters.

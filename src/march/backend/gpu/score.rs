@@ -35,7 +35,10 @@ impl PendingCounts {
             counts.extend(of_jobs.map(|(job, counts)| {
                 let found = &words[1][job * body_words.counters()..(job + 1) * body_words.counters()];
                 let labels = counts.chunks_exact(COUNTERS).map(region);
-                labels.zip(body_words.detections(found)).map(|(labels, found)| labels.with(found)).collect()
+                labels
+                    .zip(body_words.detections(found))
+                    .map(|(labels, found)| labels.with_detection(found))
+                    .collect()
             }));
         }
         Ok(counts)
@@ -64,9 +67,9 @@ impl Gpu {
             if job.len() > MOST_READINGS as usize {
                 let cure = Words::from(format!(
                     "a GPU fuses at most {MOST_READINGS}, use smaller combinations, or "
-                )) + Argument("backend").quoted("cpu");
+                )) + Argument("backend").quote("cpu");
                 let what = format!("a choice of {} readings", job.len());
-                return Err(Issue::too_large(what).wanted(cure).into());
+                return Err(Issue::too_large(what).with_advice(cure).into());
             }
             let first = readings.len() as u32;
             for reading in job {
@@ -77,7 +80,7 @@ impl Gpu {
         let bytes = size_of_val(readings.as_slice()) as u64;
         plan::fits(&queue.device.report, "the readings of a batch take", bytes, "smaller combinations")?;
         let device = &queue.device;
-        let (words, readings) = (room.jobs.filled(device, &words), room.readings.filled(device, &readings));
+        let (words, readings) = (room.jobs.fill(device, &words), room.readings.fill(device, &readings));
         let planes = jobs.len() as u64 * loaded.sizes.plane_bytes();
         let occupied = room.fused_occupied.hold(device, planes);
         let free = room.fused_free.hold(device, planes);

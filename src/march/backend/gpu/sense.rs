@@ -1,7 +1,7 @@
 //! Casting and carving a batch of placements: which kernels run, over which buffers. `plan.rs` cuts the work.
 
 use super::kernels::Stage;
-use super::loaded::Kept;
+use super::loaded::FirstHitCache;
 use super::plan::CastBatch;
 use super::types::{ABREAST, BOX_EDGE, HEADS, PlacementWords};
 use super::{Gpu, no_scene};
@@ -46,7 +46,7 @@ impl Gpu {
         }
         let dispatches = sizes.sensing(&table.sizes, &batch, &queue.pace);
         let words = near.into_iter().chain(far).map(PlacementWords::from);
-        let placements = room.placements.filled(&queue.device, &words.collect::<Vec<_>>());
+        let placements = room.placements.fill(&queue.device, &words.collect::<Vec<_>>());
         let rows = u64::from(batch.placements);
         let ends = room.ends.hold(&queue.device, rows * table.sizes.ends_bytes());
         let first_hits = kept.buffer(&queue.device);
@@ -107,7 +107,7 @@ impl Gpu {
         let Gpu { queue, room, tables, loaded, kept, .. } = self;
         let loaded = loaded.as_ref().ok_or_else(no_scene)?;
         let table = tables.get(table).ok_or_else(|| no_table(table))?;
-        let Kept { held, .. } = kept;
+        let FirstHitCache { held, .. } = kept;
         let mut new = Vec::new();
         for shot in shots {
             match shot.first_hits.map(|first_hits| held.get_mut(first_hits as usize)) {
@@ -128,7 +128,7 @@ impl Gpu {
         }
         let Some([still, _]) = loaded.layers.as_ref().filter(|_| !new.is_empty()) else { return Ok(()) };
         let dispatches = loaded.sizes.keeping(&table.sizes, new.len() as u32, &queue.pace);
-        let placements = room.placements.filled(&queue.device, &new);
+        let placements = room.placements.fill(&queue.device, &new);
         let (first_hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));
         let uniforms = [&loaded.setup, &parts, &table.words];
         let bound = queue.bind(Stage::StaticHits, &uniforms, &[&placements, &table.dirs, still, &first_hits]);

@@ -6,7 +6,7 @@ use std::mem::offset_of;
 use bytemuck::{Pod, Zeroable};
 
 use super::kernels::Stage;
-use super::loop_bounds::near_voxels;
+use super::loop_bounds::last_near_voxels;
 use crate::backend::{Fusion, GridFrame, GridPose, Image, Rays, Shot, Slot, VoxelScene};
 use crate::voxel::Bricks;
 
@@ -148,7 +148,7 @@ impl TableWords {
             image_y: image.size_px[1],
             focal_x: image.focal_px[0] as f32,
             focal_y: image.focal_px[1] as f32,
-            near: near_voxels(&image) as f32,
+            near: last_near_voxels(&image) as f32,
             nearer: (rays.nearest_q16() >> 16) as f32 + 1.0,
         }
     }

@@ -24,10 +24,10 @@ const WORTH_A_PIECE: u32 = 8 << 10;
 
 /// Rows of planes, and where each piece of them belongs.
 #[derive(Default)]
-struct Rows<'a> {
+struct UploadRows<'a> {
     /// Whose rows: a zone is the same from wherever it is watched, and travels once.
     planes: Vec<PlaneRows<'a>>,
-    pieces: Vec<Piece<'a>>,
+    pieces: Vec<UploadPiece<'a>>,
     words: usize,
 }
 
@@ -40,7 +40,7 @@ struct PlaneRows<'a> {
 }
 
 /// Words that follow each other on both sides: the first byte here and there, and how many bytes.
-struct Piece<'a> {
+struct UploadPiece<'a> {
     from: u64,
     arena: &'a wgpu::Buffer,
     to: u64,
@@ -73,7 +73,7 @@ impl Gpu {
         let mut left = placed.as_slice();
         while !left.is_empty() {
             let mut encoder = device.encoder();
-            let mut rows = Rows::default();
+            let mut rows = UploadRows::default();
             while let Some((&(plane, arena, begin), others)) = left.split_first()
                 && rows.words < WORDS_AT_ONCE
                 && rows.pieces.len() < PIECES_AT_ONCE
@@ -82,8 +82,8 @@ impl Gpu {
                 left = others;
             }
             rows.fill(&mut room.rows, loaded.window);
-            let uploaded = room.uploaded.filled(device, &room.rows);
-            for Piece { from, arena, to, bytes } in rows.pieces {
+            let uploaded = room.uploaded.fill(device, &room.rows);
+            for UploadPiece { from, arena, to, bytes } in rows.pieces {
                 encoder.copy_buffer_to_buffer(&uploaded, from, arena, to, bytes);
             }
             device.submit(encoder);
@@ -97,7 +97,7 @@ impl Gpu {
     }
 }
 
-impl<'a> Rows<'a> {
+impl<'a> UploadRows<'a> {
     /// Adds a plane that begins at a byte of an arena, over a window.
     fn add(&mut self, plane: &'a BitGrid, window: Window, arena: &'a wgpu::Buffer, begin: u64) {
         let shared = plane.window().intersection(&window);
@@ -127,7 +127,7 @@ impl<'a> Rows<'a> {
         });
         let bytes = (layers * layer_words * 4) as u64;
         let row_bytes = u64::from(row_words) * 4;
-        self.pieces.extend((0..pieces as u64).map(|piece| Piece {
+        self.pieces.extend((0..pieces as u64).map(|piece| UploadPiece {
             from: from as u64 * 4 + piece * bytes,
             arena,
             to: begin + ((z + piece) * u64::from(window.size[1]) + y) * row_bytes,

@@ -9,7 +9,7 @@ use crate::voxel::{People, Window};
 
 /// A ray along +x through the middle of a 10 × 3 × 3 grid, from voxel (0, 1, 1), with a wall at x = 6.
 fn corridor() -> (VoxelScene, Rays, GridPose) {
-    let window = Window::between([0; 3], [9, 2, 2]);
+    let window = Window::from_corners([0; 3], [9, 2, 2]);
     let mut wall = BitGrid::new(window);
     for y in 0..3 {
         for z in 0..3 {
@@ -314,7 +314,7 @@ fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
 /// row a slot.
 #[track_caller]
 fn check_fused(evidence: &[&str], job: &[Reading], occupied_wins: &str, octomap: &str) {
-    let window = Window::between([0; 3], [occupied_wins.len() as i32 - 1, 0, 0]);
+    let window = Window::from_corners([0; 3], [occupied_wins.len() as i32 - 1, 0, 0]);
     let (mut scene, ..) = corridor();
     let blank = BitGrid::new(window);
     scene.window = window;

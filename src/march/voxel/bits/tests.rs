@@ -3,7 +3,7 @@
 use super::*;
 
 /// A plane with a third of its voxels set in no simple pattern.
-fn speckled(window: Window) -> BitGrid {
+fn speckle(window: Window) -> BitGrid {
     let mut grid = BitGrid::new(window);
     let end = window.end();
     for z in window.min[2]..end[2] {
@@ -21,7 +21,7 @@ fn speckled(window: Window) -> BitGrid {
 #[test]
 fn voxels_come_x_first_then_y_then_z() {
     for (min, size) in [([-40, -2, 3], [100, 3, 4]), ([5, 0, -1], [32, 2, 2]), ([-1, -1, -1], [1, 1, 1])] {
-        let plane = speckled(Window { min, size });
+        let plane = speckle(Window { min, size });
         let end = plane.window().end();
         let mut expected = Vec::new();
         for z in min[2]..end[2] {
@@ -38,13 +38,13 @@ fn voxels_come_x_first_then_y_then_z() {
 
 #[test]
 fn planes_over_other_windows_keep_their_voxels() {
-    let source = speckled(Window::between([-3, -2, 1], [70, 4, 3]));
+    let source = speckle(Window::from_corners([-3, -2, 1], [70, 4, 3]));
     for window in [
-        Window::between([-40, -2, 1], [90, 4, 3]),
-        Window::between([30, 0, 0], [36, 9, 2]),
-        Window::between([-3, -2, 1], [28, 4, 3]),
+        Window::from_corners([-40, -2, 1], [90, 4, 3]),
+        Window::from_corners([30, 0, 0], [36, 9, 2]),
+        Window::from_corners([-3, -2, 1], [28, 4, 3]),
     ] {
-        let moved = source.over(window);
+        let moved = source.to_window(window);
         let expected: Vec<_> = source.voxels().filter(|&c| window.contains(c)).collect();
         assert_eq!(moved.voxels().collect::<Vec<_>>(), expected, "{window:?}");
         assert_eq!(moved.count(), expected.len() as u64, "padding stays zero");
@@ -53,8 +53,8 @@ fn planes_over_other_windows_keep_their_voxels() {
 
 #[test]
 fn add_remove_keep() {
-    let a = speckled(Window::between([0, 0, 0], [50, 5, 5]));
-    let b = speckled(Window::between([1, 1, 0], [40, 9, 3]));
+    let a = speckle(Window::from_corners([0, 0, 0], [50, 5, 5]));
+    let b = speckle(Window::from_corners([1, 1, 0], [40, 9, 3]));
     let mut joined = a.clone();
     joined.add(&b);
     let mut removed = a.clone();
@@ -70,14 +70,14 @@ fn add_remove_keep() {
 
 #[test]
 fn runs_and_bounds() {
-    let mut grid = BitGrid::new(Window::between([0, 0, 0], [99, 3, 3]));
+    let mut grid = BitGrid::new(Window::from_corners([0, 0, 0], [99, 3, 3]));
     grid.set_run(-5, 35, 2, 1);
     assert_eq!(grid.count(), 35);
-    assert_eq!(grid.bounds(), Window::between([0, 2, 1], [34, 2, 1]));
+    assert_eq!(grid.bounds(), Window::from_corners([0, 2, 1], [34, 2, 1]));
     grid.set_run(0, 10, 9, 9);
     assert_eq!(grid.count(), 35, "outside the window nothing is set");
     for (from, to) in [(31, 33), (32, 64), (64, 64), (70, 69), (95, 120), (-1_000_000, 1_000_000)] {
-        let mut grid = BitGrid::new(Window::between([0, 2, 1], [99, 2, 1]));
+        let mut grid = BitGrid::new(Window::from_corners([0, 2, 1], [99, 2, 1]));
         grid.set_run(from, to, 2, 1);
         let expected: Vec<_> = (0..100).filter(|x| (from..to).contains(x)).map(|x| [x, 2, 1]).collect();
         assert_eq!(grid.voxels().collect::<Vec<_>>(), expected, "{from} to {to}");
@@ -87,7 +87,7 @@ fn runs_and_bounds() {
 
 #[test]
 fn spreading_sets_neighbours_across_words_and_no_padding() {
-    let mut grid = BitGrid::new(Window::between([-3, 0, 0], [66, 1, 0]));
+    let mut grid = BitGrid::new(Window::from_corners([-3, 0, 0], [66, 1, 0]));
     for x in [-3, 28, 29, 40, 66] {
         grid.set([x, 1, 0]);
     }

@@ -32,13 +32,13 @@ pub fn cylinder(plane: &mut BitGrid, from: [i32; 3], to: [i32; 3], radius_q16: i
         let beside = [0, y - start_y, z - start_z];
         let along = dot(beside, axis);
         let between = both(at_least_zero(axis[0], along), at_least_zero(-axis[0], length_squared - along));
-        let run = both(between, near_axis(axis, beside, most));
+        let run = both(between, axis_range(axis, beside, most));
         run.start.saturating_add(start_x)..run.end.saturating_add(start_x)
     });
 }
 
 /// The x for which |(beside + (x, 0, 0)) × axis|² ≤ most: a x² + 2 b x + c ≤ most, a square completed.
-fn near_axis(axis: [i64; 3], beside: [i64; 3], most: i128) -> Range<i64> {
+fn axis_range(axis: [i64; 3], beside: [i64; 3], most: i128) -> Range<i64> {
     let (at_zero, a_step) = (cross(beside, axis), [0, -axis[2], axis[1]]);
     let [a, b, c] = [dot(a_step, a_step), dot(at_zero, a_step), dot(at_zero, at_zero)].map(i128::from);
     let left = most - c;

@@ -10,7 +10,7 @@ struct Random(u64);
 
 impl Random {
     /// A number from `from` to `to`, both included.
-    fn between(&mut self, from: i64, to: i64) -> i64 {
+    fn number_between(&mut self, from: i64, to: i64) -> i64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -19,7 +19,7 @@ impl Random {
     }
 
     fn voxel(&mut self, reach: i64) -> [i32; 3] {
-        std::array::from_fn(|_| self.between(-reach, reach) as i32)
+        std::array::from_fn(|_| self.number_between(-reach, reach) as i32)
     }
 
     /// A window that does not begin at a word, wider than one.
@@ -27,7 +27,11 @@ impl Random {
         let min = self.voxel(12);
         Window {
             min,
-            size: [self.between(1, 45) as u32, self.between(1, 15) as u32, self.between(1, 15) as u32],
+            size: [
+                self.number_between(1, 45) as u32,
+                self.number_between(1, 15) as u32,
+                self.number_between(1, 15) as u32,
+            ],
         }
     }
 }
@@ -59,10 +63,10 @@ fn dot(a: [i128; 3], b: [i128; 3]) -> i128 {
 
 /// A radius, often exactly the distance between two voxels or one off.
 fn radius(random: &mut Random) -> i64 {
-    match random.between(0, 3) {
-        0 => (random.between(1, 9) << 16) + random.between(-1, 1),
-        1 => ((random.between(1, 90) as f64).sqrt() * 65_536.0) as i64 + random.between(0, 1),
-        _ => random.between(0, 8 << 16),
+    match random.number_between(0, 3) {
+        0 => (random.number_between(1, 9) << 16) + random.number_between(-1, 1),
+        1 => ((random.number_between(1, 90) as f64).sqrt() * 65_536.0) as i64 + random.number_between(0, 1),
+        _ => random.number_between(0, 8 << 16),
     }
 }
 
@@ -83,7 +87,7 @@ fn balls_are_their_rule() {
 #[test]
 fn balls_counted_by_hand() {
     let count = |radius_q16| {
-        let mut plane = BitGrid::new(Window::between([-5; 3], [5; 3]));
+        let mut plane = BitGrid::new(Window::from_corners([-5; 3], [5; 3]));
         ball(&mut plane, [0; 3], radius_q16);
         plane.count()
     };
@@ -92,8 +96,9 @@ fn balls_counted_by_hand() {
     // The paper's spheres, 0.20 m at 5 cm: d² < 16 in voxels.
     assert_eq!(
         count(length_q16(0.20, 0.05)),
-        voxels(Window::between([-5; 3], [5; 3])).filter(|c| c.iter().map(|x| x * x).sum::<i32>() < 16).count()
-            as u64
+        voxels(Window::from_corners([-5; 3], [5; 3]))
+            .filter(|c| c.iter().map(|x| x * x).sum::<i32>() < 16)
+            .count() as u64
     );
     assert_eq!(count(i64::MAX), 11 * 11 * 11);
     assert_eq!(count(-65_537), 0);
@@ -126,7 +131,7 @@ fn cylinders_are_their_rule() {
 #[test]
 fn cylinders_counted_by_hand() {
     let count = |from: [i32; 3], to: [i32; 3], radius_q16| {
-        let mut plane = BitGrid::new(Window::between([-20; 3], [20; 3]));
+        let mut plane = BitGrid::new(Window::from_corners([-20; 3], [20; 3]));
         cylinder(&mut plane, from, to, radius_q16);
         plane.count()
     };
@@ -148,7 +153,7 @@ fn cylinders_counted_by_hand() {
 
 #[test]
 fn the_largest_cylinder_does_not_overflow() {
-    let mut plane = BitGrid::new(Window::between([0, 500, 0], [1022, 501, 1022]));
+    let mut plane = BitGrid::new(Window::from_corners([0, 500, 0], [1022, 501, 1022]));
     cylinder(&mut plane, [0, 1022, 0], [1022, 0, 1022], i64::MAX);
     let axis = [1022, -1022, 1022];
     assert_is(&plane, "a diagonal", |[x, y, z]| {
@@ -170,14 +175,14 @@ fn cuboids_are_their_rule() {
             !voxels.is_empty() && (0..3).all(spans)
         });
     }
-    let mut plane = BitGrid::new(Window::between([-9; 3], [9; 3]));
+    let mut plane = BitGrid::new(Window::from_corners([-9; 3], [9; 3]));
     cuboid(&mut plane, [[1, -2, 3], [0, 4, 3], [1, 1, 5]]);
-    assert_eq!((plane.count(), plane.bounds()), (2 * 7 * 3, Window::between([0, -2, 3], [1, 4, 5])));
+    assert_eq!((plane.count(), plane.bounds()), (2 * 7 * 3, Window::from_corners([0, -2, 3], [1, 4, 5])));
 }
 
 /// A coordinate in Q16, mostly on a centre or one off.
 fn coordinate(random: &mut Random, reach: i64) -> i64 {
-    (random.between(-reach, reach) << 15) + random.between(-1, 1)
+    (random.number_between(-reach, reach) << 15) + random.number_between(-1, 1)
 }
 
 #[test]
@@ -212,9 +217,9 @@ fn is_inside(polygon: &[[i64; 2]], [x, y]: [i128; 2]) -> bool {
 fn columns_are_their_rule() {
     let (mut random, mut set) = (Random(5), 0);
     for _ in 0..500 {
-        let corners = random.between(3, 7);
+        let corners = random.number_between(3, 7);
         let polygon: Vec<_> = (0..corners).map(|_| [0, 1].map(|_| coordinate(&mut random, 40))).collect();
-        let layers = random.between(-14, 3) as i32..random.between(0, 20) as i32;
+        let layers = random.number_between(-14, 3) as i32..random.number_between(0, 20) as i32;
         let mut plane = BitGrid::new(random.window());
         column(&mut plane, &polygon, layers.clone());
         set += assert_is(&plane, &format!("{polygon:?}"), |[x, y, z]| {
@@ -226,13 +231,13 @@ fn columns_are_their_rule() {
 
 #[test]
 fn polygons_with_a_common_edge_share_no_voxel_and_leave_none_out() {
-    let window = Window::between([-20, -20, 2], [20, 20, 2]);
+    let window = Window::from_corners([-20, -20, 2], [20, 20, 2]);
     let mut random = Random(6);
     for _ in 0..200 {
         // A fan of triangles about a point, corners on centres so that many lie on edges.
         let on_centre = |voxel: i64| (voxel << 16) + 32_768;
-        let middle = [0, 1].map(|_| on_centre(random.between(-9, 9)));
-        let rim = [[-15, -15], [random.between(-5, 5), -15], [15, -15], [15, 15], [-15, 15]]
+        let middle = [0, 1].map(|_| on_centre(random.number_between(-9, 9)));
+        let rim = [[-15, -15], [random.number_between(-5, 5), -15], [15, -15], [15, 15], [-15, 15]]
             .map(|p| p.map(on_centre));
         let mut sum = 0;
         let mut all = BitGrid::new(window);
@@ -244,7 +249,7 @@ fn polygons_with_a_common_edge_share_no_voxel_and_leave_none_out() {
         }
         // Half-open: the centres −15 … 14.
         assert_eq!((sum, all.count()), (900, 900), "{middle:?}");
-        assert_eq!(all.bounds(), Window::between([-15, -15, 2], [14, 14, 2]));
+        assert_eq!(all.bounds(), Window::from_corners([-15, -15, 2], [14, 14, 2]));
     }
 }
 
@@ -282,13 +287,13 @@ fn within_is_its_rule() {
     for case in 0..150 {
         let mut solid = BitGrid::new(random.window());
         for voxel in voxels(solid.window()) {
-            if random.between(0, [3, 60, 400][case % 3]) == 0 {
+            if random.number_between(0, [3, 60, 400][case % 3]) == 0 {
                 solid.set(voxel);
             }
         }
         let centers: Vec<_> = solid.voxels().collect();
         let (window, distance) = (random.window(), radius(&mut random));
-        let near = within(&solid, distance, window);
+        let near = dilate(&solid, distance, window);
         set += assert_is(&near, &format!("case {case}, {distance}"), |voxel| {
             centers.iter().any(|&c| {
                 let away = minus(voxel, c);
@@ -302,17 +307,17 @@ fn within_is_its_rule() {
 
 #[test]
 fn thirty_centimetres_are_six_voxels() {
-    let window = Window::between([-10; 3], [10; 3]);
+    let window = Window::from_corners([-10; 3], [10; 3]);
     let mut solid = BitGrid::new(window);
     solid.set([0; 3]);
-    let near = within(&solid, length_q16(0.3, 0.05), window);
-    assert_eq!(near.bounds(), Window::between([-6; 3], [6; 3]));
+    let near = dilate(&solid, length_q16(0.3, 0.05), window);
+    assert_eq!(near.bounds(), Window::from_corners([-6; 3], [6; 3]));
     for voxel in [[6, 0, 0], [-6, 0, 0], [0, 6, 0], [0, 0, -6], [4, 4, 2]] {
         assert!(near.get(voxel), "{voxel:?}");
     }
     assert!(!near.get([6, 1, 0]) && !near.get([4, 4, 3]));
-    assert_eq!(within(&solid, 0, window), solid);
-    assert_eq!(within(&solid, -1, window), solid);
-    assert!(within(&BitGrid::new(window), 1 << 20, window).is_empty());
-    assert_eq!(within(&solid, i64::MAX, window).count(), window.volume());
+    assert_eq!(dilate(&solid, 0, window), solid);
+    assert_eq!(dilate(&solid, -1, window), solid);
+    assert!(dilate(&BitGrid::new(window), 1 << 20, window).is_empty());
+    assert_eq!(dilate(&solid, i64::MAX, window).count(), window.volume());
 }

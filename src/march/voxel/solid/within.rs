@@ -5,7 +5,7 @@ use super::MAX_RADIUS_Q16;
 
 /// The voxels of `window` whose centre is at most a distance from a centre of `solid`, its own included:
 /// d² · 2³² ≤ distance². A distance beyond [`MAX_RADIUS_Q16`] counts as that, below 0 as 0.
-pub fn within(solid: &BitGrid, distance_q16: i64, window: Window) -> BitGrid {
+pub fn dilate(solid: &BitGrid, distance_q16: i64, window: Window) -> BitGrid {
     let bounds = solid.bounds();
     if bounds.is_empty() || window.is_empty() {
         return BitGrid::new(window);
@@ -16,7 +16,7 @@ pub fn within(solid: &BitGrid, distance_q16: i64, window: Window) -> BitGrid {
     let lengthened =
         |w: Window| Window { min: [from, w.min[1], w.min[2]], size: [length, w.size[1], w.size[2]] };
     let mut near = BitGrid::new(lengthened(window));
-    let mut spread = solid.over(lengthened(bounds));
+    let mut spread = solid.to_window(lengthened(bounds));
     let rows = filled_rows(&spread);
     for (reach, offsets) in offsets_by_reach(distance_q16, &bounds, &window).iter().enumerate() {
         if reach > 0 {
@@ -26,7 +26,7 @@ pub fn within(solid: &BitGrid, distance_q16: i64, window: Window) -> BitGrid {
             rows.iter().for_each(|[y, z]| near.add_row(y + dy, z + dz, spread.row(*y, *z)));
         }
     }
-    near.over(window)
+    near.to_window(window)
 }
 
 /// How far a row of voxels reaches along x in other rows: entry r lists the offsets y, z at which voxels up

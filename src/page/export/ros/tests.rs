@@ -2,25 +2,25 @@ use std::path::Path;
 use std::process::Command;
 
 use super::*;
-use perirobot_decide::view::{Names, find};
+use perirobot_decide::view::{ChoiceSelector, find};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_scene::source::Sources;
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// The files of a choice of poses of a shipped study, and the view.
-fn exported(study: &str, poses: &str, test: impl FnOnce(&View, &[Placed], Vec<File>)) {
+fn export(study: &str, poses: &str, test: impl FnOnce(&View, &[PlacedSensor], Vec<ExportedFile>)) {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(study);
     let study = Study::load(&path, &Overrides::default()).unwrap();
     let worlds = World::prepare_all(&study).unwrap();
-    let wanted = Names { poses: poses.into(), ..Names::default() };
+    let wanted = ChoiceSelector { poses: poses.into(), ..ChoiceSelector::default() };
     let (world, choice) = find(&study, &worlds, &wanted).unwrap();
     let view = View::new(&study, world, choice, &mut Cpu::new(Some(1)).unwrap()).unwrap();
     let (octree, _) = super::super::octomap::labels(&view).unwrap();
-    test(&view, &placed(&view), files(&view, &octree).unwrap());
+    test(&view, &placed_sensors(&view), files(&view, &octree).unwrap());
 }
 
-fn text(files: &[File], name: &str) -> String {
+fn text(files: &[ExportedFile], name: &str) -> String {
     let file = files.iter().find(|file| file.name == name);
     String::from_utf8(file.unwrap_or_else(|| panic!("no {name}")).bytes.clone()).unwrap()
 }
@@ -34,7 +34,7 @@ const CAMERA: &str = "camera:wall/1/1";
 
 #[test]
 fn transforms_put_frames_where_the_sensors_are() {
-    exported("scenes/tiny.toml", CAMERA, |_, placed, files| {
+    export("scenes/tiny.toml", CAMERA, |_, placed, files| {
         // A stand-in prints what the script asks ROS for.
         let folder = tempfile::tempdir().unwrap();
         let said = folder.path().join("said");
@@ -70,7 +70,7 @@ fn transforms_put_frames_where_the_sensors_are() {
 
 #[test]
 fn the_urdf_puts_links_where_the_sensors_are() {
-    exported("scenes/tiny.toml", CAMERA, |_, placed, files| {
+    export("scenes/tiny.toml", CAMERA, |_, placed, files| {
         let urdf = text(&files, "sensors.urdf")
             .replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"world\"/>");
         let robot = urdf_rs::read_from_string(&urdf).unwrap();
@@ -82,7 +82,7 @@ fn the_urdf_puts_links_where_the_sensors_are() {
                 DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
             Pose { position_m: DVec3::from_array(joint.origin.xyz.0), rotation }.carried_by(&holder)
         });
-        let (frame, expected) = placed[0].of_points();
+        let (frame, expected) = placed[0].points_frame();
         assert_eq!(robot.joints[1].child.link, frame);
         assert!((found.position_m - expected.position_m).length() < 1e-11);
         assert!(is_as(found.rotation, expected.rotation), "{found:?} {expected:?}");
@@ -100,7 +100,7 @@ fn the_urdf_puts_links_where_the_sensors_are() {
 
 #[test]
 fn the_camera_info_gives_the_same_rays_again() {
-    exported("scenes/tiny.toml", CAMERA, |view, _, files| {
+    export("scenes/tiny.toml", CAMERA, |view, _, files| {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("left.yaml"), text(&files, "camera_info-camera.yaml")).unwrap();
         let study = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/tiny.toml");
@@ -124,7 +124,7 @@ fn the_camera_info_gives_the_same_rays_again() {
 
 #[test]
 fn a_sensor_on_a_link_hangs_on_that_link() {
-    exported("scenes/sensors.toml", "wrist:hand/along", |view, placed, files| {
+    export("scenes/sensors.toml", "wrist:hand/along", |view, placed, files| {
         let robot = text(&files, "sensors.urdf")
             .replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"wrist_3_link\"/>");
         let mount = &urdf_rs::read_from_string(&robot).unwrap().joints[0];
@@ -145,11 +145,11 @@ fn a_sensor_on_a_link_hangs_on_that_link() {
 #[test]
 fn a_cloud_of_a_bag_lies_in_the_voxels_of_the_returns() {
     for poses in [CAMERA, "lidar:posts/upright"] {
-        exported("scenes/tiny.toml", poses, |view, placed, files| {
+        export("scenes/tiny.toml", poses, |view, placed, files| {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("view.mcap");
             std::fs::write(&path, &files.last().unwrap().bytes).unwrap();
-            let sources = Sources::beside(&path);
+            let sources = Sources::from_main(&path);
             let read =
                 perirobot_scene::recording::Recording::read(&path, Default::default(), &sources).unwrap();
             let grid = &view.world.grid;

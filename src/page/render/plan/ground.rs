@@ -7,7 +7,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::paper::Paper;
-use perirobot_decide::view::watched::Watch;
+use perirobot_decide::view::watched::WatchedVoxels;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_scene::truth::Truth;
 
@@ -37,7 +37,7 @@ pub(super) struct Storey {
 
 /// The floor, and how much of it is watched.
 #[derive(Debug)]
-pub(super) struct Floor {
+pub(super) struct WatchedFloor {
     /// Columns of which no voxel is watched.
     pub(super) blind: BitGrid,
     /// Others of which fewer than half are.
@@ -70,7 +70,7 @@ impl Storey {
         let low = (floor + 1).min(top - 1);
         storey.layers = low..(floor + steps(HEAD_M)).clamp(low + 1, top.max(low + 1));
         storey.cut = (floor + steps(CUT_M)).clamp(low, storey.layers.end - 1);
-        storey.voids = storey.enclosed(truth);
+        storey.voids = storey.enclosed_voxels(truth);
         storey
     }
 
@@ -87,7 +87,7 @@ impl Storey {
     }
 
     /// What is enclosed where walls are cut, and too small to be a part of the cell.
-    fn enclosed(&self, truth: &Truth) -> BitGrid {
+    fn enclosed_voxels(&self, truth: &Truth) -> BitGrid {
         let blank = BitGrid::new(Window { min: [0; 3], size: [self.grid.size[0], self.grid.size[1], 1] });
         let mut open = blank.clone();
         let is_cut = |[x, y]: [i32; 2]| {
@@ -124,7 +124,7 @@ impl Storey {
     }
 
     /// The columns of the grid that have a voxel of a set in some layers, as one layer.
-    fn flattened(&self, voxels: &BitGrid, layers: Range<i32>) -> BitGrid {
+    fn flatten(&self, voxels: &BitGrid, layers: Range<i32>) -> BitGrid {
         let [x, y, _] = self.grid.size;
         let mut flat = BitGrid::new(Window { min: [0; 3], size: [x, y, 1] });
         let part = voxels.window().intersection(&Window {
@@ -137,23 +137,23 @@ impl Storey {
 
     /// What an object covers, seen from above.
     pub(super) fn footprint(&self, voxels: &BitGrid) -> BitGrid {
-        self.flattened(voxels, self.layers.clone())
+        self.flatten(voxels, self.layers.clone())
     }
 
     /// The same at any height.
     pub(super) fn shadow(&self, voxels: &BitGrid) -> BitGrid {
-        self.flattened(voxels, 0..self.grid.size[2] as i32)
+        self.flatten(voxels, 0..self.grid.size[2] as i32)
     }
 
     /// Where an object is cut.
     pub(super) fn section(&self, voxels: &BitGrid) -> BitGrid {
-        self.flattened(voxels, self.cut..self.cut + 1)
+        self.flatten(voxels, self.cut..self.cut + 1)
     }
 
     /// How much of the floor is watched: in each column the voxels that are not solid count.
-    pub(super) fn floor(&self, truth: &Truth, watch: &Watch) -> Floor {
+    pub(super) fn floor(&self, truth: &Truth, watch: &WatchedVoxels) -> WatchedFloor {
         let blank = BitGrid::new(self.voids.window());
-        let mut floor = Floor { blind: blank.clone(), hardly: blank, columns: 0 };
+        let mut floor = WatchedFloor { blind: blank.clone(), hardly: blank, columns: 0 };
         for [x, y] in self.columns() {
             let (mut free, mut watched) = (0, 0);
             for voxel in self.layers.clone().map(|z| [x, y, z]) {

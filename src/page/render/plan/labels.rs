@@ -9,15 +9,15 @@ pub(crate) type Area = [f64; 4];
 
 /// The names so far, and what they must not cover.
 #[derive(Debug)]
-pub(crate) struct Labels {
+pub(crate) struct PlacedLabels {
     within: Area,
     taken: Vec<Area>,
 }
 
-impl Labels {
+impl PlacedLabels {
     /// Inside a box.
-    pub(crate) fn within(within: Area) -> Labels {
-        Labels { within, taken: Vec::new() }
+    pub(crate) fn new(within: Area) -> PlacedLabels {
+        PlacedLabels { within, taken: Vec::new() }
     }
 
     /// Keeps names from covering something.
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn names_do_not_cover_each_other() {
-        let mut labels = Labels::within([0.0, 0.0, 200.0, 100.0]);
+        let mut labels = PlacedLabels::new([0.0, 0.0, 200.0, 100.0]);
         let table = [90.0, 45.0, 110.0, 55.0];
         let places: Vec<_> = (0..40).map_while(|_| labels.place("table", 10.0, table)).collect();
         assert_eq!(places[0], [100.0, 50.0], "in its middle");

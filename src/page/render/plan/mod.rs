@@ -19,7 +19,7 @@ use glam::{DVec2, DVec3};
 
 use super::svg::{Svg, tenth};
 use ground::Storey;
-use labels::Labels;
+use labels::PlacedLabels;
 pub use legend::{PATTERNS, STYLE, swatch};
 pub(super) use names::named_things;
 pub use names::short_name;
@@ -60,7 +60,7 @@ struct Drawing<'a> {
     storey: Storey,
     paper: Paper,
     svg: Svg,
-    labels: Labels,
+    labels: PlacedLabels,
     legend: Vec<(&'static str, String)>,
     /// What each sensor sees or guards, as words and the corners of the area in the drawing.
     watched: Vec<(String, Vec<[f64; 2]>)>,
@@ -73,8 +73,8 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     let truth = world.truth();
     let room_m = room_m(&truth);
     let storey = Storey::new(&truth, room_m, world.floor.z_m);
-    let paper = Paper::new(around(study, world, choice));
-    let labels = Labels::within(paper.view());
+    let paper = Paper::new(extent(study, world, choice));
+    let labels = PlacedLabels::new(paper.view());
     let (svg, legend) = (Svg::default(), Vec::new());
     let watched = Vec::new();
     let mut drawing =
@@ -118,7 +118,7 @@ const ORDER: [&str; 12] = [
 ];
 
 /// What must be on the paper: the grid, and the ground that sensors guard.
-fn around(study: &Study, world: &World, choice: Option<Choice>) -> [DVec2; 2] {
+fn extent(study: &Study, world: &World, choice: Option<Choice>) -> [DVec2; 2] {
     let grid = &world.grid;
     let mut corners = [[0; 3], grid.window().end()].map(|voxel| grid.corner_m(voxel)).to_vec();
     for (sensor, candidate) in choice.iter().flat_map(|choice| members(study, *choice)) {
@@ -166,7 +166,7 @@ impl Drawing<'_> {
     /// A path that tells its name under the mouse.
     fn named_path(&mut self, class: &str, path: &str, name: &str) {
         if !path.is_empty() {
-            self.svg.titled("path", &[("class", &class), ("d", &path)], name);
+            self.svg.add_titled("path", &[("class", &class), ("d", &path)], name);
         }
     }
 
@@ -268,7 +268,7 @@ impl Drawing<'_> {
     fn area(&mut self, class: &str, corners: &[DVec2], words: String) {
         let ring = self.paper.ring(corners);
         self.path(class, &ring);
-        self.watched.push((words, corners.iter().map(|&corner| self.paper.at(corner)).collect()));
+        self.watched.push((words, corners.iter().map(|&corner| self.paper.project(corner)).collect()));
     }
 
     /// The outlines of what is counted, at any height.
@@ -311,7 +311,7 @@ impl Drawing<'_> {
         }
         for object in self.objects(Role::Robot) {
             let Some(reach) = object.reach else { continue };
-            let [x, y] = self.paper.below(reach.base_m);
+            let [x, y] = self.paper.project_down(reach.base_m);
             self.clipped_circle(x, y, tenth(reach.radius_m * self.paper.scale));
             self.explain("reach", "how far the robot reaches");
         }

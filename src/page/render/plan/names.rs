@@ -37,7 +37,7 @@ impl Drawing<'_> {
         for ((sensor, candidate), (letter, name)) in members(self.study, choice).into_iter().zip(sensors) {
             let Some(letter) = letter else { continue };
             let pose = self.world.settings[sensor][candidate].pose();
-            let [x, y] = self.paper.below(pose.position_m);
+            let [x, y] = self.paper.project_down(pose.position_m);
             let ahead = pose.link().x_axis.truncate();
             let is_level = ahead.length() > 0.05 && self.study.sensors[sensor].kind.prisms().is_empty();
             if is_level {
@@ -57,7 +57,7 @@ impl Drawing<'_> {
             let [x, y] = at;
             let circle: [(&str, &dyn Display); 4] =
                 [("class", &"badge"), ("cx", &x), ("cy", &y), ("r", &BADGE)];
-            self.svg.titled("circle", &circle, name);
+            self.svg.add_titled("circle", &circle, name);
             let baseline = tenth(y + HALF);
             let text: [(&str, &dyn Display); 4] =
                 [("class", &"letter"), ("x", &x), ("y", &baseline), ("text-anchor", &"middle")];
@@ -137,7 +137,7 @@ impl Drawing<'_> {
         let [left, top, right, bottom] = self.paper.edges();
         let [x, y] = [(left + right) / 2.0, (top + bottom) / 2.0];
         let places = [
-            ([left - self.paper.beside_numbers(), y], -90),
+            ([left - self.paper.number_margin(), y], -90),
             ([right + BESIDE_WALL, y], 90),
             ([x, bottom + BELOW_WALL], 0),
             ([x, top - BESIDE_WALL], 0),
@@ -155,7 +155,7 @@ impl Drawing<'_> {
 
     /// A box of the world in the drawing.
     fn on_paper(&self, [low, high]: [DVec2; 2]) -> Area {
-        let ([left, bottom], [right, top]) = (self.paper.at(low), self.paper.at(high));
+        let ([left, bottom], [right, top]) = (self.paper.project(low), self.paper.project(high));
         [left, top, right, bottom]
     }
 

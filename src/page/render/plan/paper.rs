@@ -34,20 +34,22 @@ impl Paper {
     }
 
     /// Where a place lies.
-    pub(super) fn at(&self, metres: DVec2) -> [f64; 2] {
+    pub(super) fn project(&self, metres: DVec2) -> [f64; 2] {
         let Paper { low, high, scale } = self;
         [tenth(LEFT + (metres.x - low.x) * scale), tenth(ABOVE + (high.y - metres.y) * scale)]
     }
 
     /// The same for a place at any height.
-    pub(super) fn below(&self, metres: DVec3) -> [f64; 2] {
-        self.at(metres.truncate())
+    pub(super) fn project_down(&self, metres: DVec3) -> [f64; 2] {
+        self.project(metres.truncate())
     }
 
     /// Left, upper, right and lower edge of the cell.
     pub(super) fn edges(&self) -> [f64; 4] {
-        let ([left, top], [right, bottom]) =
-            (self.at(DVec2::new(self.low.x, self.high.y)), self.at(DVec2::new(self.high.x, self.low.y)));
+        let ([left, top], [right, bottom]) = (
+            self.project(DVec2::new(self.low.x, self.high.y)),
+            self.project(DVec2::new(self.high.x, self.low.y)),
+        );
         [left, top, right, bottom]
     }
 
@@ -60,7 +62,7 @@ impl Paper {
     /// A closed line through places, as a path.
     pub(super) fn ring(&self, places: &[DVec2]) -> String {
         let points = places.iter().map(|&place| {
-            let [x, y] = self.at(place);
+            let [x, y] = self.project(place);
             format!("{x} {y}")
         });
         format!("M{}Z", points.collect::<Vec<_>>().join("L"))
@@ -71,14 +73,14 @@ impl Paper {
         let [left, top, right, bottom] = self.edges();
         let step = step(((self.high - self.low).max_element() / 8.0).max(45.0 / self.scale));
         for (metres, text) in marks(self.low.x, self.high.x, step) {
-            let [x, _] = self.at(DVec2::new(metres, self.low.y));
+            let [x, _] = self.project(DVec2::new(metres, self.low.y));
             svg.element("path", &[("class", &"tick"), ("d", &format!("M{x} {bottom}v5"))]);
             let at: [(&str, &dyn std::fmt::Display); 4] =
                 [("class", &"axis"), ("x", &x), ("y", &(bottom + 18.0)), ("text-anchor", &"middle")];
             svg.words(&at, &text);
         }
         for (metres, text) in marks(self.low.y, self.high.y, step) {
-            let [_, y] = self.at(DVec2::new(self.low.x, metres));
+            let [_, y] = self.project(DVec2::new(self.low.x, metres));
             svg.element("path", &[("class", &"tick"), ("d", &format!("M{left} {y}h-5"))]);
             let (x, y) = (left - 8.0, tenth(y + SMALL / 3.0));
             let at: [(&str, &dyn std::fmt::Display); 4] =
@@ -102,7 +104,7 @@ impl Paper {
     }
 
     /// From the cell to the middle of the room at the left of the numbers of an axis.
-    pub(super) fn beside_numbers(&self) -> f64 {
+    pub(super) fn number_margin(&self) -> f64 {
         LEFT - SMALL - 3.0
     }
 }
@@ -115,8 +117,8 @@ mod tests {
     fn places_lie_as_on_a_map() {
         let paper = Paper::new([DVec2::new(-3.0, -2.0), DVec2::new(3.0, 2.0)]);
         assert_eq!(paper.scale, 110.0);
-        assert_eq!(paper.at(DVec2::new(-3.0, 2.0)), [LEFT, ABOVE], "the upper left corner");
-        assert_eq!(paper.at(DVec2::new(3.0, -2.0)), [LEFT + 660.0, ABOVE + 440.0]);
+        assert_eq!(paper.project(DVec2::new(-3.0, 2.0)), [LEFT, ABOVE], "the upper left corner");
+        assert_eq!(paper.project(DVec2::new(3.0, -2.0)), [LEFT + 660.0, ABOVE + 440.0]);
         assert_eq!(paper.ring(&[DVec2::ZERO, DVec2::X]), "M396 251L506 251Z");
     }
 }

@@ -8,13 +8,13 @@ use roxmltree::{Document, Node};
 use super::*;
 use perirobot_study::study::Overrides;
 
-fn shipped(file: &str) -> PathBuf {
+fn shipped_study(file: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes").join(file)
 }
 
 fn coarse(file: &str) -> Study {
     let overrides = Overrides { voxel_size_m: Some(0.1), ..Overrides::default() };
-    Study::load(&shipped(file), &overrides).unwrap()
+    Study::load(&shipped_study(file), &overrides).unwrap()
 }
 
 fn first_of(combination: usize) -> Choice {
@@ -76,7 +76,7 @@ fn place_of(node: &Node) -> [f64; 2] {
 
 /// Checks the drawing of a plan, and gives the words and the classes in it.
 #[track_caller]
-fn checked(what: &str, svg: &str) -> (Vec<String>, Vec<String>) {
+fn check(what: &str, svg: &str) -> (Vec<String>, Vec<String>) {
     let document = Document::parse(svg).unwrap_or_else(|e| panic!("{what}: {e}"));
     let root = document.root_element();
     let view: Vec<f64> = root.attribute("viewBox").unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
@@ -128,7 +128,7 @@ fn every_study_that_ships_has_its_plans() {
             let plan = floor_plan(&study, of_scene, of_scene.len() - 1, Some(first_of(most)));
             let what = format!("{file}, scene {}", of_scene[0].name);
             for svg in [plan.inline(), plan.alone()] {
-                let (words, classes) = checked(&what, &svg);
+                let (words, classes) = check(&what, &svg);
                 let world = of_scene.last().unwrap();
                 let truth = world.truth();
                 for object in &truth.objects {
@@ -194,7 +194,7 @@ fn what_a_sensor_sees_and_what_it_guards_are_told_apart() {
     let mut said: Vec<String> = words_of(&plan, "of-field").into_iter().map(|(words, _)| words).collect();
     said.sort();
     assert_eq!(said, ["guarded by B", "plane of B", "view of A"]);
-    let (_, classes) = checked("tutorial", &plan.inline());
+    let (_, classes) = check("tutorial", &plan.inline());
     for class in ["field", "plane", "pad"] {
         assert_eq!(classes.iter().filter(|known| *known == class).count(), 1, "{class}");
         assert!(plan.legend.iter().any(|(known, _)| *known == class), "{class} is explained");
@@ -245,7 +245,7 @@ fn blind_floor_is_what_no_ray_comes_over() {
     }
     assert!(blind > 10, "{blind}");
     assert!((one.floor_m2[1] - blind as f64 / 100.0).abs() < 1e-9, "{:?}, {blind}", one.floor_m2);
-    let scale = Paper::new(around(&study, &worlds[0], None)).scale;
+    let scale = Paper::new(extent(&study, &worlds[0], None)).scale;
     for plan in [&one, &both] {
         for (class, wanted) in [("blind", plan.floor_m2[1]), ("hardly", plan.floor_m2[2])] {
             let drawn = area_m2(plan, class, scale);
@@ -253,7 +253,7 @@ fn blind_floor_is_what_no_ray_comes_over() {
         }
     }
     assert!(both.floor_m2[1] < one.floor_m2[1] / 2.0, "a second camera looks behind the shelf");
-    let (words, classes) = checked("approach", &one.inline());
+    let (words, classes) = check("approach", &one.inline());
     assert!(
         words.iter().any(|word| word == "door") && classes.iter().any(|class| class == "entry"),
         "{words:?}"
@@ -265,7 +265,7 @@ fn what_moves_is_drawn_at_all_its_moments() {
     let study = coarse("tutorial/study.toml");
     let worlds = World::prepare_all(&study).unwrap();
     let plan = floor_plan(&study, &worlds, 2, None);
-    let (_, classes) = checked("tutorial", &plan.inline());
+    let (_, classes) = check("tutorial", &plan.inline());
     for wanted in ["robot", "robot other", "person", "person other", "mesh"] {
         assert!(classes.iter().any(|class| class == wanted), "no {wanted}");
     }
@@ -281,7 +281,7 @@ fn what_moves_is_drawn_at_all_its_moments() {
     let is_void = |x, y| storey.voids.get(at(x, y));
     assert_eq!([is_void(2.0, 1.55), is_void(0.0, -1.0), is_void(-1.8, 1.0)], [true, false, false]);
     assert!(truth.grid.corner_m([0, 0, storey.layers.start]).z >= 0.0, "{:?}", storey.layers);
-    let low: f64 = area_m2(&plan, "low", Paper::new(around(&study, &worlds[2], None)).scale);
+    let low: f64 = area_m2(&plan, "low", Paper::new(extent(&study, &worlds[2], None)).scale);
     assert!(low < 6.0, "{low} m² of furniture in a cell of 20 m²");
     assert_eq!((plan.floor_m2, plan.sensors.len()), ([0.0; 3], 0));
     let legend: Vec<&str> = plan.legend.iter().map(|(_, meaning)| meaning.as_str()).collect();
@@ -294,7 +294,7 @@ fn a_pad_is_the_floor_that_it_guards() {
     let worlds = World::prepare(&study, 0).unwrap();
     let pads = study.combinations.iter().position(|one| one.name == "pad").unwrap();
     let plan = floor_plan(&study, &worlds, 0, Some(first_of(pads)));
-    let drawn = area_m2(&plan, "pad", Paper::new(around(&study, &worlds[0], None)).scale);
+    let drawn = area_m2(&plan, "pad", Paper::new(extent(&study, &worlds[0], None)).scale);
     assert!((drawn - 0.75).abs() < 0.01, "a pad of 1 m by 0.75 m, not {drawn} m²");
     let [floor, blind, hardly] = plan.floor_m2;
     assert!((floor - blind - 0.75).abs() < 0.16, "{floor} m² less a pad are blind, not {blind}");

@@ -8,7 +8,7 @@ use perirobot_decide::approach::Way;
 
 /// A line of the world from point to point, as a path.
 fn path(paper: &Paper, points: &[glam::DVec3]) -> String {
-    let at = points.iter().map(|&point| paper.below(point)).map(|[x, y]| format!("{x} {y}"));
+    let at = points.iter().map(|&point| paper.project_down(point)).map(|[x, y]| format!("{x} {y}"));
     format!("M{}", at.collect::<Vec<_>>().join("L"))
 }
 
@@ -19,7 +19,7 @@ impl FloorPlan {
             let lines = way.outline_m.iter().map(|line| path(&self.paper, line)).collect::<String>();
             let drawn: [(&str, &dyn Display); 2] =
                 [("class", &"way"), ("d", &(path(&self.paper, &way.points_m) + &lines))];
-            self.drawing.titled("path", &drawn, &way.words());
+            self.drawing.add_titled("path", &drawn, &way.words());
             self.legend.push(("way", way.words()));
         }
         self

@@ -42,16 +42,16 @@ pub(super) fn score_name(score: Score) -> &'static str {
 
 /// A straight scale.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
+pub(super) struct AxisScale {
     /// The lowest and the highest number.
     pub(super) ends: [f64; 2],
     /// Where they lie on the paper.
     pub(super) places: [f64; 2],
 }
 
-impl Scale {
+impl AxisScale {
     /// Where a number lies.
-    pub(super) fn at(&self, value: f64) -> f64 {
+    pub(super) fn position(&self, value: f64) -> f64 {
         let ([low, high], [from, to]) = (self.ends, self.places);
         tenth(from + (value - low) / (high - low) * (to - from))
     }
@@ -70,10 +70,10 @@ impl Scale {
 
     /// Draws it below a plot that begins at a height, with lines up through it, its numbers and its name; the sheet ends
     /// at the plot's lower edge.
-    pub(super) fn below(&self, sheet: &mut Sheet, top: f64, name: &str) {
+    pub(super) fn draw_below(&self, sheet: &mut Sheet, top: f64, name: &str) {
         let (bottom, [from, to]) = (sheet.y, self.places.map(tenth));
         for (value, text) in self.marks(52.0) {
-            let x = self.at(value);
+            let x = self.position(value);
             sheet.path("mesh", &format!("M{x} {}V{}", tenth(top), tenth(bottom)));
             sheet.words("soft mid tick", [x, bottom + 15.0], &text);
         }
@@ -105,8 +105,8 @@ mod tests {
 
     #[test]
     fn numbers_lie_where_the_scale_says() {
-        let scale = Scale { ends: [0.0, 0.5], places: [100.0, 600.0] };
-        assert_eq!([0.0, 0.1, 0.5].map(|value| scale.at(value)), [100.0, 200.0, 600.0]);
+        let scale = AxisScale { ends: [0.0, 0.5], places: [100.0, 600.0] };
+        assert_eq!([0.0, 0.1, 0.5].map(|value| scale.position(value)), [100.0, 200.0, 600.0]);
         let marks: Vec<String> = scale.marks(90.0).map(|(_, text)| text).collect();
         assert_eq!(marks, ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
         assert_eq!(columns(2, [0.0, 234.0]), [[0.0, 100.0], [134.0, 234.0]]);

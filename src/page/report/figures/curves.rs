@@ -1,7 +1,7 @@
 //! Scores of the best choices of poses over the snapshots of a scene that moves.
 
-use super::axis::{Scale, axis_name, columns, score_name, span};
-use super::part::Part;
+use super::axis::{AxisScale, axis_name, columns, score_name, span};
+use super::part::SweepPart;
 use super::sheet::{EDGE, SMALL, Sheet, WIDTH, colour, lines};
 use crate::render::svg::tenth;
 use crate::report::series::{Series, ranked};
@@ -20,7 +20,7 @@ const DASHES: [&str; MOST] = ["none", "8 4", "2 3", "12 4 2 4", "5 2", "1 5"];
 const HEIGHT: f64 = 250.0;
 
 /// A choice whose scores are drawn.
-struct Curve {
+struct ScoreCurve {
     series: Series,
     choice: usize,
     /// `1st by mean`.
@@ -28,7 +28,12 @@ struct Curve {
 }
 
 /// The caption and the file of the figure of a region and a scene.
-pub(super) fn draw(results: &Results, part: &Part, region: usize, scene: usize) -> Result<(String, Vec<u8>)> {
+pub(super) fn draw(
+    results: &Results,
+    part: &SweepPart,
+    region: usize,
+    scene: usize,
+) -> Result<(String, Vec<u8>)> {
     let (name, place) = (&results.scenes[scene].name, &results.regions[region]);
     let moments = results.scenes[scene].moments.clone();
     let scores = part.scores.iter().map(|score| score_name(*score)).collect::<Vec<_>>().join(" and ");
@@ -49,8 +54,8 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize, scene: usize) 
     for (&score, [left, right]) in part.scores.iter().zip(columns(part.scores.len(), [EDGE, WIDTH - EDGE])) {
         let curves = curves(results, part, (scene, region, score))?;
         let mut values: Vec<Vec<Option<f64>>> = Vec::new();
-        for Curve { series, choice, .. } in &curves {
-            let at = |moment| results.over(moment..moment + 1, series.key(*choice, region), score);
+        for ScoreCurve { series, choice, .. } in &curves {
+            let at = |moment| results.summarize(moment..moment + 1, series.key(*choice, region), score);
             let of: Vec<Option<Over>> = moments.clone().map(at).collect::<Result<_>>()?;
             values.push(of.into_iter().map(|over| over.map(|over| over.mean)).collect());
         }
@@ -59,28 +64,28 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize, scene: usize) 
             continue;
         };
         sheet.words("strong", [left, top + 8.0], &axis_name(score));
-        let up = Scale { ends, places: [top + HEIGHT, top + 22.0] };
-        let across = Scale { ends: [0.0, (moments.len() - 1) as f64], places: [left + 40.0, right] };
+        let up = AxisScale { ends, places: [top + HEIGHT, top + 22.0] };
+        let across = AxisScale { ends: [0.0, (moments.len() - 1) as f64], places: [left + 40.0, right] };
         for (value, text) in up.marks(34.0) {
-            sheet.path("mesh", &format!("M{} {}H{}", tenth(left + 40.0), up.at(value), tenth(right)));
-            sheet.words("soft end", [left + 35.0, up.at(value) + 4.0], &text);
+            sheet.path("mesh", &format!("M{} {}H{}", tenth(left + 40.0), up.position(value), tenth(right)));
+            sheet.words("soft end", [left + 35.0, up.position(value) + 4.0], &text);
         }
         sheet.y = top + HEIGHT;
-        across.below(&mut sheet, top + 22.0, "snapshot, counted from 0");
+        across.draw_below(&mut sheet, top + 22.0, "snapshot, counted from 0");
         let mut y = top + HEIGHT + 54.0;
         for (n, (curve, values)) in curves.iter().zip(&values).enumerate() {
             let at = |(step, value): (usize, &Option<f64>)| {
-                value.map(|v| (step, across.at(step as f64), up.at(v)))
+                value.map(|v| (step, across.position(step as f64), up.position(v)))
             };
             let combination = &results.combinations[curve.series.combination];
-            let all = results.over(moments.clone(), curve.series.key(curve.choice, region), score)?;
+            let all = results.summarize(moments.clone(), curve.series.key(curve.choice, region), score)?;
             let [mean, worst] = [all.map(|over| over.mean), all.map(|over| over.worst)].map(number);
             let named = match part.series.len() {
                 1 => combination.label(curve.choice),
                 _ => format!("{} · {}", curve.series.title(results), combination.label(curve.choice)),
             };
             let weighted =
-                results.weighted(moments.clone(), &curve.series.key(curve.choice, region), score)?;
+                results.weighted_mean(moments.clone(), &curve.series.key(curve.choice, region), score)?;
             let weighted =
                 weighted.map_or(String::new(), |mean| format!(", weighted {}", number(Some(mean))));
             let told = format!("{named}: mean {mean}{weighted}, worst {worst} ({})", curve.rank);
@@ -95,7 +100,7 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize, scene: usize) 
             }
             y += 4.0;
         }
-        let extent = super::Extent { name: name.clone(), moments: moments.clone(), scene: Some(scene) };
+        let extent = super::SceneRange { name: name.clone(), moments: moments.clone(), scene: Some(scene) };
         let bounds = extent.bounds(results, region, score);
         sheet.words("soft", [left, y + 2.0], &format!("mean over the snapshots: {bounds}"));
         end = end.max(y + 6.0);
@@ -108,9 +113,9 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize, scene: usize) 
 /// snapshot, where that is another.
 fn curves(
     results: &Results,
-    part: &Part,
+    part: &SweepPart,
     (scene, region, score): (usize, usize, Score),
-) -> Result<Vec<Curve>> {
+) -> Result<Vec<ScoreCurve>> {
     let each = if part.series.len() == 1 { 3 } else { 1 };
     let (mut by_mean, mut by_worst) = (Vec::new(), Vec::new());
     for &series in &part.series {
@@ -128,15 +133,15 @@ fn curves(
     sort(&mut by_worst);
     by_mean.truncate(MOST - 1);
     let number = |n: usize| if n == 0 { "best by mean".into() } else { format!("number {} by mean", n + 1) };
-    let mut curves: Vec<Curve> = by_mean
+    let mut curves: Vec<ScoreCurve> = by_mean
         .iter()
         .enumerate()
-        .map(|(n, &(series, choice, _))| Curve { series, choice, rank: number(n) })
+        .map(|(n, &(series, choice, _))| ScoreCurve { series, choice, rank: number(n) })
         .collect();
     if let Some(&(series, choice, _)) = by_worst.first() {
         match curves.iter_mut().find(|known| (known.series, known.choice) == (series, choice)) {
             Some(known) => known.rank += ", best by the worst snapshot",
-            None => curves.push(Curve { series, choice, rank: "best by the worst snapshot".into() }),
+            None => curves.push(ScoreCurve { series, choice, rank: "best by the worst snapshot".into() }),
         }
     }
     Ok(curves)

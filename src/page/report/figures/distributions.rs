@@ -1,8 +1,8 @@
 //! How scores are distributed over the choices of poses: a box for each representation of each combination, over all
 //! scenes and in each.
 
-use super::axis::{Scale, axis_name, columns, score_name, span};
-use super::part::Part;
+use super::axis::{AxisScale, axis_name, columns, score_name, span};
+use super::part::SweepPart;
 use super::sheet::{EDGE, Sheet, WIDTH, colour, cut, width_of};
 use crate::report::quartiles::{Distribution, distribution};
 use perirobot_march::Result;
@@ -14,7 +14,7 @@ const HEAD: f64 = 22.0;
 const BOX: f64 = 13.0;
 
 /// The caption and the file of the figure of a region.
-pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(String, Vec<u8>)> {
+pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result<(String, Vec<u8>)> {
     let titles: Vec<String> = part.series.iter().map(|series| series.title(results)).collect();
     let name = &results.regions[region];
     let scores = part.scores.iter().map(|score| score_name(*score)).collect::<Vec<_>>().join(" and ");
@@ -44,9 +44,9 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
             sheet.words("soft", [places[0], top + HEAD], "no choice of poses has a value here");
             continue;
         };
-        let scale = Scale { ends, places };
+        let scale = AxisScale { ends, places };
         sheet.y = top + part.extents.len() as f64 * (HEAD + part.series.len() as f64 * ROW) + 4.0;
-        scale.below(&mut sheet, top + HEAD - 4.0, &axis_name(score));
+        scale.draw_below(&mut sheet, top + HEAD - 4.0, &axis_name(score));
         end = end.max(sheet.y + 40.0);
         let mut y = top;
         for (extent, row) in part.extents.iter().zip(&found) {
@@ -59,11 +59,12 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
                 }
                 y += ROW;
             }
-            let without = extent.without(results, region, score).filter(|(_, value)| scale.holds(*value));
+            let without =
+                extent.best_baseline(results, region, score).filter(|(_, value)| scale.holds(*value));
             if let Some((_, value)) = without {
                 sheet.path(
                     "without",
-                    &format!("M{} {}V{rows_end}", scale.at(value), rows_end - row.len() as f64 * ROW),
+                    &format!("M{} {}V{rows_end}", scale.position(value), rows_end - row.len() as f64 * ROW),
                 );
             }
         }
@@ -82,16 +83,16 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
 }
 
 /// Draws one row.
-fn spread(sheet: &mut Sheet, scale: &Scale, y: f64, found: &Distribution, (fill, title): (&str, &str)) {
+fn spread(sheet: &mut Sheet, scale: &AxisScale, y: f64, found: &Distribution, (fill, title): (&str, &str)) {
     let Distribution { min, lower_quartile, median, upper_quartile, max, values } = *found;
     let [least, lower, middle, upper, most] =
-        [min, lower_quartile, median, upper_quartile, max].map(|value| scale.at(value));
+        [min, lower_quartile, median, upper_quartile, max].map(|value| scale.position(value));
     let (top, bottom, at) = (y + (ROW - BOX) / 2.0, y + (ROW + BOX) / 2.0, y + ROW / 2.0);
     let ends = [least, most].map(|x| format!("M{x} {}v6", at - 3.0)).concat();
     sheet.path("whisker", &format!("M{least} {at}H{lower}M{upper} {at}H{most}{ends}"));
     let told = format!(
         "{title}: {min:.3} to {max:.3}, quartiles {lower_quartile:.3} and {upper_quartile:.3}, median {median:.3}, {values} choices"
     );
-    sheet.filled("box", fill, [lower, top, upper - lower, BOX], &told);
+    sheet.add_filled("box", fill, [lower, top, upper - lower, BOX], &told);
     sheet.path("median", &format!("M{middle} {top}V{bottom}"));
 }

@@ -2,11 +2,11 @@
 
 use glam::DVec2;
 
-use super::axis::Scale;
+use super::axis::AxisScale;
 use super::sheet::{SMALL, Sheet, width_of};
 use crate::render::ramp;
 use crate::render::scale::{marks, step};
-use crate::report::unfolded::{Label, Map, Spot};
+use crate::report::unfolded::{Label, Map, PaperSpot};
 
 /// Most that a map is high, and the side of a spot that is in no lattice.
 const HIGHEST: f64 = 330.0;
@@ -35,7 +35,7 @@ pub(super) fn draw_map(
     sheet: &mut Sheet,
     map: &Map,
     [left, right]: [f64; 2],
-    told: impl Fn(&Spot) -> Option<(String, String, bool)>,
+    told: impl Fn(&PaperSpot) -> Option<(String, String, bool)>,
     outlines: &[Outline],
 ) {
     let [low, high] = map.ends;
@@ -59,7 +59,7 @@ pub(super) fn draw_map(
             let around = area([spot.at - size / 2.0, spot.at + size / 2.0]);
             match told(spot) {
                 Some((colour, words, is_best)) => {
-                    sheet.filled("spot", &colour, around, &words);
+                    sheet.add_filled("spot", &colour, around, &words);
                     if is_best {
                         ring =
                             Some(([x(spot.at.x), y(spot.at.y)], around[2].min(around[3]).max(SQUARE) * 0.62));
@@ -77,8 +77,8 @@ pub(super) fn draw_map(
     for Label { text: name, at, is_turned } in walls.filter_map(|part| part.label.as_ref()) {
         let [at_x, at_y] = [x(at.x), y(at.y)];
         match is_turned {
-            true if at.x < (low.x + high.x) / 2.0 => sheet.turned("mid over", [at_x - 6.0, at_y], name),
-            true => sheet.turned("mid over", [at_x + 14.0, at_y], name),
+            true if at.x < (low.x + high.x) / 2.0 => sheet.add_turned("mid over", [at_x - 6.0, at_y], name),
+            true => sheet.add_turned("mid over", [at_x + 14.0, at_y], name),
             false if at.y <= low.y => sheet.words("mid over", [at_x, at_y + 14.0], name),
             false => sheet.words("mid over", [at_x, at_y - 5.0], name),
         }
@@ -146,7 +146,7 @@ fn draw_axes(sheet: &mut Sheet, map: &Map, axes: [usize; 2], [begin, top, unit]:
         [begin + (high.x - low.x) * unit / 2.0, bottom + 29.0],
         &format!("{across} in m"),
     );
-    sheet.turned("soft mid", [begin - 30.0, (top + bottom) / 2.0], &format!("{up} in m"));
+    sheet.add_turned("soft mid", [begin - 30.0, (top + bottom) / 2.0], &format!("{up} in m"));
     sheet.y = bottom + 36.0;
 }
 
@@ -157,8 +157,8 @@ pub(super) fn colour_bar(sheet: &mut Sheet, ends: [f64; 2], places: [f64; 2], na
     for n in 0..parts {
         let colour = hex((2 * n + 1) * 1024 / (2 * parts));
         let left = places[0] + f64::from(n) * each;
-        sheet.filled("shade", &colour, [left, top, each + 0.4, 12.0], "");
+        sheet.add_filled("shade", &colour, [left, top, each + 0.4, 12.0], "");
     }
     sheet.y += 12.0;
-    Scale { ends, places }.below(sheet, top + 12.0, name);
+    AxisScale { ends, places }.draw_below(sheet, top + 12.0, name);
 }

@@ -1,7 +1,7 @@
 //! The best score of each combination of sensors: bars, over all scenes and in each, beside each other for all scores.
 
-use super::axis::{Scale, axis_name, columns, score_name, span};
-use super::part::Part;
+use super::axis::{AxisScale, axis_name, columns, score_name, span};
+use super::part::SweepPart;
 use super::sheet::{EDGE, Sheet, WIDTH, cut, width_of};
 use crate::report::maximum::{maxima, most_sensors, relative};
 use crate::report::table::number;
@@ -17,7 +17,7 @@ const OTHER: f64 = 14.0;
 const NUMBER: f64 = 92.0;
 
 /// The caption and the file of the figure of a region.
-pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(String, Vec<u8>)> {
+pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result<(String, Vec<u8>)> {
     let name = &results.regions[region];
     let scores = part.scores.iter().map(|score| score_name(*score)).collect::<Vec<_>>().join(" and ");
     let caption = format!("The best {scores} of each combination of sensors in region {name}");
@@ -55,9 +55,9 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
             sheet.words("soft", [places[0], top + 15.0], "no choice of poses has a value here");
             continue;
         };
-        let scale = Scale { ends, places: [places[0], places[1] - NUMBER] };
+        let scale = AxisScale { ends, places: [places[0], places[1] - NUMBER] };
         sheet.y = bottom;
-        scale.below(&mut sheet, top, &axis_name(score));
+        scale.draw_below(&mut sheet, top, &axis_name(score));
         for ((row, values), name) in all.iter().enumerate().zip(&names) {
             for (n, value) in values.iter().enumerate() {
                 let y = top + row as f64 * each + if n == 0 { 0.0 } else { FIRST + (n - 1) as f64 * OTHER };
@@ -65,13 +65,18 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
                 let part_of = part_of.map_or(String::new(), |part| format!(" ({part:.2})"));
                 let told = format!("{}{part_of}", number(*value));
                 let (height, class) = if n == 0 { (FIRST - 8.0, "bar") } else { (OTHER - 5.0, "part") };
-                let end = value.map_or(scale.at(0.0), |value| scale.at(value));
-                let from = scale.at(0.0).min(end);
+                let end = value.map_or(scale.position(0.0), |value| scale.position(value));
+                let from = scale.position(0.0).min(end);
                 let of = format!("{name}, {}: {told}", part.extents[n].name);
                 let fill = if n == 0 { "#0072b2" } else { "#8cc0e6" };
-                sheet.filled(class, fill, [from, y + 4.0, (end - scale.at(0.0)).abs(), height], &of);
+                sheet.add_filled(
+                    class,
+                    fill,
+                    [from, y + 4.0, (end - scale.position(0.0)).abs(), height],
+                    &of,
+                );
                 let class = if n == 0 { "over" } else { "soft over" };
-                sheet.words(class, [end.max(scale.at(0.0)) + 5.0, y + height + 2.0], &told);
+                sheet.words(class, [end.max(scale.position(0.0)) + 5.0, y + height + 2.0], &told);
             }
         }
     }
@@ -100,7 +105,7 @@ pub(super) fn draw(results: &Results, part: &Part, region: usize) -> Result<(Str
 /// The maximum of a combination over each extent.
 fn values(
     results: &Results,
-    part: &Part,
+    part: &SweepPart,
     combination: usize,
     (region, score): (usize, Score),
 ) -> Result<Vec<Option<f64>>> {

@@ -16,8 +16,8 @@ mod readme;
 mod sheet;
 
 use crate::export::file_name;
-pub use part::Wanted;
-use part::{Extent, Part};
+pub use part::WantedPart;
+use part::{SceneRange, SweepPart};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_study::study::Study;
@@ -25,8 +25,8 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::manifest::Manifest;
 use pictures::Pictured;
-use placements::Placed;
-pub use readme::{PAGE, Page};
+use placements::PlacedSeries;
+pub use readme::{FigurePage, PAGE};
 
 /// A finished sweep, its study and its scenes.
 pub struct FiguredSweep {
@@ -44,7 +44,7 @@ pub struct FiguredSweep {
 
 /// A kind of figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FigureKind {
     /// How scores are distributed over the choices of poses.
     Distributions,
     /// Which places have which score.
@@ -57,19 +57,24 @@ pub enum Kind {
     Pictures,
 }
 
-impl Kind {
+impl FigureKind {
     /// All of them, in the order of the page.
-    pub const ALL: [Kind; 5] =
-        [Kind::Distributions, Kind::Placements, Kind::Maxima, Kind::Snapshots, Kind::Pictures];
+    pub const ALL: [FigureKind; 5] = [
+        FigureKind::Distributions,
+        FigureKind::Placements,
+        FigureKind::Maxima,
+        FigureKind::Snapshots,
+        FigureKind::Pictures,
+    ];
 
     /// Its name in the names of files.
     fn name(self) -> &'static str {
         match self {
-            Kind::Distributions => "distributions",
-            Kind::Placements => "placements",
-            Kind::Maxima => "maxima",
-            Kind::Snapshots => "snapshots",
-            Kind::Pictures => "picture",
+            FigureKind::Distributions => "distributions",
+            FigureKind::Placements => "placements",
+            FigureKind::Maxima => "maxima",
+            FigureKind::Snapshots => "snapshots",
+            FigureKind::Pictures => "picture",
         }
     }
 }
@@ -78,7 +83,7 @@ impl Kind {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// Its kind.
-    pub kind: Kind,
+    pub kind: FigureKind,
     /// The name of its file.
     pub file: String,
     /// What it shows, in a sentence or two.
@@ -91,37 +96,37 @@ pub struct Figure {
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// Their kind.
-    pub kind: Kind,
+    pub kind: FigureKind,
     /// The reason.
     pub why: String,
 }
 
 /// The figures of a sweep that will be drawn.
-pub struct Plan<'a> {
+pub struct FigurePlan<'a> {
     sweep: &'a FiguredSweep,
-    part: Part,
-    jobs: Vec<(String, Job)>,
+    part: SweepPart,
+    jobs: Vec<(String, FigureJob)>,
     /// What will not be drawn.
     pub left_out: Vec<LeftOut>,
 }
 
 /// What one figure shows.
-enum Job {
+enum FigureJob {
     Distributions { region: usize },
-    Placements { region: usize, placed: Placed },
+    Placements { region: usize, placed: PlacedSeries },
     Maxima { region: usize },
     Snapshots { region: usize, scene: usize },
     Picture(Pictured),
 }
 
-impl Job {
-    fn kind(&self) -> Kind {
+impl FigureJob {
+    fn kind(&self) -> FigureKind {
         match self {
-            Job::Distributions { .. } => Kind::Distributions,
-            Job::Placements { .. } => Kind::Placements,
-            Job::Maxima { .. } => Kind::Maxima,
-            Job::Snapshots { .. } => Kind::Snapshots,
-            Job::Picture(_) => Kind::Pictures,
+            FigureJob::Distributions { .. } => FigureKind::Distributions,
+            FigureJob::Placements { .. } => FigureKind::Placements,
+            FigureJob::Maxima { .. } => FigureKind::Maxima,
+            FigureJob::Snapshots { .. } => FigureKind::Snapshots,
+            FigureJob::Picture(_) => FigureKind::Pictures,
         }
     }
 }
@@ -129,24 +134,24 @@ impl Job {
 /// Why no scene is drawn by itself.
 const TOO_MANY: &str = "there are more than 12 scenes: name one of them to have it drawn by itself";
 
-impl<'a> Plan<'a> {
+impl<'a> FigurePlan<'a> {
     /// What is to be drawn of a sweep.
     ///
     /// # Errors
     /// Where something wanted is not in the sweep, with what there is.
-    pub fn new(sweep: &'a FiguredSweep, wanted: &Wanted) -> Result<Plan<'a>> {
-        let part = Part::new(&sweep.results, wanted)?;
-        let mut plan = Plan { sweep, part, jobs: Vec::new(), left_out: Vec::new() };
-        for kind in Kind::ALL.into_iter().filter(|kind| wanted.kinds.contains(kind)) {
+    pub fn new(sweep: &'a FiguredSweep, wanted: &WantedPart) -> Result<FigurePlan<'a>> {
+        let part = SweepPart::new(&sweep.results, wanted)?;
+        let mut plan = FigurePlan { sweep, part, jobs: Vec::new(), left_out: Vec::new() };
+        for kind in FigureKind::ALL.into_iter().filter(|kind| wanted.kinds.contains(kind)) {
             match kind {
-                Kind::Distributions => plan.each_region(|region| Job::Distributions { region }),
-                Kind::Placements => plan.placements(),
-                Kind::Maxima if sweep.results.combinations.len() < 2 => {
+                FigureKind::Distributions => plan.each_region(|region| FigureJob::Distributions { region }),
+                FigureKind::Placements => plan.placements(),
+                FigureKind::Maxima if sweep.results.combinations.len() < 2 => {
                     plan.leave_out(kind, "the study has one combination of sensors only");
                 }
-                Kind::Maxima => plan.each_region(|region| Job::Maxima { region }),
-                Kind::Snapshots => plan.snapshots(),
-                Kind::Pictures => plan.pictures()?,
+                FigureKind::Maxima => plan.each_region(|region| FigureJob::Maxima { region }),
+                FigureKind::Snapshots => plan.snapshots(),
+                FigureKind::Pictures => plan.pictures()?,
             }
         }
         Ok(plan)
@@ -162,17 +167,17 @@ impl<'a> Plan<'a> {
         let (file, job) = &self.jobs[number];
         let (sweep, part) = (self.sweep, &self.part);
         let (caption, bytes) = match job {
-            Job::Distributions { region } => distributions::draw(&sweep.results, part, *region)?,
-            Job::Placements { region, placed } => placements::draw(sweep, part, *region, placed)?,
-            Job::Maxima { region } => maxima::draw(&sweep.results, part, *region)?,
-            Job::Snapshots { region, scene } => curves::draw(&sweep.results, part, *region, *scene)?,
-            Job::Picture(pictured) => pictures::draw(sweep, pictured, backend)?,
+            FigureJob::Distributions { region } => distributions::draw(&sweep.results, part, *region)?,
+            FigureJob::Placements { region, placed } => placements::draw(sweep, part, *region, placed)?,
+            FigureJob::Maxima { region } => maxima::draw(&sweep.results, part, *region)?,
+            FigureJob::Snapshots { region, scene } => curves::draw(&sweep.results, part, *region, *scene)?,
+            FigureJob::Picture(pictured) => pictures::draw(sweep, pictured, backend)?,
         };
         Ok(Figure { kind: job.kind(), file: file.clone(), caption, bytes })
     }
 
-    fn add(&mut self, words: &[&str], job: Job) {
-        let ending = if job.kind() == Kind::Pictures { "png" } else { "svg" };
+    fn add(&mut self, words: &[&str], job: FigureJob) {
+        let ending = if job.kind() == FigureKind::Pictures { "png" } else { "svg" };
         let all: Vec<String> = words.iter().map(|word| file_name(word)).collect();
         let name = format!("{}-{}", job.kind().name(), all.join("-"));
         let again = (2..).map(|n| format!("{name}-{n}.{ending}"));
@@ -183,11 +188,11 @@ impl<'a> Plan<'a> {
         self.jobs.extend(file.map(|file| (file, job)));
     }
 
-    fn leave_out(&mut self, kind: Kind, why: impl Into<String>) {
+    fn leave_out(&mut self, kind: FigureKind, why: impl Into<String>) {
         self.left_out.push(LeftOut { kind, why: why.into() });
     }
 
-    fn each_region(&mut self, job: impl Fn(usize) -> Job) {
+    fn each_region(&mut self, job: impl Fn(usize) -> FigureJob) {
         for region in self.part.regions.clone() {
             self.add(&[&self.sweep.results.regions[region]], job(region));
         }
@@ -197,7 +202,7 @@ impl<'a> Plan<'a> {
         let (results, mut without) = (&self.sweep.results, Vec::new());
         for series in self.part.series.clone() {
             let combination = &results.combinations[series.combination];
-            let Some(placed) = Placed::new(&self.sweep.study, &self.sweep.worlds[0], series) else {
+            let Some(placed) = PlacedSeries::new(&self.sweep.study, &self.sweep.worlds[0], series) else {
                 if !without.contains(&combination.name) {
                     without.push(combination.name.clone());
                 }
@@ -206,14 +211,17 @@ impl<'a> Plan<'a> {
             let representation = &combination.representations[series.representation];
             for region in self.part.regions.clone() {
                 let words = [&results.regions[region], &combination.name, representation];
-                self.add(&words.map(String::as_str), Job::Placements { region, placed: placed.clone() });
+                self.add(
+                    &words.map(String::as_str),
+                    FigureJob::Placements { region, placed: placed.clone() },
+                );
             }
         }
         if !without.is_empty() {
             let names = without.join(", ");
             let why =
                 format!("a map shows one sensor that stands at several places in the world, not so: {names}");
-            self.leave_out(Kind::Placements, why);
+            self.leave_out(FigureKind::Placements, why);
         }
     }
 
@@ -225,12 +233,12 @@ impl<'a> Plan<'a> {
         let moving: Vec<usize> = scenes.into_iter().filter(moves).collect();
         if moving.is_empty() {
             let why = if too_many { TOO_MANY } else { "no scene moves" };
-            self.leave_out(Kind::Snapshots, why);
+            self.leave_out(FigureKind::Snapshots, why);
         }
         for region in self.part.regions.clone() {
             for &scene in &moving {
                 let words = [&results.regions[region], &results.scenes[scene].name];
-                self.add(&words.map(String::as_str), Job::Snapshots { region, scene });
+                self.add(&words.map(String::as_str), FigureJob::Snapshots { region, scene });
             }
         }
     }
@@ -238,17 +246,17 @@ impl<'a> Plan<'a> {
     fn pictures(&mut self) -> Result<()> {
         let scenes: Vec<usize> = self.part.extents.iter().filter_map(|extent| extent.scene).collect();
         if scenes.is_empty() {
-            self.leave_out(Kind::Pictures, format!("of the scenes, {TOO_MANY}"));
+            self.leave_out(FigureKind::Pictures, format!("of the scenes, {TOO_MANY}"));
         }
         for scene in scenes {
             self.add(
                 &["scene", &self.sweep.results.scenes[scene].name],
-                Job::Picture(Pictured::Scene(scene)),
+                FigureJob::Picture(Pictured::Scene(scene)),
             );
         }
         for (words, pictured) in pictures::best(&self.sweep.results, &self.part)? {
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
-            self.add(&words, Job::Picture(pictured));
+            self.add(&words, FigureJob::Picture(pictured));
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::Kind;
+use super::FigureKind;
 use crate::report::selection::ReportSelection;
 use crate::report::series::Series;
 use crate::report::wording::extent;
@@ -17,9 +17,9 @@ const MOST_SCENES: usize = 12;
 
 /// What is wanted of a sweep; all of what is not named.
 #[derive(Clone, Debug)]
-pub struct Wanted<'a> {
+pub struct WantedPart<'a> {
     /// Kinds of figures.
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<FigureKind>,
     /// The region.
     pub region: Option<&'a str>,
     /// The combination.
@@ -33,18 +33,18 @@ pub struct Wanted<'a> {
 }
 
 /// The same as numbers of a sweep.
-pub(super) struct Part {
+pub(super) struct SweepPart {
     pub(super) regions: Vec<usize>,
     pub(super) combinations: Vec<usize>,
     pub(super) series: Vec<Series>,
     pub(super) scores: Vec<Score>,
     /// All scenes together if there are several, then each; or the one that is wanted.
-    pub(super) extents: Vec<Extent>,
+    pub(super) extents: Vec<SceneRange>,
 }
 
 /// Scenes that scores are over.
 #[derive(Clone, Debug)]
-pub(super) struct Extent {
+pub(super) struct SceneRange {
     /// As it stands in figures.
     pub(super) name: String,
     pub(super) moments: Range<usize>,
@@ -52,9 +52,9 @@ pub(super) struct Extent {
     pub(super) scene: Option<usize>,
 }
 
-impl Part {
-    pub(super) fn new(results: &Results, wanted: &Wanted) -> Result<Part> {
-        let selection = ReportSelection::named(results, wanted.region, wanted.combination, wanted.scores)?;
+impl SweepPart {
+    pub(super) fn new(results: &Results, wanted: &WantedPart) -> Result<SweepPart> {
+        let selection = ReportSelection::resolve(results, wanted.region, wanted.combination, wanted.scores)?;
         let name = |one: &Series| &results.combinations[one.combination].representations[one.representation];
         let all = selection.series(results);
         let asked = |one: &&Series| wanted.representation.is_none_or(|wanted| wanted == name(one));
@@ -65,19 +65,19 @@ impl Part {
             return Err(unknown(Argument("representation"), wanted.representation, &known));
         }
         let ReportSelection { regions, combinations, scores } = selection;
-        Ok(Part { regions, combinations, series, scores, extents: extents(results, wanted.scene)? })
+        Ok(SweepPart { regions, combinations, series, scores, extents: extents(results, wanted.scene)? })
     }
 
     /// What all that is shown is over.
-    pub(super) fn whole(&self) -> &Extent {
+    pub(super) fn whole(&self) -> &SceneRange {
         &self.extents[0]
     }
 }
 
-fn extents(results: &Results, wanted: Option<&str>) -> Result<Vec<Extent>> {
+fn extents(results: &Results, wanted: Option<&str>) -> Result<Vec<SceneRange>> {
     let of_scene = |scene: usize| {
         let found = &results.scenes[scene];
-        Extent { name: found.name.clone(), moments: found.moments.clone(), scene: Some(scene) }
+        SceneRange { name: found.name.clone(), moments: found.moments.clone(), scene: Some(scene) }
     };
     if let Some(name) = wanted {
         let known: Vec<&str> = results.scenes.iter().map(|scene| scene.name.as_str()).collect();
@@ -90,12 +90,12 @@ fn extents(results: &Results, wanted: Option<&str>) -> Result<Vec<Extent>> {
         return Ok(vec![of_scene(0)]);
     }
     let name = format!("mean of {count} scenes");
-    let all = Extent { name, moments: results.moments(), scene: None };
+    let all = SceneRange { name, moments: results.moments(), scene: None };
     let each = (0..count).map(of_scene).filter(|_| count <= MOST_SCENES);
     Ok([all].into_iter().chain(each).collect())
 }
 
-impl Extent {
+impl SceneRange {
     /// What a score of it is the mean of: `3 scenes, 10 repeats`.
     pub(super) fn is_mean_of(&self, results: &Results) -> String {
         let Some(scene) = self.scene else { return format!("the mean over {}", extent(results)) };
@@ -113,13 +113,13 @@ impl Extent {
     pub(super) fn bounds(&self, results: &Results, region: usize, score: Score) -> String {
         let [(_, bound), ..] = results.baselines_over(self.moments.clone(), region, score);
         let bound = bound.map(|over| format!("possible at most {:.3}", over.mean));
-        let without = self.without(results, region, score);
+        let without = self.best_baseline(results, region, score);
         let without = without.map(|(name, value)| format!("without a sensor {value:.3} ({name})"));
         bound.into_iter().chain(without).collect::<Vec<_>>().join(" · ")
     }
 
     /// The best of the answers that need no sensor.
-    pub(super) fn without(
+    pub(super) fn best_baseline(
         &self,
         results: &Results,
         region: usize,

@@ -2,7 +2,7 @@
 
 use super::FiguredSweep;
 use super::axis::score_name;
-use super::part::Part;
+use super::part::SweepPart;
 use crate::render::{self, Colour, Wish};
 use crate::report::series::Series;
 use crate::report::table::number;
@@ -32,7 +32,7 @@ pub(super) enum Pictured {
 
 /// The best choice of each score in each region, of all combinations and representations together, with words for its
 /// name; one picture for those that are the same.
-pub(super) fn best(results: &Results, part: &Part) -> Result<Vec<(Vec<String>, Pictured)>> {
+pub(super) fn best(results: &Results, part: &SweepPart) -> Result<Vec<(Vec<String>, Pictured)>> {
     let mut found: Vec<(Vec<String>, Pictured)> = Vec::new();
     let whole = part.whole();
     let first = part.extents.iter().find_map(|extent| extent.scene).unwrap_or(0);

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::FiguredSweep;
 use super::axis::{axis_name, columns, extremes, score_name};
 use super::map::{Outline, colour, colour_bar, draw_map};
-use super::part::{Extent, Part};
+use super::part::{SceneRange, SweepPart};
 use super::sheet::{EDGE, SMALL, Sheet, WIDTH, lines};
 use crate::render::plan::short_name;
 use crate::report::series::Series;
 use crate::report::table::number;
-use crate::report::unfolded::{Map, Position, Spot, maps};
+use crate::report::unfolded::{Map, PaperSpot, Position, maps};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_scene::scene::Role;
@@ -23,15 +23,15 @@ use perirobot_study::world::place::{is_room, room_m};
 
 /// The sensor of a series that stands at several places, and where these lie on paper.
 #[derive(Clone, Debug)]
-pub(super) struct Placed {
+pub(super) struct PlacedSeries {
     series: Series,
     member: usize,
     maps: Vec<Map>,
 }
 
-impl Placed {
+impl PlacedSeries {
     /// Of a series in which one sensor has several places in the world.
-    pub(super) fn new(study: &Study, world: &World, series: Series) -> Option<Placed> {
+    pub(super) fn new(study: &Study, world: &World, series: Series) -> Option<PlacedSeries> {
         let combination = &study.combinations[series.combination];
         let positions = |member: &perirobot_study::study::Member| {
             let sensor = &study.sensors[member.sensor];
@@ -50,7 +50,7 @@ impl Placed {
         let (member, positions) = placed.next()?;
         let maps = maps(&positions, Some(room_m(&world.truth())));
         let several = maps.iter().flat_map(|map| &map.parts).map(|part| part.spots.len()).sum::<usize>() > 1;
-        (several && placed.next().is_none()).then_some(Placed { series, member, maps })
+        (several && placed.next().is_none()).then_some(PlacedSeries { series, member, maps })
     }
 }
 
@@ -60,9 +60,9 @@ type Best = Vec<Option<(f64, usize)>>;
 /// The caption and the file of the figure of a region and a series.
 pub(super) fn draw(
     sweep: &FiguredSweep,
-    part: &Part,
+    part: &SweepPart,
     region: usize,
-    placed: &Placed,
+    placed: &PlacedSeries,
 ) -> Result<(String, Vec<u8>)> {
     let results = &sweep.results;
     let (title, place) = (placed.series.title(results), &results.regions[region]);
@@ -83,7 +83,8 @@ pub(super) fn draw(
     }
     let spots = || placed.maps.iter().flat_map(|map| &map.parts).flat_map(|part| &part.spots);
     let ends = |(n, &score): (usize, &Score)| {
-        let drawn = all.iter().flat_map(|row| spots().filter_map(move |spot| of_spot(score, spot, &row[n])));
+        let drawn =
+            all.iter().flat_map(|row| spots().filter_map(move |spot| spot_best(score, spot, &row[n])));
         extremes(drawn.map(|(value, _)| value))
     };
     let ends: Vec<Option<[f64; 2]>> = part.scores.iter().enumerate().map(ends).collect();
@@ -97,8 +98,8 @@ pub(super) fn draw(
                 let (score, Some(ends)) = (part.scores[n], ends[n]) else { continue };
                 sheet.y = top;
                 let first = first_best(score, map, best);
-                let told = |spot: &Spot| {
-                    let (value, choice) = of_spot(score, spot, best)?;
+                let told = |spot: &PaperSpot| {
+                    let (value, choice) = spot_best(score, spot, best)?;
                     let name = results.combinations[placed.series.combination].label(choice);
                     let words = format!("{name}: {}", number(Some(value)));
                     Some((colour(value, ends), words, first == Some((value, choice))))
@@ -137,8 +138,8 @@ pub(super) fn draw(
 
 fn best(
     sweep: &FiguredSweep,
-    placed: &Placed,
-    extent: &Extent,
+    placed: &PlacedSeries,
+    extent: &SceneRange,
     (region, score): (usize, Score),
 ) -> Result<Best> {
     let combination = &sweep.study.combinations[placed.series.combination];
@@ -153,19 +154,19 @@ fn best(
 }
 
 /// The best of the candidates of a spot, and its choice.
-fn of_spot(score: Score, spot: &Spot, best: &Best) -> Option<(f64, usize)> {
+fn spot_best(score: Score, spot: &PaperSpot, best: &Best) -> Option<(f64, usize)> {
     let values = spot.candidates.iter().filter_map(|&candidate| best[candidate]);
     values.reduce(|a, b| if score.merit(b.0) > score.merit(a.0) { b } else { a })
 }
 
 /// The best of a map, and its choice.
 fn first_best(score: Score, map: &Map, best: &Best) -> Option<(f64, usize)> {
-    let spots = map.parts.iter().flat_map(|part| &part.spots).filter_map(|spot| of_spot(score, spot, best));
+    let spots = map.parts.iter().flat_map(|part| &part.spots).filter_map(|spot| spot_best(score, spot, best));
     spots.reduce(|a, b| if score.merit(b.0) > score.merit(a.0) { b } else { a })
 }
 
 /// What stands in the first scene of some, without people where there are several.
-fn outlines(sweep: &FiguredSweep, extent: &Extent) -> Vec<Outline> {
+fn outlines(sweep: &FiguredSweep, extent: &SceneRange) -> Vec<Outline> {
     let truth = sweep.worlds[extent.moments.start].truth();
     let room = room_m(&truth);
     let objects = truth.objects.iter().filter(|object| !object.voxels.is_empty() && !is_room(object, room));

@@ -1,7 +1,7 @@
 //! The page beside the figures: each with what it shows, the command that made its numbers, and where the paper has its
 //! like.
 
-use super::{Figure, FiguredSweep, Kind, LeftOut};
+use super::{Figure, FigureKind, FiguredSweep, LeftOut};
 use crate::report::wording::{count, extent};
 use perirobot_scene::shell;
 
@@ -10,11 +10,11 @@ pub const PAGE: &str = "README.md";
 
 /// The page while figures are added to it.
 #[derive(Debug, Default)]
-pub struct Page {
+pub struct FigurePage {
     text: String,
 }
 
-impl Page {
+impl FigurePage {
     /// Adds the figures of a sweep, which lie in the folder of its name, and says what was left out.
     pub fn add(&mut self, sweep: &FiguredSweep, figures: &[Figure], left_out: &[LeftOut]) {
         let about = &sweep.manifest.provenance.about;
@@ -26,7 +26,7 @@ impl Page {
             sweep.study.voxel_size_m,
             shell::command(&about.command).replace('\n', " "),
         );
-        for kind in Kind::ALL {
+        for kind in FigureKind::ALL {
             let of_kind: Vec<&Figure> = figures.iter().filter(|figure| figure.kind == kind).collect();
             let without: Vec<&str> =
                 left_out.iter().filter(|one| one.kind == kind).map(|one| one.why.as_str()).collect();
@@ -36,7 +36,7 @@ impl Page {
             self.text += &format!("\n### {}\n\n{}\n", heading(kind), about_kind(kind));
             for figure in of_kind {
                 let (caption, file) = (plain(&figure.caption), format!("{}/{}", sweep.name, figure.file));
-                let address = encoded(&file);
+                let address = encode(&file);
                 self.text +=
                     &format!("\n{}: {caption}\n\n![{}](<{address}>)\n", plain(&file), plain(&figure.file));
             }
@@ -57,32 +57,32 @@ impl Page {
     }
 }
 
-fn heading(kind: Kind) -> &'static str {
+fn heading(kind: FigureKind) -> &'static str {
     match kind {
-        Kind::Distributions => "Distributions",
-        Kind::Placements => "Places",
-        Kind::Maxima => "Maxima of combinations",
-        Kind::Snapshots => "Snapshots",
-        Kind::Pictures => "Pictures",
+        FigureKind::Distributions => "Distributions",
+        FigureKind::Placements => "Places",
+        FigureKind::Maxima => "Maxima of combinations",
+        FigureKind::Snapshots => "Snapshots",
+        FigureKind::Pictures => "Pictures",
     }
 }
 
 /// What figures of a kind are for, and which claims of the paper they are about.
-fn about_kind(kind: Kind) -> &'static str {
+fn about_kind(kind: FigureKind) -> &'static str {
     match kind {
-        Kind::Distributions => {
+        FigureKind::Distributions => {
             "As in the paper's Experiment 1: whether every keypoint addition beats raw points, which has the best medians and maxima, \
              and whether the zone camera is outperformed by all."
         }
-        Kind::Placements => {
+        FigureKind::Placements => {
             "As in the paper's Experiments 1 and 3: where good places are (around the walls, behind people, on the ceiling), \
              and whether F1 and κ choose different ones."
         }
-        Kind::Maxima => {
+        FigureKind::Maxima => {
             "As in the paper's Experiment 2: how much the triplet beats pairs and single sensors, and which pair is second."
         }
-        Kind::Snapshots => "As in the paper's Experiment 3: one sensor while people move.",
-        Kind::Pictures => {
+        FigureKind::Snapshots => "As in the paper's Experiment 3: one sensor while people move.",
+        FigureKind::Pictures => {
             "The scenes, and what the best choices of poses make of the first of them that is drawn, as `perirobot render` \
              draws them."
         }
@@ -105,7 +105,7 @@ fn plain(words: &str) -> String {
 }
 
 /// The path of a file as an address: what Markdown or a browser takes for something else is written as its bytes.
-fn encoded(path: &str) -> String {
+fn encode(path: &str) -> String {
     let mut text = String::with_capacity(path.len());
     for byte in path.bytes() {
         match byte {
@@ -124,8 +124,8 @@ mod tests {
 
     #[test]
     fn addresses_are_of_plain_letters() {
-        assert_eq!(encoded("exp1/map-robot.svg"), "exp1/map-robot.svg");
-        assert_eq!(encoded("a b`<c>#1%/ä.svg"), "a%20b%60%3Cc%3E%231%25/%C3%A4.svg");
+        assert_eq!(encode("exp1/map-robot.svg"), "exp1/map-robot.svg");
+        assert_eq!(encode("a b`<c>#1%/ä.svg"), "a%20b%60%3Cc%3E%231%25/%C3%A4.svg");
     }
 
     #[test]

@@ -79,7 +79,7 @@ impl Sheet {
     }
 
     /// Adds words that are turned to be read from below upwards.
-    pub(super) fn turned(&mut self, class: &str, [x, y]: [f64; 2], words: &str) {
+    pub(super) fn add_turned(&mut self, class: &str, [x, y]: [f64; 2], words: &str) {
         let [x, y] = [tenth(x), tenth(y)];
         let turn = format!("rotate(-90 {x} {y})");
         self.svg.words(&[("class", &class), ("x", &x), ("y", &y), ("transform", &turn)], words);
@@ -94,7 +94,7 @@ impl Sheet {
     pub(super) fn curve(&mut self, colour: &str, dashes: &str, path: &str, title: &str) {
         let line: [(&str, &dyn std::fmt::Display); 4] =
             [("class", &"curve"), ("d", &path), ("stroke", &colour), ("stroke-dasharray", &dashes)];
-        self.svg.titled("path", &line, title);
+        self.svg.add_titled("path", &line, title);
     }
 
     /// Adds a rectangle (left, upper edge, width, height), filled as its class says.
@@ -105,12 +105,18 @@ impl Sheet {
     }
 
     /// Adds a rectangle of a colour that tells something under the mouse.
-    pub(super) fn filled(&mut self, class: &str, fill: &str, [x, y, width, height]: [f64; 4], title: &str) {
+    pub(super) fn add_filled(
+        &mut self,
+        class: &str,
+        fill: &str,
+        [x, y, width, height]: [f64; 4],
+        title: &str,
+    ) {
         let all = [x, y, width, height].map(tenth);
         let [x, y, width, height] = all.each_ref();
         let one: [(&str, &dyn std::fmt::Display); 6] =
             [("class", &class), ("x", x), ("y", y), ("width", width), ("height", height), ("fill", &fill)];
-        self.svg.titled("rect", &one, title);
+        self.svg.add_titled("rect", &one, title);
     }
 
     /// Adds a ring that is seen on any colour.

@@ -20,7 +20,7 @@ pub(super) fn ways(sweep: &ReportedSweep, looked: Choice) -> Result<Vec<Vec<Way>
         return Ok(Vec::new());
     }
     let watchers = Watchers::new(sweep.study, looked);
-    let grounds = Ground::of_scenes(sweep.study, sweep.worlds, watchers.each())?;
+    let grounds = Ground::from_scenes(sweep.study, sweep.worlds, watchers.each())?;
     grounds.iter().map(|ground| nearest_ways(ground, ground.worlds, &watchers)).collect()
 }
 

@@ -34,7 +34,7 @@ type ByteRange = [usize; 2];
 
 /// The scene at a moment. Voxels follow with x fastest, then y, then z.
 #[derive(Debug, Serialize)]
-struct Moment {
+struct CellMoment {
     moment: usize,
     /// World key of the first voxel.
     origin: [i32; 3],
@@ -47,7 +47,7 @@ struct Moment {
 
 /// The labels of a choice at a moment.
 #[derive(Debug, Serialize)]
-pub(super) struct Labels {
+pub(super) struct CellLabels {
     pub(super) series: usize,
     pub(super) choice: usize,
     pub(super) moment: usize,
@@ -57,7 +57,7 @@ pub(super) struct Labels {
     causes: Vec<CauseData>,
     /// What is explained.
     #[serde(skip)]
-    pub(super) explained: Vec<(Asked, Explained)>,
+    pub(super) explained: Vec<(ExplainedVoxels, Explained)>,
 }
 
 /// Why voxels are unknown.
@@ -72,15 +72,15 @@ struct CauseData {
 /// Everything, and where in the bytes it is.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Cells {
-    moments: Vec<Moment>,
-    pub(super) labels: Vec<Labels>,
+    moments: Vec<CellMoment>,
+    pub(super) labels: Vec<CellLabels>,
     #[serde(skip)]
     pub(super) bytes: Vec<u8>,
 }
 
 /// Of what is explained why voxels stay unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Asked {
+pub(super) enum ExplainedVoxels {
     /// The choice that is recommended.
     Recommended,
     /// The best of all in a region by one of [`BESTS`].
@@ -117,7 +117,7 @@ pub(super) fn look(
     let mut cells = Cells::default();
     results.scenes.iter().for_each(|scene| cells.put_moment(worlds, scene.moments.start));
     let sights = sights(results, rankings, recommended, most)?;
-    let asked = asked(results, rankings, recommended)?;
+    let asked = explained_moments(results, rankings, recommended)?;
     let mut viewer = Viewer::new(study, backend)?;
     let mut done = 0;
     for some in sights.chunks(AT_ONCE) {
@@ -130,7 +130,7 @@ pub(super) fn look(
                 Choice { combination, choice: sight.choice, representation, repeat: 0 }
             };
             let choices: Vec<Choice> = sights_then.iter().map(choice).collect();
-            let views = viewer.in_regions(&worlds[moment], &choices)?;
+            let views = viewer.view_regions(&worlds[moment], &choices)?;
             let look = |(sight, view): (&Shown, View)| (*sight, LookedAt::new(*sight, &view, &asked));
             looked.par_extend(sights_then.par_iter().zip(views).map(look));
             done += sights_then.len();
@@ -152,7 +152,7 @@ struct LookedAt {
     /// As runs.
     labels: Vec<u8>,
     causes: Vec<CauseData>,
-    explained: Vec<(Asked, Explained)>,
+    explained: Vec<(ExplainedVoxels, Explained)>,
 }
 
 impl LookedAt {
@@ -170,7 +170,7 @@ impl LookedAt {
             voxels.voxels().for_each(|voxel| classes[place(voxel)] = class);
         }
         let mut labels = Vec::new();
-        let in_regions = view.world.in_regions();
+        let in_regions = view.world.region_voxels();
         let each = in_regions.voxels().map(|voxel| usize::from(classes[place(voxel)]));
         put_runs(each, 2 + missed.len(), &mut labels);
         let cause = |Missed { cause, .. }: &Missed| CauseData {
@@ -213,7 +213,7 @@ fn sights(
                 if score != Score::F1 && rank >= share_of_safety(most) {
                     continue;
                 }
-                for (region, list) in ranking.by(best).iter().enumerate() {
+                for (region, list) in ranking.choices_by(best).iter().enumerate() {
                     let Some(&(choice, _)) = list.get(rank) else { continue };
                     let key = ranking.series.key(choice, region);
                     for scene in &results.scenes {
@@ -236,12 +236,12 @@ fn worst(results: &Results, scene: &SceneResults, key: RowKey, score: Score) -> 
 /// What is to be explained of a view, and in which region.
 struct ToExplain {
     sight: Shown,
-    asked: Asked,
+    asked: ExplainedVoxels,
     region: usize,
 }
 
 /// Of each scene what the recommended choice misses at its worst moment, and of each region what the best choices do.
-fn asked(
+fn explained_moments(
     results: &Results,
     rankings: &[Ranking],
     recommended: Option<&Recommended>,
@@ -249,7 +249,7 @@ fn asked(
     let mut all = Vec::new();
     if let Some(&Recommended { series, choice, region, ref moments, .. }) = recommended {
         let sights = moments.iter().map(|&moment| Shown { series, choice, moment });
-        all.extend(sights.map(|sight| ToExplain { sight, asked: Asked::Recommended, region }));
+        all.extend(sights.map(|sight| ToExplain { sight, asked: ExplainedVoxels::Recommended, region }));
     }
     for (best, score) in BESTS.into_iter().enumerate() {
         for region in 0..results.regions.len() {
@@ -257,7 +257,7 @@ fn asked(
             let key = rankings[series].series.key(choice, region);
             for scene in &results.scenes {
                 let moment = worst(results, scene, key, score)?;
-                let asked = Asked::Best { best, region };
+                let asked = ExplainedVoxels::Best { best, region };
                 all.push(ToExplain { sight: Shown { series, choice, moment }, asked, region });
             }
         }
@@ -273,7 +273,7 @@ impl Cells {
         let begin = self.bytes.len();
         self.bytes.extend(labels);
         let labels = [begin, self.bytes.len()];
-        self.labels.push(Labels { series, choice, moment, labels, causes, explained });
+        self.labels.push(CellLabels { series, choice, moment, labels, causes, explained });
     }
 
     /// Adds the scene at a moment, once.
@@ -295,7 +295,7 @@ impl Cells {
         let regions =
             regions.iter().map(|r| self.put(voxels().voxels().map(|voxel| r.voxels.get(voxel).into()), 2));
         let regions = regions.collect();
-        self.moments.push(Moment { moment, origin: grid.origin, size: grid.size, truth, regions });
+        self.moments.push(CellMoment { moment, origin: grid.origin, size: grid.size, truth, regions });
     }
 
     fn put(&mut self, classes: impl Iterator<Item = usize>, kinds: usize) -> ByteRange {

@@ -17,7 +17,7 @@ use super::approaches::{WayData, way_data};
 use super::cells::Cells;
 use super::measure::{self, Baseline};
 use super::packed::NumberTable;
-use super::ranking::{Ranking, Spread, maxima_of};
+use super::ranking::{MeanSpread, Ranking, maxima_of};
 use super::scores::{self, Scores};
 use super::surroundings::WAYS;
 use super::{Findings, ReportedSweep};
@@ -261,12 +261,12 @@ fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {
 fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
     let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
     let extents = [results.moments()].into_iter().chain(scenes);
-    extents.map(|moments| measure::of_baselines(results, moments, region)).collect()
+    extents.map(|moments| measure::baseline_measures(results, moments, region)).collect()
 }
 
 fn distributions(results: &Results, rankings: &[Ranking], (region, score): (usize, Score)) -> Boxes {
     let of_one = |ranking: &Ranking, scene| {
-        let Spread { distribution: d, bins, .. } = ranking.spread(region, scene, score)?;
+        let MeanSpread { distribution: d, bins, .. } = ranking.spread(region, scene, score)?;
         let five = [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max];
         Some(BoxData { five, bins: bins.clone() })
     };

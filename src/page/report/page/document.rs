@@ -47,7 +47,7 @@ impl Document<'_> {
     }
 
     fn head(&self) -> Markup {
-        let (title, study, day) = (&self.title, in_css(&self.study), &self.day);
+        let (title, study, day) = (&self.title, css_string(&self.study), &self.day);
         let in_print = format!(
             "@page {{ @top-left {{ content: \"{study} · perirobot report\"; }} @top-right {{ content: \"{day}\"; }} \
              @bottom-right {{ content: counter(page) \" / \" counter(pages); }} }}"
@@ -76,7 +76,7 @@ impl Document<'_> {
 }
 
 /// Words in a string of a style sheet: what is no letter or digit is spelt by its number.
-fn in_css(words: &str) -> String {
+fn css_string(words: &str) -> String {
     let spelt = |letter: char| match letter.is_ascii_alphanumeric() || letter == ' ' {
         true => letter.to_string(),
         false => format!("\\{:x} ", u32::from(letter)),
@@ -88,7 +88,7 @@ fn in_css(words: &str) -> String {
 mod tests {
     #[test]
     fn nothing_ends_a_string_of_a_style_sheet() {
-        assert_eq!(super::in_css("my cell"), "my cell");
-        assert_eq!(super::in_css("a\"</b>-ü"), "a\\22 \\3c \\2f b\\3e \\2d \\fc ");
+        assert_eq!(super::css_string("my cell"), "my cell");
+        assert_eq!(super::css_string("a\"</b>-ü"), "a\\22 \\3c \\2f b\\3e \\2d \\fc ");
     }
 }

@@ -10,7 +10,7 @@ use perirobot_march::Result;
 
 /// A choice that was judged.
 #[derive(Debug)]
-pub(super) struct Judged {
+pub(super) struct JudgedChoice {
     /// Combination, poses and representation, as in the columns of tables.
     pub(super) names: [String; 3],
     /// The same among what was swept; `None` of a set that was not.
@@ -23,7 +23,7 @@ pub(super) struct Judged {
     pub(super) conditions: Vec<ConditionScore>,
 }
 
-impl Judged {
+impl JudgedChoice {
     /// Whether it meets all that the study requires now.
     pub(super) fn passes(&self) -> bool {
         !self.required.is_empty() && self.required.iter().all(|one| one.verdict() == "PASS")
@@ -34,12 +34,12 @@ impl Judged {
 ///
 /// # Errors
 /// Those of [`Verdicts::read`].
-pub(super) fn judged(sweep: &ReportedSweep) -> Result<Vec<Judged>> {
+pub(super) fn judged_choices(sweep: &ReportedSweep) -> Result<Vec<JudgedChoice>> {
     let sets = Verdicts::read(sweep.folder)?.map_or(Vec::new(), |verdicts| verdicts.sets);
     let of_one = |set: SetVerdicts| {
         let names = set.names().map(String::from);
         let (note, required) = current_verdicts(sweep, &set.requirements);
-        Judged { choice: swept(sweep, &names), names, note, required, conditions: set.conditions }
+        JudgedChoice { choice: swept(sweep, &names), names, note, required, conditions: set.conditions }
     };
     Ok(sets.into_iter().map(of_one).collect())
 }

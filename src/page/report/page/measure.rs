@@ -35,18 +35,18 @@ const TRIVIAL: usize = 3;
 pub(super) type Baseline = (&'static str, [Option<f64>; SCORES]);
 
 /// Each measure of a choice over some moments and all repeats.
-pub(super) fn of_choice(
+pub(super) fn choice_measures(
     results: &Results,
     moments: Range<usize>,
     key: RowKey,
 ) -> Result<[Option<Over>; SCORES]> {
     let readings = results.readings(moments, &key)?;
-    Ok(Score::ALL.map(|score| over::over(&readings, score)))
+    Ok(Score::ALL.map(|score| over::summarize(&readings, score)))
 }
 
 /// The mean of each measure over some moments, for each answer that needs no sensor, and last for the best
 /// that any sensor of the study could give.
-pub(super) fn of_baselines(results: &Results, moments: Range<usize>, region: usize) -> Vec<Baseline> {
+pub(super) fn baseline_measures(results: &Results, moments: Range<usize>, region: usize) -> Vec<Baseline> {
     let all = Score::ALL.map(|score| results.baselines_over(moments.clone(), region, score));
     let one = |n: usize| (all[0][n].0, all.each_ref().map(|answers| answers[n].1.map(|over| over.mean)));
     let mut found: Vec<Baseline> = (0..=TRIVIAL).map(one).collect();

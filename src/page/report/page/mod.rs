@@ -35,8 +35,8 @@ use crate::render::{Colour, Wish, draw, plan};
 use cells::Cells;
 use data::Data;
 use document::Document;
-use judged::Judged;
-use packed::{NumberTable, packed};
+use judged::JudgedChoice;
+use packed::{NumberTable, pack};
 use perirobot_decide::approach::Way;
 use perirobot_decide::choose::Chosen;
 use perirobot_decide::view::View;
@@ -93,14 +93,14 @@ pub fn html(
 ) -> Result<String> {
     let ReportedSweep { results, study, worlds, .. } = *sweep;
     let rankings = ranking::rankings(results)?;
-    let judged = judged::judged(sweep)?;
-    let recommended = recommended::recommended(sweep, &rankings, &judged)?;
+    let judged = judged::judged_choices(sweep)?;
+    let recommended = recommended::recommend(sweep, &rankings, &judged)?;
     let recommended = recommended.as_ref();
     let cells = cells::look((study, worlds), (results, &rankings, recommended), looked_at, backend, said)?;
     let picture = recommended.map(|one| picture(sweep, &rankings, one, backend)).transpose()?;
     let surroundings = Surroundings::new(study)?;
     // A cell of which it cannot be asked has its report nevertheless.
-    let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.looked(&rankings))) {
+    let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.choice(&rankings))) {
         Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),
         Some(Ok(ways)) => (ways, None),
         None => (Vec::new(), None),
@@ -128,9 +128,9 @@ pub fn html(
         style: [plan::STYLE, include_str!("style.css")].concat(),
         patterns: plan::PATTERNS,
         script,
-        data: packed(&data),
-        numbers: numbers.packed(),
-        cells: packed(&cells.bytes),
+        data: pack(&data),
+        numbers: numbers.pack(),
+        cells: pack(&cells.bytes),
     };
     Ok(document.text())
 }
@@ -141,7 +141,7 @@ struct Findings<'a> {
     rankings: &'a [Ranking],
     /// What is recommended; `None` where no choice has a score.
     recommended: Option<&'a Recommended>,
-    judged: &'a [Judged],
+    judged: &'a [JudgedChoice],
     cells: &'a Cells,
     surroundings: &'a Surroundings,
     /// How bodies come near what is recommended, scene by scene.
@@ -162,7 +162,7 @@ fn picture(
     recommended: &Recommended,
     backend: &mut dyn Backend,
 ) -> Result<String> {
-    let choice = recommended.looked(rankings);
+    let choice = recommended.choice(rankings);
     let world = &sweep.worlds[recommended.moments[recommended.scene]];
     let view = View::new(sweep.study, world, choice, backend)?;
     let wish = Wish { size_px: PICTURE_PX, colour: Colour::Label, ..Wish::default() };

@@ -11,7 +11,7 @@ use perirobot_study::world::place::room_m;
 
 /// How to mount one sensor.
 #[derive(Debug)]
-pub(super) struct Sheet {
+pub(super) struct MountSheet {
     pub(super) sensor: String,
     pub(super) pose: String,
     /// What is measured, and its value.
@@ -22,7 +22,7 @@ pub(super) struct Sheet {
     pub(super) device: String,
 }
 
-impl Sheet {
+impl MountSheet {
     /// Its table.
     pub(super) fn view(&self) -> Markup {
         html! {
@@ -41,7 +41,7 @@ pub(super) fn sheets(
     surroundings: &Surroundings,
     combination: usize,
     choice: usize,
-) -> Vec<Sheet> {
+) -> Vec<MountSheet> {
     let asked = &sweep.study.combinations[combination];
     let candidates = asked.choice(choice);
     let members = asked.members.iter().zip(candidates);
@@ -53,7 +53,7 @@ fn sheet(
     surroundings: &Surroundings,
     number: usize,
     candidate: usize,
-) -> Option<Sheet> {
+) -> Option<MountSheet> {
     let sensor = &sweep.study.sensors[number];
     let named = &sensor.candidates[candidate];
     let mut sketches = Vec::new();
@@ -74,7 +74,7 @@ fn sheet(
                         Some((metres, object)) => format!("{metres:.3} m to {}", objects[object]),
                         None => "nothing".into(),
                     };
-                    let around = surroundings.around(p);
+                    let around = surroundings.measure(p);
                     let lengths = WAYS.iter().zip(around.map(found));
                     lines.extend(lengths.map(|(way, next)| text(way, next)));
                     let room = room_m(&sweep.worlds[0].truth());
@@ -93,7 +93,7 @@ fn sheet(
         }
     };
     let device = keys_of(&sweep.study.text, &sensor.name);
-    Some(Sheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines, sketches, device })
+    Some(MountSheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines, sketches, device })
 }
 
 /// What the text of a study says of a sensor besides its name, its kind and where it may stand.

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::{Compression, write::GzEncoder};
 
 /// Bytes, compressed and spelt in letters.
-pub(super) fn packed(bytes: &[u8]) -> String {
+pub(super) fn pack(bytes: &[u8]) -> String {
     let mut gzip = GzEncoder::new(Vec::new(), Compression::default());
     let written = gzip.write_all(bytes).and_then(|()| gzip.finish());
     STANDARD.encode(written.expect("memory takes all that is written"))
@@ -29,8 +29,8 @@ impl NumberTable {
     }
 
     /// All of them as text: little-endian floats of 32 bits.
-    pub(super) fn packed(&self) -> String {
-        packed(&self.0)
+    pub(super) fn pack(&self) -> String {
+        pack(&self.0)
     }
 }
 
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn what_is_packed_can_be_unpacked() {
-        let text = packed(b"abc");
+        let text = pack(b"abc");
         let gzip = STANDARD.decode(text).unwrap();
         let mut back = String::new();
         std::io::Read::read_to_string(&mut flate2::read::GzDecoder::new(&gzip[..]), &mut back).unwrap();

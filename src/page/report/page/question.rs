@@ -3,7 +3,7 @@
 use crate::report::apart::Writing;
 use crate::report::chosen_sets::{self, Spelling};
 use crate::report::page::{ReportedSweep, measure};
-use crate::report::wording::of_which;
+use crate::report::wording::describe_moments;
 
 /// Most sensors, combinations or scenes that are called by their names.
 const MOST_NAMED: usize = 4;
@@ -22,21 +22,21 @@ pub(super) fn question(sweep: &ReportedSweep) -> String {
         some if some.len() <= MOST_NAMED => {
             let parts: Vec<String> =
                 some.iter().map(|(name, choices)| format!("{choices} of “{name}”")).collect();
-            ("of sensors".into(), format!(" They are {}.", listed(&parts)))
+            ("of sensors".into(), format!(" They are {}.", join_words(&parts)))
         }
         many => (format!("of {} combinations of sensors", many.len()), String::new()),
     };
     let regions = if results.regions.len() == 1 { "region" } else { "regions" };
     format!(
         "Asked: which of {sum} choices of poses {of} is the best in {regions} {}?{parts}",
-        listed(&results.regions)
+        join_words(&results.regions)
     )
 }
 
 /// Scores as the page calls them.
 const IN_WORDS: Spelling = Spelling {
     score: measure::title,
-    over: of_which,
+    over: describe_moments,
     least: |score, least| match measure::is_share(score) {
         true => Writing::Percent.exactly(least),
         false => least.to_string(),
@@ -44,7 +44,7 @@ const IN_WORDS: Spelling = Spelling {
 };
 
 /// `a, b and c`.
-fn listed<S: AsRef<str>>(names: &[S]) -> String {
+fn join_words<S: AsRef<str>>(names: &[S]) -> String {
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
     match names.as_slice() {
         [] => String::new(),
@@ -59,10 +59,11 @@ pub(super) fn title(sweep: &ReportedSweep) -> String {
     let sensors = if names.len() > MOST_NAMED {
         format!("{} sensors", names.len())
     } else {
-        format!("the {}", listed(&names))
+        format!("the {}", join_words(&names))
     };
     let scenes: Vec<&str> = sweep.results.scenes.iter().map(|scene| scene.name.as_str()).collect();
-    let scenes = if scenes.len() > MOST_NAMED { format!("{} scenes", scenes.len()) } else { listed(&scenes) };
+    let scenes =
+        if scenes.len() > MOST_NAMED { format!("{} scenes", scenes.len()) } else { join_words(&scenes) };
     match sweep.chosen {
         Some(_) => format!("Which sensors, and where, in {scenes}"),
         None => format!("Where to put {sensors} in {scenes}"),

@@ -20,12 +20,12 @@ pub(super) struct Ranking {
     /// first; equal ones by F1, then in study order.
     by: [Vec<Vec<(usize, f64)>>; BESTS.len()],
     /// For each region and scene, each score of all choices.
-    scenes: Vec<Vec<[Option<Spread>; SCORES]>>,
+    scenes: Vec<Vec<[Option<MeanSpread>; SCORES]>>,
 }
 
 /// The means of all choices of a series by one score in one scene and region.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Spread {
+pub(super) struct MeanSpread {
     /// Its five numbers.
     pub(super) distribution: Distribution,
     /// How many there are in each of [`BINS`] equal parts from the smallest to the largest.
@@ -37,8 +37,8 @@ pub(super) struct Spread {
 /// Parts of a histogram.
 const BINS: usize = 48;
 
-impl Spread {
-    fn new(score: Score, means: &[Option<f64>]) -> Option<Spread> {
+impl MeanSpread {
+    fn new(score: Score, means: &[Option<f64>]) -> Option<MeanSpread> {
         let values: Vec<f64> = means.iter().copied().flatten().collect();
         let best = first_best(score, means.iter().copied())?;
         let mut bins = vec![0; BINS];
@@ -48,7 +48,7 @@ impl Spread {
             let part = if max > min { (value - min) / (max - min) } else { 0.0 };
             bins[((part * BINS as f64) as usize).min(BINS - 1)] += 1;
         }
-        Some(Spread { distribution, bins, best })
+        Some(MeanSpread { distribution, bins, best })
     }
 }
 
@@ -60,7 +60,7 @@ pub(super) fn rankings(results: &Results) -> Result<Vec<Ranking>> {
 fn ranking(results: &Results, series: Series) -> Result<Ranking> {
     let mut by: [Vec<_>; BESTS.len()] = Default::default();
     let mut scenes: Vec<Vec<_>> = Vec::new();
-    let spreads = |means: &Means| Score::ALL.map(|score| Spread::new(score, &means[score as usize]));
+    let spreads = |means: &Means| Score::ALL.map(|score| MeanSpread::new(score, &means[score as usize]));
     for region in 0..results.regions.len() {
         let over_all = means(results, series, region, results.moments())?;
         let of = |score: Score| over_all[score as usize].iter().copied();
@@ -90,7 +90,7 @@ type Means = [Vec<Option<f64>>; SCORES];
 fn means(results: &Results, series: Series, region: usize, moments: Range<usize>) -> Result<Means> {
     let mut means = Means::default();
     for choice in 0..results.combinations[series.combination].choices() {
-        let each = measure::of_choice(results, moments.clone(), series.key(choice, region))?;
+        let each = measure::choice_measures(results, moments.clone(), series.key(choice, region))?;
         means.iter_mut().zip(each).for_each(|(means, over)| means.push(over.map(|over| over.mean)));
     }
     Ok(means)
@@ -117,7 +117,8 @@ pub(super) fn maxima_of(
 /// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number,
 /// the choice, and its score.
 pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(usize, (usize, f64))> {
-    let first = |(number, ranking): (usize, &Ranking)| Some((number, *ranking.by(best)[region].first()?));
+    let first =
+        |(number, ranking): (usize, &Ranking)| Some((number, *ranking.choices_by(best)[region].first()?));
     let mut firsts: Vec<_> = rankings.iter().enumerate().filter_map(first).collect();
     // The sort is stable: equal ones keep study order.
     firsts.sort_by(|a, b| b.1.1.total_cmp(&a.1.1));
@@ -126,12 +127,12 @@ pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(u
 
 impl Ranking {
     /// A score of all choices in a region and scene; `None` where no choice has a value.
-    pub(super) fn spread(&self, region: usize, scene: usize, score: Score) -> Option<&Spread> {
+    pub(super) fn spread(&self, region: usize, scene: usize, score: Score) -> Option<&MeanSpread> {
         self.scenes[region][scene][score as usize].as_ref()
     }
 
     /// The choices of each region by one of [`BESTS`].
-    pub(super) fn by(&self, best: usize) -> &[Vec<(usize, f64)>] {
+    pub(super) fn choices_by(&self, best: usize) -> &[Vec<(usize, f64)>] {
         &self.by[best]
     }
 
@@ -161,13 +162,13 @@ mod tests {
 
     #[test]
     fn values_are_counted_part_by_part() {
-        let spread = Spread::new(Score::Unknown, &[Some(0.5), None, Some(0.25), Some(0.75)]).unwrap();
+        let spread = MeanSpread::new(Score::Unknown, &[Some(0.5), None, Some(0.25), Some(0.75)]).unwrap();
         let filled: Vec<usize> = (0..BINS).filter(|&bin| spread.bins[bin] > 0).collect();
         assert_eq!((filled, spread.bins.iter().sum()), (vec![0, BINS / 2, BINS - 1], 3));
         // The least is the best of what should be small.
         assert_eq!(spread.best, (2, 0.25));
-        assert_eq!(Spread::new(Score::F1, &[Some(0.5); 3]).unwrap().bins[0], 3);
-        assert_eq!(Spread::new(Score::F1, &[None]), None);
+        assert_eq!(MeanSpread::new(Score::F1, &[Some(0.5); 3]).unwrap().bins[0], 3);
+        assert_eq!(MeanSpread::new(Score::F1, &[None]), None);
     }
 
     #[test]

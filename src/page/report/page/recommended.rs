@@ -1,12 +1,12 @@
 //! Which choice of poses a report recommends, by which rule, and the moment at which it is drawn.
 
-use super::judged::Judged;
+use super::judged::JudgedChoice;
 use super::measure::BESTS;
 use super::ranking::Ranking;
 use super::{ReportedSweep, measure};
 use crate::report::series::{Series, worst_snapshot};
 use perirobot_decide::choose::Chosen;
-use perirobot_decide::judge::{Among, cheapest, leaders};
+use perirobot_decide::judge::{LeaderScope, cheapest, leaders};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
@@ -32,7 +32,7 @@ pub(super) struct Recommended {
 
 impl Recommended {
     /// Its poses, to be looked at.
-    pub(super) fn looked(&self, rankings: &[Ranking]) -> Choice {
+    pub(super) fn choice(&self, rankings: &[Ranking]) -> Choice {
         let Series { combination, representation } = rankings[self.series].series;
         Choice { combination, choice: self.choice, representation, repeat: 0 }
     }
@@ -53,22 +53,24 @@ impl Recommended {
 /// chosen the best one; else the choice that meets the most requirements of the
 /// study as planned; else that which detects most body parts in the region with people at most moments, then has the highest F1;
 /// where there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
-pub(super) fn recommended(
+pub(super) fn recommend(
     sweep: &ReportedSweep,
     rankings: &[Ranking],
-    judged: &[Judged],
+    judged: &[JudgedChoice],
 ) -> Result<Option<Recommended>> {
-    let found = match of_judged(sweep, rankings, judged).or_else(|| of_chosen(sweep, rankings, judged)) {
+    let found = match recommend_judged(sweep, rankings, judged)
+        .or_else(|| recommend_chosen(sweep, rankings, judged))
+    {
         Some(found) => Some(found),
-        None if !sweep.study.requirements.is_empty() => of_requirements(sweep, rankings)?,
+        None if !sweep.study.requirements.is_empty() => recommend_required(sweep, rankings)?,
         None => None,
     };
     let found = match found {
         Some(found) => Some(found),
-        None => of_scores(sweep.results, rankings)?,
+        None => recommend_scored(sweep.results, rankings)?,
     };
     let Some((series, choice, region, score, mut why)) = found else { return Ok(None) };
-    if let Some(Judged { names: [_, poses, _], .. }) =
+    if let Some(JudgedChoice { names: [_, poses, _], .. }) =
         judged.iter().find(|one| one.passes() && one.choice.is_none())
     {
         why += &format!(
@@ -82,7 +84,7 @@ pub(super) fn recommended(
         let snapshot = worst_snapshot(sweep.results, of_scene, key, score)?.unwrap_or(0);
         let moment = of_scene.moments.start + snapshot;
         moments.push(moment);
-        let Some(over) = sweep.results.over(moment..moment + 1, key, score)? else { continue };
+        let Some(over) = sweep.results.summarize(moment..moment + 1, key, score)? else { continue };
         let merit = score.merit(over.worst);
         if worst.is_none_or(|(_, least)| merit < least) {
             worst = Some((scene, merit));
@@ -107,13 +109,13 @@ fn series_of(rankings: &[Ranking], combination: usize, representation: usize) ->
         .position(|one| (one.series.combination, one.series.representation) == (combination, representation))
 }
 
-fn of_judged(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> Option<Found> {
+fn recommend_judged(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[JudgedChoice]) -> Option<Found> {
     let passing: Vec<Choice> =
         judged.iter().filter(|one| one.passes()).filter_map(|one| one.choice).collect();
     let combinations: Vec<usize> = passing.iter().map(|choice| choice.combination).collect();
     let choice = passing[cheapest(sweep.study, &combinations)?];
     let series = series_of(rankings, choice.combination, choice.representation)?;
-    let counted = sweep.study.requirements.iter().find_map(Requirement::counted);
+    let counted = sweep.study.requirements.iter().find_map(Requirement::counted_score);
     let (region, score) = match (sweep.chosen, counted) {
         (Some(chosen), _) => (region_of(sweep, chosen)?, chosen.asked.objective),
         (None, Some(counted)) => (counted.region, counted.score),
@@ -131,7 +133,7 @@ fn region_of(sweep: &ReportedSweep, chosen: &Chosen) -> Option<usize> {
     sweep.results.regions.iter().position(|name| *name == chosen.asked.region)
 }
 
-fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> Option<Found> {
+fn recommend_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[JudgedChoice]) -> Option<Found> {
     let chosen = sweep.chosen?;
     let (best, combination) = (chosen.report.best()?, chosen.report.best_set()?);
     let series = rankings.iter().position(|one| one.series.combination == combination)?;
@@ -149,14 +151,14 @@ fn of_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judged]) -> 
     Some((series, 0, region, chosen.asked.objective, why))
 }
 
-fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Found>> {
+fn recommend_required(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Found>> {
     let required = &sweep.study.requirements;
     // How near bodies come is not known of a sweep.
-    let Some(&Counted { region, score, .. }) = required.iter().find_map(Requirement::counted) else {
+    let Some(&Counted { region, score, .. }) = required.iter().find_map(Requirement::counted_score) else {
         return Ok(None);
     };
     let Some(Choice { combination, choice, representation, .. }) =
-        leaders(required, sweep.results, 1, Among::default())?.pop()
+        leaders(required, sweep.results, 1, LeaderScope::default())?.pop()
     else {
         return Ok(None);
     };
@@ -165,7 +167,7 @@ fn of_requirements(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option
     Ok(series.map(|series| (series, choice, region, score, why)))
 }
 
-fn of_scores(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
+fn recommend_scored(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
     let by = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
     for (score, words) in [(Score::PartsDetected, "body parts detected, then F1"), (Score::F1, "F1")] {
         // Of several regions the first of those where the score has a value at most moments.
@@ -173,8 +175,9 @@ fn of_scores(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
         for region in 0..results.regions.len() {
             let mut best: Option<(usize, usize, [f64; 2], usize)> = None;
             for (series, ranking) in rankings.iter().enumerate() {
-                let Some(&(choice, value)) = ranking.by(by(score))[region].first() else { continue };
-                let own = measure::of_choice(results, results.moments(), ranking.series.key(choice, region))?;
+                let Some(&(choice, value)) = ranking.choices_by(by(score))[region].first() else { continue };
+                let own =
+                    measure::choice_measures(results, results.moments(), ranking.series.key(choice, region))?;
                 let merit = [value, own[0].map_or(f64::NEG_INFINITY, |over| over.mean)];
                 let place = Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
                 let values = own[place].map_or(0, |over| over.values);

@@ -98,7 +98,7 @@ fn put(
     numbers: &mut NumberTable,
 ) -> Result<()> {
     let means = |&choice: &usize| {
-        let measures = measure::of_choice(results, extent.clone(), series.key(choice, region))?;
+        let measures = measure::choice_measures(results, extent.clone(), series.key(choice, region))?;
         Ok(measures.map(|over| Some(over?.mean)))
     };
     let all: Vec<[Option<f64>; SCORES]> = choices.iter().map(means).collect::<Result<_>>()?;

@@ -20,7 +20,7 @@ const LOOK: f64 = 46.0;
 const LONGEST: usize = 24;
 
 /// A view of the cell along an axis: which axis goes to the right and which goes up.
-struct Side {
+struct ViewSide {
     across: usize,
     up: usize,
     low: DVec3,
@@ -29,15 +29,15 @@ struct Side {
     svg: Svg,
 }
 
-impl Side {
-    fn new([across, up]: [usize; 2], [low, high]: [DVec3; 2]) -> Side {
+impl ViewSide {
+    fn new([across, up]: [usize; 2], [low, high]: [DVec3; 2]) -> ViewSide {
         let size = (high - low).max(DVec3::splat(1e-3));
         let room = |axis: usize, n: usize| (SIZE[n] - 2.0 * EDGE[n]) / size[axis];
         let scale = room(across, 0).min(room(up, 1));
-        Side { across, up, low, high, scale, svg: Svg::default() }
+        ViewSide { across, up, low, high, scale, svg: Svg::default() }
     }
 
-    fn at(&self, metres: DVec3) -> [f64; 2] {
+    fn project(&self, metres: DVec3) -> [f64; 2] {
         let beside =
             |axis: usize, n: usize| (SIZE[n] - (self.high[axis] - self.low[axis]) * self.scale) / 2.0;
         let x = beside(self.across, 0) + (metres[self.across] - self.low[self.across]) * self.scale;
@@ -53,11 +53,11 @@ impl Side {
 
     /// The cell, the sensor, and where it looks.
     fn begin(&mut self, title: &str, pose: &Pose) {
-        let ([left, bottom], [right, top]) = (self.at(self.low), self.at(self.high));
+        let ([left, bottom], [right, top]) = (self.project(self.low), self.project(self.high));
         let room = format!("M{left} {top}H{right}V{bottom}H{left}Z");
         self.svg.element("path", &[("class", &"room"), ("d", &room)]);
         self.words("name", [8.0, 16.0], "start", title);
-        let [x, y] = self.at(pose.position_m);
+        let [x, y] = self.project(pose.position_m);
         let ahead = pose.link().x_axis;
         let (dx, dy) = (tenth(ahead[self.across] * LOOK), tenth(-ahead[self.up] * LOOK));
         if dx.abs() + dy.abs() > 4.0 {
@@ -72,7 +72,7 @@ impl Side {
         let Some((way, metres, object)) = nearer(around, axis) else { return };
         let mut to = from;
         to[axis] += if way % 2 == 0 { -metres } else { metres };
-        let ([ax, ay], [bx, by]) = (self.at(from), self.at(to));
+        let ([ax, ay], [bx, by]) = (self.project(from), self.project(to));
         let is_across = axis == self.across;
         let ticks = if is_across {
             format!("M{ax} {ay}H{bx}M{ax} {}v8M{bx} {}v8", ay - 4.0, by - 4.0)
@@ -80,7 +80,7 @@ impl Side {
             format!("M{ax} {ay}V{by}M{} {ay}h8M{} {by}h8", ax - 4.0, bx - 4.0)
         };
         self.svg.element("path", &[("class", &"dimension"), ("d", &ticks)]);
-        let words = format!("{metres:.3} m to {}", shortened(&names[object]));
+        let words = format!("{metres:.3} m to {}", shorten(&names[object]));
         let [x, y] = [(ax + bx) / 2.0, (ay + by) / 2.0];
         // Words stay inside of the drawing, below a level line and beside an upright one.
         let half = words.chars().count() as f64 * 3.3;
@@ -102,7 +102,7 @@ impl Side {
 }
 
 /// A name that has room in a drawing.
-fn shortened(name: &str) -> String {
+fn shorten(name: &str) -> String {
     match name.chars().count() > LONGEST {
         true => name.chars().take(LONGEST - 1).chain(['…']).collect(),
         false => name.into(),
@@ -130,12 +130,12 @@ pub(super) fn sketches(
     let ahead = pose.link().x_axis;
     let along = if ahead.x.abs() >= ahead.y.abs() { 0 } else { 1 };
     let turned = Turned::new(pose);
-    let mut plan = Side::new([0, 1], room_m);
+    let mut plan = ViewSide::new([0, 1], room_m);
     plan.begin("plan: x to the right, y up", pose);
     plan.dimension(at, around, 0, names);
     plan.dimension(at, around, 1, names);
     plan.words("angle", [SIZE[0] - 8.0, SIZE[1] - 8.0], "end", &format!("pan {:.1}°", turned.pan_deg));
-    let mut side = Side::new([along, 2], room_m);
+    let mut side = ViewSide::new([along, 2], room_m);
     side.begin(&format!("elevation: {} to the right, z up", ["x", "y"][along]), pose);
     side.dimension(at, around, along, names);
     // From the floor, as it is measured, even where the ceiling is nearer.
@@ -162,7 +162,7 @@ mod tests {
     fn distances_and_angles_are_written_inside() {
         let room = [DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0)];
         let names = ["hall <1>".to_string(), "table".to_string()];
-        assert_eq!(shortened(&"x".repeat(400)).chars().count(), LONGEST);
+        assert_eq!(shorten(&"x".repeat(400)).chars().count(), LONGEST);
         for x in [-2.95, 0.0, 2.95] {
             for y in [-1.95, 1.95] {
                 let pose = Pose::facing(DVec3::new(x, y, 2.5), DVec3::Y * -y, 0.3, -0.5);

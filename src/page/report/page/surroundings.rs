@@ -43,13 +43,13 @@ impl Surroundings {
     }
 
     /// What is around many places, each of them measured once.
-    pub(super) fn around_all(&self, places: impl Iterator<Item = DVec3>) -> HashMap<[u64; 3], Around> {
+    pub(super) fn measure_all(&self, places: impl Iterator<Item = DVec3>) -> HashMap<[u64; 3], Around> {
         let all: HashMap<[u64; 3], DVec3> = places.map(|at| (key(at), at)).collect();
-        all.into_par_iter().map(|(key, at)| (key, self.around(at))).collect()
+        all.into_par_iter().map(|(key, at)| (key, self.measure(at))).collect()
     }
 
     /// What is around a place.
-    pub(super) fn around(&self, at: DVec3) -> Around {
+    pub(super) fn measure(&self, at: DVec3) -> Around {
         let mut around = [None; 6];
         let objects = self.scene.objects.iter().enumerate();
         for (index, object) in
@@ -169,17 +169,17 @@ mod tests {
     #[test]
     fn the_next_surface_counts_and_no_robot() {
         // On the diagonal of the rectangles, and level with the voxel.
-        let around = cell().around(DVec3::new(0.125, 0.125, 1.125));
+        let around = cell().measure(DVec3::new(0.125, 0.125, 1.125));
         assert_eq!(around, [None, Some((0.875, 3)), None, None, Some((1.125, 1)), None]);
         // Above the voxel, beyond the floor's edge in y.
-        let around = cell().around(DVec3::new(1.125, 0.125, 2.0));
+        let around = cell().measure(DVec3::new(1.125, 0.125, 2.0));
         assert_eq!(around, [None, None, None, None, Some((0.75, 3)), None]);
-        assert_eq!(cell().around(DVec3::new(0.0, 2.5, 1.0)), [None; 6]);
+        assert_eq!(cell().measure(DVec3::new(0.0, 2.5, 1.0)), [None; 6]);
     }
 
     #[test]
     fn what_lies_on_the_floor_touches_it() {
-        let around = cell().around(DVec3::new(0.5, -0.5, 0.0));
+        let around = cell().measure(DVec3::new(0.5, -0.5, 0.0));
         assert_eq!(around, [None, None, None, None, Some((0.0, 1)), None]);
         assert_eq!(cell().objects()[1], "floor");
     }
@@ -187,8 +187,8 @@ mod tests {
     #[test]
     fn places_are_measured_once() {
         let places = [DVec3::X, DVec3::X, DVec3::Z];
-        let all = cell().around_all(places.into_iter());
+        let all = cell().measure_all(places.into_iter());
         assert_eq!(all.len(), 2);
-        assert_eq!(all[&key(DVec3::Z)], cell().around(DVec3::Z));
+        assert_eq!(all[&key(DVec3::Z)], cell().measure(DVec3::Z));
     }
 }

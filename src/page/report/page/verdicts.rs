@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 
 use crate::report::apart::Writing;
 use crate::report::page::{ReportedSweep, measure};
-use crate::report::wording::{of_which, whereabouts, words};
+use crate::report::wording::{describe_moments, whereabouts, words};
 use perirobot_decide::judge::{
     ConditionScore, Conditions, JudgedSet, Judgement, Number, RequirementVerdict, Summed, Value,
     tables_sha256,
@@ -50,7 +50,7 @@ impl ShownRequirement {
     }
 
     /// What was found under each condition.
-    pub(crate) fn found(&self) -> String {
+    pub(crate) fn describe_found(&self) -> String {
         self.verdicts.iter().map(|one| one.brief.as_str()).collect::<Vec<_>>().join(", ")
     }
 }
@@ -65,7 +65,7 @@ pub(super) fn not_judged(sweep: &ReportedSweep, looked: &Choice) -> Result<(Stri
             let note = "The study names no requirement ([[require]]), so nothing is decided.";
             Ok((note.into(), Vec::new()))
         }
-        false => as_planned(sweep, looked),
+        false => planned_verdicts(sweep, looked),
     }
 }
 
@@ -93,7 +93,7 @@ pub(crate) fn current_verdicts(
                 None => open(requirement, condition, NOT_YET),
             }
         };
-        of_requirement(requirement, regions, requirement.under.iter().map(verdict).collect())
+        requirement_verdicts(requirement, regions, requirement.under.iter().map(verdict).collect())
     };
     let shown = sweep.study.requirements.iter().map(shown).collect();
     let note = match used == judged.len() {
@@ -108,12 +108,12 @@ pub(crate) fn current_verdicts(
 }
 
 /// What the sweep decides by itself: scores of its counts as planned, where they are required so.
-fn as_planned(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<ShownRequirement>)> {
+fn planned_verdicts(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<ShownRequirement>)> {
     let ReportedSweep { results, study, .. } = *sweep;
     let mut shown = Vec::new();
     for requirement in &study.requirements {
         let is_decided =
-            |condition: Condition| condition == Condition::AsPlanned && requirement.counted().is_some();
+            |condition: Condition| condition == Condition::AsPlanned && requirement.counted_score().is_some();
         let mut verdicts = Vec::new();
         for &condition in &requirement.under {
             if !is_decided(condition) {
@@ -122,17 +122,17 @@ fn as_planned(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<Sho
             }
             let planned = [Requirement { under: vec![condition], ..requirement.clone() }];
             let set =
-                JudgedSet::new(&planned, results, looked, Conditions::as_planned(study, results, looked)?);
-            verdicts.extend(set.judgements.iter().map(|judgement| of_judgement(sweep, &set, judgement)));
+                JudgedSet::new(&planned, results, looked, Conditions::from_results(study, results, looked)?);
+            verdicts.extend(set.judgements.iter().map(|judgement| judgement_verdict(sweep, &set, judgement)));
         }
-        shown.push(of_requirement(requirement, &results.regions, verdicts));
+        shown.push(requirement_verdicts(requirement, &results.regions, verdicts));
     }
     let note = "With everything as planned; nothing was judged of dead sensors, of mounts that are off and of how near \
                 somebody comes.";
     Ok((note.into(), shown))
 }
 
-fn of_requirement(
+fn requirement_verdicts(
     requirement: &Requirement,
     regions: &[String],
     verdicts: Vec<ShownVerdict>,
@@ -143,7 +143,7 @@ fn of_requirement(
 
 /// A requirement that nothing decides under a condition: it must not look as if it were met.
 fn open(requirement: &Requirement, condition: Condition, why: &str) -> ShownVerdict {
-    let name = called(requirement);
+    let name = describe_score(requirement);
     ShownVerdict {
         verdict: "OPEN",
         name: requirement.name.clone(),
@@ -152,7 +152,7 @@ fn open(requirement: &Requirement, condition: Condition, why: &str) -> ShownVerd
     }
 }
 
-fn of_judgement(sweep: &ReportedSweep, set: &JudgedSet, judgement: &Judgement) -> ShownVerdict {
+fn judgement_verdict(sweep: &ReportedSweep, set: &JudgedSet, judgement: &Judgement) -> ShownVerdict {
     let requirement = judgement.requirement;
     let limit = requirement.limit.ratio();
     let found = judgement.value.as_ref().map(|value| (value.number(), value.cmp_ratio(limit)));
@@ -164,7 +164,7 @@ fn of_judgement(sweep: &ReportedSweep, set: &JudgedSet, judgement: &Judgement) -
     if !(requirement.is_of_nearness() && judgement.value == Some(Value::Endless)) {
         tail += &whereabouts(sweep.results, set, condition, &judgement.worst);
     }
-    shown(sweep, requirement, condition, (judgement.word(), found), &tail)
+    shown_verdict(sweep, requirement, condition, (judgement.word(), found), &tail)
 }
 
 /// A verdict of `judge`.
@@ -196,18 +196,18 @@ fn judged_verdict(
     if let (Some(body), Some(entry)) = (&one.worst.body, &one.worst.entry) {
         tail += &format!(", {body} from {entry}");
     }
-    shown(sweep, requirement, one.condition, (verdict, found), &tail)
+    shown_verdict(sweep, requirement, one.condition, (verdict, found), &tail)
 }
 
 /// A verdict in words; `found` is the value and how it compares with the limit.
-fn shown(
+fn shown_verdict(
     sweep: &ReportedSweep,
     requirement: &Requirement,
     condition: Condition,
     (verdict, found): (&'static str, Option<(f64, Ordering)>),
     tail: &str,
 ) -> ShownVerdict {
-    let (writing, unit) = written(requirement);
+    let (writing, unit) = writing(requirement);
     let value = match found {
         None => "no value".into(),
         Some((value, _)) if value.is_infinite() && requirement.is_of_controller() => {
@@ -219,7 +219,8 @@ fn shown(
         }
     };
     let is_of_moments = !requirement.is_of_nearness() && sweep.results.moments().len() > 1;
-    let over = if is_of_moments { format!(", {}", of_which(requirement.over())) } else { String::new() };
+    let over =
+        if is_of_moments { format!(", {}", describe_moments(requirement.scope())) } else { String::new() };
     let (what, limit) = (what(requirement, &sweep.results.regions), limit(requirement));
     ShownVerdict {
         verdict,
@@ -241,11 +242,11 @@ fn when(condition: Condition) -> String {
 fn what(requirement: &Requirement, regions: &[String]) -> String {
     let region =
         requirement.region().map_or(String::new(), |region| format!(" in region {}", regions[region]));
-    called(requirement) + &region
+    describe_score(requirement) + &region
 }
 
 /// The score that is required, in words.
-fn called(requirement: &Requirement) -> String {
+fn describe_score(requirement: &Requirement) -> String {
     let words = match &requirement.measure {
         Measure::Counted(counted) => return measure::title(counted.score),
         Measure::Nearness(Nearness { score, body, entry }) => {
@@ -266,7 +267,7 @@ fn called(requirement: &Requirement) -> String {
 }
 
 fn limit(requirement: &Requirement) -> String {
-    let (writing, unit) = written(requirement);
+    let (writing, unit) = writing(requirement);
     let number = writing.exactly(requirement.limit.ratio().value());
     match requirement.limit {
         Limit::AtLeast(_) => format!("at least {number}{unit}"),
@@ -275,7 +276,7 @@ fn limit(requirement: &Requirement) -> String {
 }
 
 /// How values of a requirement are written, and their unit.
-fn written(requirement: &Requirement) -> (Writing, &'static str) {
+fn writing(requirement: &Requirement) -> (Writing, &'static str) {
     match &requirement.measure {
         Measure::Counted(counted) if measure::is_share(counted.score) => (Writing::Percent, ""),
         Measure::Counted(_) => (Writing::Plain, ""),
@@ -304,7 +305,7 @@ fn is_judged_as(one: &RequirementVerdict, requirement: &Requirement, regions: &[
     };
     one.score == requirement.score_name()
         && one.region.as_ref() == requirement.region().map(|region| &regions[region])
-        && one.over == requirement.over()
+        && one.over == requirement.scope()
         && (one.at_least, one.at_most) == limits
         && is_of_body
 }
@@ -317,7 +318,7 @@ fn rests_on_now(study: &Study, one: &RequirementVerdict, requirement: &Requireme
 /// The scores that rest on tables of the study as they are now, and the others.
 pub(super) fn parted_by_now<'s>(study: &Study, scores: &'s [ConditionScore]) -> [Vec<&'s ConditionScore>; 2] {
     let is_of_now = |one: &&ConditionScore| {
-        let score = Summed::named(&one.score, 0);
+        let score = Summed::from_name(&one.score, 0);
         score.is_some_and(|score| one.tables_sha256 == tables_sha256(study, score, one.condition))
     };
     let (now, old) = scores.iter().partition(is_of_now);

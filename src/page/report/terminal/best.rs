@@ -8,7 +8,7 @@ use crate::report::wording::extent;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
-use perirobot_sweep::results::over::{Over, over};
+use perirobot_sweep::results::over::{Over, summarize};
 use perirobot_sweep::results::swept::CombinationResults;
 
 /// How many choices each list of a block shows.
@@ -85,7 +85,7 @@ fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) 
             let label = if rank == 0 { format!("best {}", score.title()) } else { String::new() };
             shown.push(choice);
             let readings = results.readings(results.moments(), &series.key(choice, region))?;
-            line(label, combination.label(choice), SCORES.map(|score| over(&readings, score)));
+            line(label, combination.label(choice), SCORES.map(|score| summarize(&readings, score)));
         }
     }
     for b in 0..4 {

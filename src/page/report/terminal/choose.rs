@@ -1,7 +1,7 @@
 //! The best sets of sensors: the question, the front, and each set sensor by sensor.
 
 use crate::report::chosen_sets::{
-    Spelling, front, how_to_read, places, question, refined_words, scored, set,
+    Spelling, describe_score, front, places, question, reading_guide, refined_words, set,
 };
 use perirobot_decide::choose::Chosen;
 use perirobot_march::metrics::Across;
@@ -16,7 +16,12 @@ const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them a
 
 /// The question and the front.
 pub fn overview(chosen: &Chosen) -> String {
-    format!("asked: {}\n\n{}{}\n", question(chosen, &AS_IN_FILES), front(chosen).text(), how_to_read(chosen))
+    format!(
+        "asked: {}\n\n{}{}\n",
+        question(chosen, &AS_IN_FILES),
+        front(chosen).text(),
+        reading_guide(chosen)
+    )
 }
 
 /// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
@@ -25,7 +30,8 @@ pub fn render(chosen: &Chosen) -> String {
     let mut text = overview(chosen);
     text += &places(chosen).text();
     if let Some(best) = chosen.report.best() {
-        text += &format!("\nbest set: {}\n{}", scored(&best.best, score), set(&best.best, score).text());
+        text +=
+            &format!("\nbest set: {}\n{}", describe_score(&best.best, score), set(&best.best, score).text());
     }
     for refined in chosen.report.refined.iter().flatten() {
         text += &format!("\n{}\n", refined_words(refined, score));
@@ -37,7 +43,11 @@ pub fn render(chosen: &Chosen) -> String {
         text += &format!("\n{HOW_TO_LIST}\n");
     }
     for tie in &chosen.report.ties {
-        text += &format!("\nnearly as good elsewhere: {}\n{}", scored(tie, score), set(tie, score).text());
+        text += &format!(
+            "\nnearly as good elsewhere: {}\n{}",
+            describe_score(tie, score),
+            set(tie, score).text()
+        );
     }
     text
 }

@@ -1,7 +1,7 @@
 //! How the scores of all choices of poses are distributed: smallest, quartiles and largest of each scene,
 //! region, combination and representation, beside the baselines of that scene and region.
 
-use crate::report::near_side;
+use crate::report::bound_note;
 use crate::report::quartiles::{distribution, row};
 use crate::report::selection::ReportSelection;
 use crate::report::table::{Table, number};
@@ -47,7 +47,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
             }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
-        text += &near_side(score);
+        text += &bound_note(score);
     }
     Ok(text)
 }

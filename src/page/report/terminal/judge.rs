@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::report::PLAIN_MEANS;
 use crate::report::apart::Writing;
 use crate::report::table::{NONE, Table};
-use crate::report::wording::{of_which, whereabouts, words};
+use crate::report::wording::{describe_moments, whereabouts, words};
 use perirobot_decide::judge::{JudgedSet, Judgement, Summed, Value, spreads};
 use perirobot_study::study::{Counted, Limit, Measure, Nearness};
 use perirobot_sweep::results::Subject;
@@ -53,12 +53,13 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
     let (what, worst) = match &requirement.measure {
         Measure::Counted(Counted { score, region, over }) => {
             let region = &subject.regions[*region];
-            let which = if set.conditions.moments.len() > 1 { of_which(*over) } else { "" };
+            let which = if set.conditions.moments.len() > 1 { describe_moments(*over) } else { "" };
             (format!("{} in region {region}", score.title()), which)
         }
         Measure::Nearness(Nearness { score, .. }) => (score.name().into(), "the worst of all ways in"),
         Measure::Controller(score) => {
-            let of_all = if set.conditions.moments.len() > 1 { of_which(requirement.over()) } else { "" };
+            let of_all =
+                if set.conditions.moments.len() > 1 { describe_moments(requirement.scope()) } else { "" };
             (score.name().into(), of_all)
         }
     };
@@ -94,7 +95,7 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
     }
     if kept > 0 {
         let mounts: BTreeSet<&str> =
-            set.conditions.of(condition).iter().flat_map(|case| &case.kept).map(String::as_str).collect();
+            set.conditions.cases(condition).iter().flat_map(|case| &case.kept).map(String::as_str).collect();
         let mounts = mounts.into_iter().collect::<Vec<_>>().join(", ");
         text += &format!(
             "; in {kept} of {} draws, no place but the planned one was found for {mounts}",
@@ -134,8 +135,8 @@ fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
     };
     for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.of_what)) {
         let writing = Writing::new(spread.of_what);
-        let [best, mean, twentieth, worst] =
-            [spread.best, spread.mean, spread.twentieth, spread.worst].map(|value| writing.in_table(value));
+        let [best, mean, twentieth, worst] = [spread.best, spread.mean, spread.twentieth, spread.worst]
+            .map(|value| writing.to_table_text(value));
         let at = whereabouts(subject, set, spread.condition, &spread.at);
         let at = at.strip_prefix("; worst ").unwrap_or(NONE).to_string();
         let region = spread.of_what.region().map_or(NONE.into(), |region| subject.regions[region].clone());
@@ -151,7 +152,7 @@ mod tests {
     use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
 
     /// So many of so many voxels, beside a limit.
-    fn shown(part: u64, of: u64, limit: f64) -> String {
+    fn show(part: u64, of: u64, limit: f64) -> String {
         let limit = Limit::AtLeast(Ratio::from_f64(limit));
         let counts = [Confusion { uf: part, tn: of - part, ..Default::default() }];
         told_apart(
@@ -163,17 +164,17 @@ mod tests {
 
     #[test]
     fn values_are_told_apart_from_limits() {
-        assert_eq!(shown(7, 10, 0.7), "0.700");
-        assert_eq!(shown(6, 10, 0.7), "0.600");
-        assert_eq!(shown(69_996, 100_000, 0.7), "0.69996");
-        assert_eq!(shown(69_999_999, 100_000_000, 0.7), "0.69999999");
-        assert_eq!(shown(6994, 10_000, 0.6991), "0.6994");
-        assert_eq!(shown(1, 1_000_000, 0.0), "0.000001");
+        assert_eq!(show(7, 10, 0.7), "0.700");
+        assert_eq!(show(6, 10, 0.7), "0.600");
+        assert_eq!(show(69_996, 100_000, 0.7), "0.69996");
+        assert_eq!(show(69_999_999, 100_000_000, 0.7), "0.69999999");
+        assert_eq!(show(6994, 10_000, 0.6991), "0.6994");
+        assert_eq!(show(1, 1_000_000, 0.0), "0.000001");
         // The root of 1.103 is 1.05023...; of a distance the digits are rounded down.
         let limit = Limit::AtLeast(Ratio::from_f64(1.0));
         let root = Value::Root(Ratio { numerator: 1_1037, denominator: 10_000 });
         assert_eq!(told_apart(&root, &limit, Writing::Down), "1.050");
         assert_eq!(told_apart(&root, &limit, Writing::Plain), "1.051");
-        assert_eq!(shown(700_000_000_000_000_001, 1_000_000_000_000_000_000, 0.7), "just above 0.7");
+        assert_eq!(show(700_000_000_000_000_001, 1_000_000_000_000_000_000, 0.7), "just above 0.7");
     }
 }

@@ -1,8 +1,8 @@
 //! The best score of each combination of sensors, per scene and on average, and as a part of what the largest
 //! combination reaches.
 
+use crate::report::bound_note;
 use crate::report::maximum::{Maxima, Maximum, maxima, most_sensors, row};
-use crate::report::near_side;
 use crate::report::selection::ReportSelection;
 use crate::report::table::{Table, number};
 use perirobot_march::Result;
@@ -36,7 +36,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
         for &combination in &selection.combinations {
             let found = maxima(results, combination, region, score)?;
             table.row(row(results, &found, of_reference));
-            for (i, ([label, place], scenes)) in reached(results, &found).into_iter().enumerate() {
+            for (i, ([label, place], scenes)) in choices_at_maxima(results, &found).into_iter().enumerate() {
                 let name =
                     if i == 0 { results.combinations[combination].name.clone() } else { String::new() };
                 choices.row([name, scenes.join(", "), label, place]);
@@ -54,13 +54,13 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
         }
         let title = format!("{} in region {}", score.title(), results.regions[region]);
         text += &format!("\n{title}\n{}{}", table.text(), choices.text());
-        text += &near_side(score);
+        text += &bound_note(score);
     }
     Ok(text)
 }
 
 /// The choices that reach the maxima, each with its place and the scenes where it does.
-fn reached<'a>(results: &'a Results, found: &Maxima) -> Vec<([String; 2], Vec<&'a str>)> {
+fn choices_at_maxima<'a>(results: &'a Results, found: &Maxima) -> Vec<([String; 2], Vec<&'a str>)> {
     let combination = &results.combinations[found.combination];
     let label = |maximum: &Maximum| {
         let representation = &combination.representations[maximum.representation];

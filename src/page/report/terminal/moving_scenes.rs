@@ -1,6 +1,6 @@
 //! Moving scenes: the choices with the best mean over the snapshots, and those whose worst snapshot is best.
 
-use crate::report::near_side;
+use crate::report::bound_note;
 use crate::report::selection::ReportSelection;
 use crate::report::series::{ranked, worst_snapshot};
 use crate::report::table::{Table, number};
@@ -44,7 +44,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
             }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
-        text += &near_side(score);
+        text += &bound_note(score);
     }
     Ok(text)
 }

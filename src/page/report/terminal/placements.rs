@@ -7,7 +7,7 @@ mod sweeps;
 use super::best::{FEWER, cells};
 use crate::report::NEAR_SIDE;
 use crate::report::table::{NONE, Table, number};
-pub use chosen::{Among, RankedPlacement};
+pub use chosen::{PlacementFilter, RankedPlacement};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::over::Over;
@@ -55,7 +55,7 @@ impl Sweeps {
                 for (row, score) in Score::ALL.into_iter().enumerate() {
                     let title = if kind == 0 && row == 0 { scope.title.as_str() } else { "" };
                     let over = if row == 0 && self.has_several(scope) { KINDS[kind] } else { "" };
-                    let of = |placement| self.over(placement, scope, region, score);
+                    let of = |placement| self.score(placement, scope, region, score);
                     let each: Vec<Option<Over>> = placements.iter().map(of).collect::<Result<_>>()?;
                     let difference = match each[..] {
                         [a, b] => Some(difference(value(a, kind), value(b, kind))),

@@ -1,6 +1,6 @@
 //! Where an object should stand: the best of its candidate places, for sensors that stay where they are.
 
-use crate::report::near_side;
+use crate::report::bound_note;
 use crate::report::selection::ReportSelection;
 use crate::report::series::ranked;
 use crate::report::table::{Table, number};
@@ -48,7 +48,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
             let shown = best.iter().take(SHOWN).chain(best.iter().skip(SHOWN).next_back());
             for (rank, (place, choice, mean)) in shown.enumerate() {
                 let moments = place.moments.iter().copied();
-                let over = results.over(moments, series.key(*choice, region), score)?;
+                let over = results.summarize(moments, series.key(*choice, region), score)?;
                 let combination = &results.combinations[series.combination];
                 let title = if rank == 0 { series.title(results) } else { String::new() };
                 let last = if rank == SHOWN { " (the last)" } else { "" };
@@ -65,7 +65,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
             }
         }
         text += &format!("\n{} in region {}\n{}", score.title(), results.regions[region], table.text());
-        text += &near_side(score);
+        text += &bound_note(score);
     }
     Ok(text)
 }

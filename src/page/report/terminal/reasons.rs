@@ -51,7 +51,7 @@ pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = 
     let Choice { repeat, .. } = view.choice;
     let again = if view.study.repeats > 1 { format!(", repeat {repeat}") } else { String::new() };
     let asked = &view.study.combinations[view.choice.combination];
-    let place = Places::new(view.study, view.world).of_choice(asked, view.choice.choice);
+    let place = Places::new(view.study, view.world).describe_choice(asked, view.choice.choice);
     let mut text = format!(
         "\n{poses} · {combination} · {representation} · scene {}{again}\n",
         view.world.title(view.study)
@@ -60,13 +60,17 @@ pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = 
         text += &format!("{place}\n");
     }
     for region in regions {
-        text +=
-            &of_region(view, &view.study.regions[region].0, &view.counts(region), view.tally(missed, region));
+        text += &region_reasons(
+            view,
+            &view.study.regions[region].0,
+            &view.counts(region),
+            view.tally(missed, region),
+        );
     }
     text
 }
 
-fn of_region(view: &View, region: &str, counts: &Confusion, tallies: Vec<CauseTally>) -> String {
+fn region_reasons(view: &View, region: &str, counts: &Confusion, tallies: Vec<CauseTally>) -> String {
     let explained = explain(view, counts, tallies);
     let [reason, object, numbers @ ..] = explained.columns();
     let columns: Vec<String> = [reason, object]

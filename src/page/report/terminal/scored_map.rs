@@ -13,7 +13,7 @@ pub fn counts(view: &View) -> Vec<Confusion> {
 
 /// Tables of scores, of what became of the objects in each region, and of the reasons. The view is the map's own.
 pub fn render(map: &RecordedMap, view: &View) -> String {
-    let overlooked = map.overlooked(view);
+    let overlooked = map.find_overlooked(view);
     let mut columns = vec!["<region".to_string()];
     columns.extend(Verdict::ALL.map(|verdict| verdict.name().to_uppercase()));
     columns.extend(Score::ALL.map(|score| score.name().to_string()));
@@ -22,7 +22,7 @@ pub fn render(map: &RecordedMap, view: &View) -> String {
         let [tp, fp, fn_, tn, uo, uf] = [counts.tp, counts.fp, counts.fn_, counts.tn, counts.uo, counts.uf];
         let mut cells = vec![region.name.clone()];
         cells.extend([tp, fp, fn_, tn, uo, uf].map(|count| count.to_string()));
-        cells.extend(Score::ALL.map(|score| number(score.of(&counts))));
+        cells.extend(Score::ALL.map(|score| number(score.evaluate(&counts))));
         scores.row(cells);
     }
     let mut text = format!("\n{}", scores.text());
@@ -100,7 +100,11 @@ fn objects(view: &View, region: usize) -> String {
         }
     };
     for object in &view.truth.objects {
-        row(&object.name, &format!("{:?}", object.role).to_lowercase(), object.voxels.over(inside.window()));
+        row(
+            &object.name,
+            &format!("{:?}", object.role).to_lowercase(),
+            object.voxels.to_window(inside.window()),
+        );
     }
     let mut free = inside.clone();
     free.remove(&view.truth.occupied);

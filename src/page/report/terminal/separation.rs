@@ -9,7 +9,7 @@ use perirobot_sweep::results::Subject;
 
 /// Of one set.
 pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_size_m: f64) -> String {
-    let all = set.conditions.measured();
+    let all = set.conditions.measurements();
     let moments = all.clone().count();
     let mut text =
         "\nwhat a controller would measure between people and robot, from the labels\n".to_string();
@@ -46,7 +46,7 @@ pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_siz
     ] {
         for at in &stopping.speeds {
             let decision =
-                |one: &Separation| Decision::at(measured(one), one.truly, at.needed_m, voxel_size_m);
+                |one: &Separation| Decision::new(measured(one), one.truly, at.needed_m, voxel_size_m);
             let count = |wanted| all.clone().filter(|(_, one)| decision(one) == wanted).count().to_string();
             let counts =
                 [Decision::Stops, Decision::Runs, Decision::MissedStop, Decision::NeedlessStop].map(count);

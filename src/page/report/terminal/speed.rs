@@ -12,7 +12,7 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
     listed.dedup();
     let of: Vec<String> = listed.iter().map(|&speed| m_s(speed).to_string()).collect();
     let up_to = speeds.fastest.map_or("at none".into(), |fastest| format!("up to {} m/s,", m_s(fastest)));
-    let (by, of) = (by(speeds).join(" and by "), of.join(", "));
+    let (by, of) = (speed_demands(speeds).join(" and by "), of.join(", "));
     let mut text = format!("\nhow fast may it run, by {by}: {up_to} of the listed {of} m/s\n");
     if !speeds.missed_at_all.is_empty() {
         let highest = stopping.fastest().speed_m_s;
@@ -20,7 +20,7 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
         {
             let missed = speeds.missed_at_all.iter();
             let missed = missed.filter(|one| one.requirement.measure.is_of_highest_speed() == of_highest);
-            let missed: Vec<String> = missed.map(named).collect();
+            let missed: Vec<String> = missed.map(describe).collect();
             if !missed.is_empty() {
                 text += &format!("  missed {when}, and not counted in this: {}\n", missed.join(", "));
             }
@@ -29,7 +29,7 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
     // What stands in the way of the next.
     let next = listed.into_iter().find(|speed| speeds.fastest.is_none_or(|fastest| *speed > fastest));
     for (speed, judgement) in &speeds.judgements {
-        let (name, m_s) = (named(judgement), m_s(*speed));
+        let (name, m_s) = (describe(judgement), m_s(*speed));
         if judgement.values == 0 {
             let why = "has no value at any moment (nobody is so near, say)";
             text += &format!("  at {m_s} m/s not decided: {name} {why}\n");
@@ -41,8 +41,8 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
 }
 
 /// What is asked at each speed.
-fn by(speeds: &Speeds) -> Vec<&'static str> {
-    let is_counted = |judgement: &Judgement| judgement.requirement.counted().is_some();
+fn speed_demands(speeds: &Speeds) -> Vec<&'static str> {
+    let is_counted = |judgement: &Judgement| judgement.requirement.counted_score().is_some();
     let any = |counted: bool| speeds.judgements.iter().any(|(_, judgement)| is_counted(judgement) == counted);
     let both = [
         (any(true), "the requirements in separation regions"),
@@ -51,6 +51,6 @@ fn by(speeds: &Speeds) -> Vec<&'static str> {
     both.into_iter().filter_map(|(is_asked, what)| is_asked.then_some(what)).collect()
 }
 
-fn named(judgement: &Judgement) -> String {
+fn describe(judgement: &Judgement) -> String {
     format!("{} ({})", judgement.requirement.name, words(judgement.condition))
 }

@@ -49,8 +49,8 @@ fn parse(bytes: &[u8], topic: Option<&str>, message: Option<usize>) -> Result<Ve
     super::parse(bytes, topic, message).map(|(clouds, _)| clouds)
 }
 
-fn told(read: Result<Vec<Cloud>, Issue>) -> String {
-    perirobot_march::Error::from(read.unwrap_err().at("scan.mcap")).to_string()
+fn describe(read: Result<Vec<Cloud>, Issue>) -> String {
+    perirobot_march::Error::from(read.unwrap_err().with_place("scan.mcap")).to_string()
 }
 
 #[test]
@@ -85,11 +85,11 @@ fn one_topic_and_one_message_can_be_asked_for() {
     assert_eq!(both.len(), 2);
     assert_eq!(parse(&bytes, Some("/back"), Some(1)).unwrap(), both[1..]);
     assert_ne!(both[0].points_m, both[1].points_m);
-    let several = told(parse(&bytes, None, None));
+    let several = describe(parse(&bytes, None, None));
     assert!(several.contains("on several topics") && several.contains("/front"), "{several}");
-    let unknown = told(parse(&bytes, Some("/side"), None));
+    let unknown = describe(parse(&bytes, Some("/side"), None));
     assert!(unknown.contains("topic \"/side\"") || unknown.contains("topic = \"/side\""), "{unknown}");
-    let beyond = told(parse(&bytes, Some("/back"), Some(2)));
+    let beyond = describe(parse(&bytes, Some("/back"), Some(2)));
     assert!(beyond.contains("from 0 to 1"), "{beyond}");
 }
 
@@ -126,7 +126,7 @@ fn what_is_no_bag_of_clouds_is_refused_in_words() {
         (changed(|cloud| cloud.data.fill(255)), "has no point"),
     ];
     for (bytes, expected) in cases {
-        let said = told(parse(&bytes, None, None));
+        let said = describe(parse(&bytes, None, None));
         assert!(said.contains(expected) && said.starts_with("scan.mcap: "), "no {expected:?} in {said}");
     }
 }
@@ -158,7 +158,7 @@ fn lengths_that_no_file_has_are_refused_without_making_room_for_them() {
             (chunk(b"zstd", &zstd, u64::MAX), "unfolds to far more than its size"),
         ] {
             let bytes = [&magic[..], &header, &damaged, magic].concat();
-            let said = told(parse(&bytes, None, None));
+            let said = describe(parse(&bytes, None, None));
             assert!(said.contains(expected), "{length}: {said}");
         }
     }
@@ -225,11 +225,11 @@ fn types_without_msg_and_messages_of_ros_1_are_read() {
         expected[0].points_m.iter().map(|point| *point + DVec3::new(0.0, 0.0, 5.0)).collect();
     assert_eq!(clouds[0].points_m, lifted);
     for length in 0..cloud.len() {
-        let said = told(parse(&old(cloud[..length].to_vec()), None, None));
+        let said = describe(parse(&old(cloud[..length].to_vec()), None, None));
         assert!(said.contains("message 0 of /points is no sensor_msgs/msg/PointCloud2"), "{length}: {said}");
     }
     let other = raw_bag(&[("foxglove.PointCloud", "protobuf", "/scan", 1, vec![1])]);
-    let said = told(parse(&other, None, None));
+    let said = describe(parse(&other, None, None));
     assert!(said.contains("it has foxglove.PointCloud (protobuf) on /scan"), "{said}");
 }
 
@@ -271,7 +271,7 @@ fn frames_that_are_told_elsewhere_are_followed_or_told() {
         bag.write("/tf_static", &TfMessage { transforms: vec![other] });
         bag.write("/points", &odd("lidar", POINTS));
     });
-    let said = told(parse(&bytes, None, None));
+    let said = describe(parse(&bytes, None, None));
     assert!(said.contains("transform of the frame \"lidar\" has no finite place"), "{said}");
 }
 
@@ -308,7 +308,7 @@ fn small_recordings_take_no_gigabytes() {
     for (points, messages) in [(12 << 20, 1), (3 << 20, 4)] {
         let packed = packed_bag(&(0..messages).map(|_| cdr(&one_byte(points))).collect::<Vec<_>>());
         assert!(packed.len() < 200_000, "{} bytes", packed.len());
-        let said = told(parse(&packed, None, None));
+        let said = describe(parse(&packed, None, None));
         assert!(said.contains("unfolds to far more than its size"), "{said}");
     }
     // A text of 4 GiB in the record of a channel, of a schema, of a chunk.
@@ -322,7 +322,7 @@ fn small_recordings_take_no_gigabytes() {
         record(4, &[&[0; 12][..], &[9, 0, 0, 0], &long, b"xyzuv"].concat()),
         record(6, &[&[0; 28][..], &long, b"x"].concat()),
     ] {
-        let said = told(parse(&[&magic[..], &damaged, magic].concat(), None, None));
+        let said = describe(parse(&[&magic[..], &damaged, magic].concat(), None, None));
         assert!(said.contains("no whole MCAP file"), "{said}");
     }
     let frames = |count: usize, name: fn(usize) -> [String; 2]| TfMessage {
@@ -336,7 +336,7 @@ fn small_recordings_take_no_gigabytes() {
             bag.write("/tf_static", &told_frames);
             bag.write("/points", &odd("f0", POINTS));
         });
-        let said = told(parse(&bytes, None, None));
+        let said = describe(parse(&bytes, None, None));
         assert!(said.contains(expected), "{said}");
     }
 }

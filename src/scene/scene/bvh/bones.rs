@@ -35,7 +35,7 @@ const USUAL: [(&str, &[&str]); 6] = [
 
 /// The bones that begin at the joints of a person.
 #[derive(Debug, PartialEq)]
-pub(super) struct Chosen {
+pub(super) struct JointBones {
     joints: [Option<usize>; 17],
     head: Option<usize>,
 }
@@ -60,7 +60,7 @@ fn hangs_on(bones: &[Bone], bone: usize, other: usize) -> bool {
 
 /// Chooses the bones of a skeleton: those that are named, else those with usual names. No bone serves two joints, and
 /// of several with usual names one that hangs on the joint before it on the limb is preferred.
-pub(super) fn choose(bones: &[Bone], named: &BTreeMap<String, String>) -> Result<Chosen, Issue> {
+pub(super) fn choose(bones: &[Bone], named: &BTreeMap<String, String>) -> Result<JointBones, Issue> {
     let plain: Vec<String> = bones.iter().map(|bone| plain(&bone.name)).collect();
     let there_are = || {
         let names: Vec<&str> = bones.iter().take(40).map(|bone| bone.name.as_str()).collect();
@@ -91,12 +91,14 @@ pub(super) fn choose(bones: &[Bone], named: &BTreeMap<String, String>) -> Result
             found.iter().find(|&&bone| carrier.is_some_and(|carrier| hangs_on(bones, bone, carrier)));
         let bone = carried.or(found.first()).ok_or_else(|| {
             Issue::says(format!("none of its bones has a usual name of the one at {joint}"))
-                .wanted(format!("name it, as in bones = {{ {joint} = \"…\" }}, or leave it out with \"\""))
+                .with_advice(format!(
+                    "name it, as in bones = {{ {joint} = \"…\" }}, or leave it out with \"\""
+                ))
                 .cure(there_are())
         })?;
         taken.push((*bone, joint));
     }
-    Ok(Chosen { joints: JOINTS.map(|joint| bone_of(&taken, joint)), head: bone_of(&taken, HEAD) })
+    Ok(JointBones { joints: JOINTS.map(|joint| bone_of(&taken, joint)), head: bone_of(&taken, HEAD) })
 }
 
 /// The bone of a joint.
@@ -132,7 +134,7 @@ fn plain(name: &str) -> String {
     plain
 }
 
-impl Chosen {
+impl JointBones {
     /// The joints of a person, in the file's axes and in metres. `rest` and `now` are the bones of the skeleton as it is
     /// drawn and as it is posed, `up` is a unit vector. Of a head, eyes, ears and nose that have no bones are where an
     /// adult's are: at rest it looks where the hips do, and it turns with its bone. None if the hips do not tell where

@@ -25,13 +25,13 @@ pub(super) struct Bone {
 /// What a number of a frame moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Channel {
-    Position(Axis),
-    Rotation(Axis),
+    Position(BoneAxis),
+    Rotation(BoneAxis),
 }
 
 /// An axis of a bone's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Axis {
+pub(super) enum BoneAxis {
     X,
     Y,
     Z,
@@ -52,7 +52,7 @@ pub(super) fn read(text: &str) -> Result<(Vec<Bone>, usize), Issue> {
     let (mut byte, mut begun) = (0, false);
     for (number, line) in text.split_inclusive('\n').enumerate() {
         byte += line.len();
-        let at = |issue: Issue| issue.at(format!("line {}", number + 1));
+        let at = |issue: Issue| issue.with_place(format!("line {}", number + 1));
         let damaged = |what: &str| at(Issue::damaged(what.to_string()));
         let line = line.trim();
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -61,7 +61,7 @@ pub(super) fn read(text: &str) -> Result<(Vec<Bone>, usize), Issue> {
             None => (rest.trim(), word == "{"),
         };
         if !begun && !word.is_empty() && word != "HIERARCHY" {
-            return Err(at(Issue::says("must begin with HIERARCHY").wanted("is it a BVH file?")));
+            return Err(at(Issue::says("must begin with HIERARCHY").with_advice("is it a BVH file?")));
         }
         match word {
             "" | "{" => {}
@@ -73,13 +73,13 @@ pub(super) fn read(text: &str) -> Result<(Vec<Bone>, usize), Issue> {
                     ("JOINT", Some(Within::Bone(parent))) => Some(*parent),
                     ("ROOT", None) => {
                         return Err(at(Issue::unsupported("a second ROOT")
-                            .wanted("one person a file: write each into a file of its own")));
+                            .with_advice("one person a file: write each into a file of its own")));
                     }
                     _ => return Err(damaged("a JOINT must be inside of a ROOT, and a ROOT in nothing")),
                 };
                 if rest.is_empty() || !names.insert(rest.to_string()) {
                     return Err(at(
-                        Issue::says(format!("{word} {rest:?}")).wanted("must have a name of its own")
+                        Issue::says(format!("{word} {rest:?}")).with_advice("must have a name of its own")
                     ));
                 }
                 if bones.len() == MOST_BONES {
@@ -118,7 +118,7 @@ pub(super) fn read(text: &str) -> Result<(Vec<Bone>, usize), Issue> {
             open.push(next.take().ok_or_else(|| damaged("a { that belongs to no bone"))?);
         }
     }
-    Err(Issue::damaged("ends before MOTION").wanted("it is cut off, or its braces do not match"))
+    Err(Issue::damaged("ends before MOTION").with_advice("it is cut off, or its braces do not match"))
 }
 
 /// `6 Xposition Yposition Zposition Zrotation Xrotation Yrotation`.
@@ -127,9 +127,9 @@ fn channels(text: &str) -> Result<Vec<Channel>, Issue> {
     let count = words.next().and_then(|count| count.parse::<usize>().ok());
     let channel = |word: &str| {
         let axis = match word.chars().next()?.to_ascii_uppercase() {
-            'X' => Axis::X,
-            'Y' => Axis::Y,
-            'Z' => Axis::Z,
+            'X' => BoneAxis::X,
+            'Y' => BoneAxis::Y,
+            'Z' => BoneAxis::Z,
             _ => return None,
         };
         match word[1..].to_ascii_lowercase().as_str() {

@@ -7,7 +7,7 @@ use perirobot_march::error::Issue;
 
 /// The frames of a file, as text.
 #[derive(Debug)]
-pub(super) struct Motion {
+pub(super) struct MotionFrames {
     text: String,
     /// The line of each frame, in bytes; at least one.
     frames: Vec<Range<usize>>,
@@ -19,9 +19,9 @@ pub(super) struct Motion {
     pub(super) behind: usize,
 }
 
-impl Motion {
+impl MotionFrames {
     /// The frames of a text, of which the first `from` bytes are the skeleton.
-    pub(super) fn read(text: String, from: usize, channels: usize) -> Result<Motion, Issue> {
+    pub(super) fn read(text: String, from: usize, channels: usize) -> Result<MotionFrames, Issue> {
         let mut at = from;
         let mut lines = text[from..].split_inclusive('\n').filter_map(|line| {
             let begin = at + (line.len() - line.trim_start().len());
@@ -48,11 +48,11 @@ impl Motion {
         let mut frames: Vec<Range<usize>> = lines.map(|(line, _)| line).collect();
         if frames.len() < count {
             return Err(Issue::damaged(format!("has {} frames and declares {count}", frames.len()))
-                .wanted("each is a line: is it cut off?"));
+                .with_advice("each is a line: is it cut off?"));
         }
         let behind = frames.len() - count;
         frames.truncate(count);
-        Ok(Motion { text, frames, channels, frame_s, behind })
+        Ok(MotionFrames { text, frames, channels, frame_s, behind })
     }
 
     pub(super) fn span_s(&self) -> [f64; 2] {
@@ -67,7 +67,7 @@ impl Motion {
         let line = &self.text[self.frames[frame].clone()];
         numbers(line).filter(|numbers| numbers.len() == self.channels).ok_or_else(|| {
             let what = format!("frame {frame} is no line of {} numbers", self.channels);
-            Issue::damaged(what).wanted("its bones have as many channels")
+            Issue::damaged(what).with_advice("its bones have as many channels")
         })
     }
 }

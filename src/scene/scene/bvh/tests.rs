@@ -91,7 +91,7 @@ fn same(name: &str) -> String {
 }
 
 #[track_caller]
-fn near(joints: &Keypoints, joint: usize, expected: [f64; 3]) {
+fn assert_near(joints: &Keypoints, joint: usize, expected: [f64; 3]) {
     let found = joints[joint].unwrap();
     let off = (found - DVec3::from_array(expected)).length();
     assert!(off < 1e-9, "{} at {found}, expected {expected:?}", JOINTS[joint]);
@@ -102,18 +102,18 @@ fn a_person_stands_as_the_skeleton_is_drawn() {
     let bvh = read(&file(&same, &[frame(&[])])).unwrap();
     let joints = bvh.keypoints(&motion()).unwrap();
     // y up becomes z up, +z becomes −y: who faces +z faces −y, the left is +x.
-    near(&joints, HIPS[0], [0.1, 0.0, 0.9]);
-    near(&joints, ANKLES[1], [-0.1, 0.0, 0.07]);
-    near(&joints, SHOULDERS[0], [0.18, 0.0, 1.4]);
-    near(&joints, WRISTS[1], [-0.18, 0.0, 0.84]);
+    assert_near(&joints, HIPS[0], [0.1, 0.0, 0.9]);
+    assert_near(&joints, ANKLES[1], [-0.1, 0.0, 0.07]);
+    assert_near(&joints, SHOULDERS[0], [0.18, 0.0, 1.4]);
+    assert_near(&joints, WRISTS[1], [-0.18, 0.0, 0.84]);
     // The head begins at 1.55 m.
-    near(&joints, NOSE, [0.0, -0.1, 1.6]);
-    near(&joints, EARS[0], [0.07, 0.0, 1.61]);
+    assert_near(&joints, NOSE, [0.0, -0.1, 1.6]);
+    assert_near(&joints, EARS[0], [0.07, 0.0, 1.61]);
     assert_eq!(joints.iter().flatten().count(), 17);
     let z_up = bvh.keypoints(&MotionFile { up: Up::Z, ..motion() }).unwrap();
-    near(&z_up, SHOULDERS[0], [0.18, 1.4, 0.0]);
+    assert_near(&z_up, SHOULDERS[0], [0.18, 1.4, 0.0]);
     let inches = bvh.keypoints(&MotionFile { scale: 0.0254, ..motion() }).unwrap();
-    near(&inches, HIPS[0], [0.254, 0.0, 90.0 * 0.0254]);
+    assert_near(&inches, HIPS[0], [0.254, 0.0, 90.0 * 0.0254]);
 }
 
 #[test]
@@ -121,18 +121,18 @@ fn bones_turn_in_the_order_of_their_channels() {
     // The left arm is lifted to the side, then the forearm bends forward: in its own frame, which the arm has turned.
     let turned = [("LeftArm", [90., 0., 0.]), ("LeftForeArm", [0., -90., 0.])];
     let joints = read(&file(&same, &[frame(&turned)])).unwrap().keypoints(&motion()).unwrap();
-    near(&joints, ELBOWS[0], [0.18 + 0.3, 0.0, 1.4]);
+    assert_near(&joints, ELBOWS[0], [0.18 + 0.3, 0.0, 1.4]);
     // Without the bend the hand is further to the side; about the arm's x, which points up now, −90° takes it to +z.
-    near(&joints, WRISTS[0], [0.48, -0.26, 1.4]);
+    assert_near(&joints, WRISTS[0], [0.48, -0.26, 1.4]);
     // Two turns of one bone: z first in the product, so that x turns about an axis that z has turned.
     let turned = [("LeftUpLeg", [90., -90., 0.])];
     let joints = read(&file(&same, &[frame(&turned)])).unwrap().keypoints(&motion()).unwrap();
-    near(&joints, KNEES[0], [0.1, -0.42, 0.9]);
+    assert_near(&joints, KNEES[0], [0.1, -0.42, 0.9]);
     // A head that is turned to the left by 90° about y looks along +x.
     let joints =
         read(&file(&same, &[frame(&[("Neck", [0., 0., 90.])])])).unwrap().keypoints(&motion()).unwrap();
-    near(&joints, NOSE, [0.1, 0.0, 1.6]);
-    near(&joints, EARS[0], [0.0, 0.07, 1.61]);
+    assert_near(&joints, NOSE, [0.1, 0.0, 1.6]);
+    assert_near(&joints, EARS[0], [0.0, 0.07, 1.61]);
 }
 
 /// Against quaternions, which the reader does not use, at random.
@@ -168,11 +168,11 @@ fn a_chain_of_quaternions_agrees() {
         ];
         for (bone, joint) in bones.into_iter().chain([("LeftArm", SHOULDERS[0]), ("RightLeg", KNEES[1])]) {
             let at = placed[bone].0;
-            near(&joints, joint, [0.01 * at.x, -0.01 * at.z, 0.01 * at.y]);
+            assert_near(&joints, joint, [0.01 * at.x, -0.01 * at.z, 0.01 * at.y]);
         }
         let (head, turn) = placed["Head"];
         let nose = 0.01 * head + turn * DVec3::new(0.0, 0.05, 0.1);
-        near(&joints, NOSE, [nose.x, -nose.z, nose.y]);
+        assert_near(&joints, NOSE, [nose.x, -nose.z, nose.y]);
     }
 }
 
@@ -185,12 +185,12 @@ fn the_nearest_frame_is_taken_and_the_ends_are_held() {
         [(-1.0, 0.0), (0.0, 0.0), (0.019, 0.0), (0.021, 1.0), (0.04, 1.0), (0.07, 2.0), (1e9, 2.0)]
     {
         let joints = bvh.keypoints(&MotionFile { time_s, ..motion() }).unwrap();
-        near(&joints, HIPS[0], [0.1 + 0.01 * frame, 0.0, 0.9]);
+        assert_near(&joints, HIPS[0], [0.1 + 0.01 * frame, 0.0, 0.9]);
     }
     // One pose often has no time.
     let pose = file(&same, &[frame(&[])]).replace("Frame Time: 0.04", "Frame Time: 0");
     assert_eq!(read(&pose).unwrap().span_s(), [0.0, 0.0]);
-    near(
+    assert_near(
         &read(&pose).unwrap().keypoints(&MotionFile { time_s: 2.0, ..motion() }).unwrap(),
         HIPS[0],
         [0.1, 0.0, 0.9],
@@ -204,18 +204,18 @@ fn who_is_centred_stands_above_the_origin_and_faces_x() {
     (elsewhere[0], elsewhere[2]) = (300., -700.);
     let bvh = read(&file(&same, &[elsewhere, frame(&[("LeftArm", [20., 30., 40.])])])).unwrap();
     let joints = |time_s, centred| bvh.keypoints(&MotionFile { time_s, centred, ..motion() }).unwrap();
-    near(
+    assert_near(
         &joints(0.0, false),
         NOSE,
         [3.0 + 0.1 * libm::sin(70f64.to_radians()), 7.0 - 0.1 * libm::cos(70f64.to_radians()), 1.6],
     );
     let centred = joints(0.0, true);
-    near(&centred, NOSE, [0.1, 0.0, 1.6]);
-    near(&centred, HIPS[0], [0.0, 0.1, 0.9]);
+    assert_near(&centred, NOSE, [0.1, 0.0, 1.6]);
+    assert_near(&centred, HIPS[0], [0.0, 0.1, 0.9]);
     // The same person, wherever they stood.
     let other = joints(0.04, true);
     for joint in 0..17 {
-        near(&centred, joint, other[joint].unwrap().to_array());
+        assert_near(&centred, joint, other[joint].unwrap().to_array());
     }
 }
 
@@ -305,8 +305,8 @@ fn bones_are_known_by_their_usual_names() {
     ])
     .unwrap();
     assert_eq!((without[WRISTS[0]], without[WRISTS[1]], without[EARS[0]]), (None, None, None));
-    near(&without, NOSE, [0.0, 0.0, 1.45]);
-    near(&without, ELBOWS[1], [-0.18, 0.0, 0.84]);
+    assert_near(&without, NOSE, [0.0, 0.0, 1.45]);
+    assert_near(&without, ELBOWS[1], [-0.18, 0.0, 0.84]);
     let error = with(&[("left_wrist", "pfote")]).unwrap_err();
     assert!(
         error.contains("walk.bvh: bones.left_wrist = \"pfote\": no bone has that name; there are"),
@@ -332,19 +332,19 @@ fn each_joint_has_the_bone_of_its_own() {
     // Knees above, ankles and feet below: what is called a foot is not the ankle.
     let with_feet = renamed(&[("LeftUpLeg", "L_Hip"), ("LeftLeg", "L_Ankle"), ("LeftFoot", "L_Foot")]);
     let joints = choose(&with_feet, &[("left_knee", "")]).unwrap();
-    near(&joints, ANKLES[0], [0.1, 0.0, 0.48]);
+    assert_near(&joints, ANKLES[0], [0.1, 0.0, 0.48]);
     let with_hands = renamed(&[("LeftForeArm", "left_wrist"), ("LeftHand", "left_hand")]);
-    near(&choose(&with_hands, &[("left_elbow", "")]).unwrap(), WRISTS[0], [0.18, 0.0, 1.1]);
+    assert_near(&choose(&with_hands, &[("left_elbow", "")]).unwrap(), WRISTS[0], [0.18, 0.0, 1.1]);
     // A bone that is the hip is not the knee, too, whatever its name is.
     let legs = renamed(&[("LeftUpLeg", "Left leg"), ("LeftLeg", "Left shin")]);
-    near(&choose(&legs, &[("left_hip", "Left leg")]).unwrap(), KNEES[0], [0.1, 0.0, 0.48]);
+    assert_near(&choose(&legs, &[("left_hip", "Left leg")]).unwrap(), KNEES[0], [0.1, 0.0, 0.48]);
     let twice = choose(&same, &[("left_hip", "LeftUpLeg"), ("left_knee", "LeftUpLeg")]).unwrap_err();
     assert!(twice.contains("bones.left_knee = \"LeftUpLeg\": is the bone of left_hip, too"), "{twice}");
     let none_left = choose(&same, &[("left_hip", "LeftLeg")]).unwrap_err();
     assert!(none_left.contains("usual name of the one at left_knee"), "{none_left}");
     // A handle for animators that is called like a joint hangs on something else.
     let handle = renamed(&[("Neck", "LeftFoot"), ("LeftFoot", "Foot_L")]);
-    near(&choose(&handle, &[]).unwrap(), ANKLES[0], [0.1, 0.0, 0.07]);
+    assert_near(&choose(&handle, &[]).unwrap(), ANKLES[0], [0.1, 0.0, 0.07]);
 }
 
 #[test]
@@ -352,7 +352,7 @@ fn lines_behind_the_frames_are_not_read() {
     let two = file(&same, &[frame(&[]), frame(&[("LeftUpLeg", [0.0, 90.0, 0.0])])]);
     let one = read(&two.replacen("Frames: 2", "Frames: 1", 1)).unwrap();
     assert_eq!((one.span_s(), one.motion.behind), ([0.0, 0.0], 1));
-    near(&one.keypoints(&MotionFile { time_s: 9.0, ..motion() }).unwrap(), KNEES[0], [0.1, 0.0, 0.48]);
+    assert_near(&one.keypoints(&MotionFile { time_s: 9.0, ..motion() }).unwrap(), KNEES[0], [0.1, 0.0, 0.48]);
 }
 
 #[test]

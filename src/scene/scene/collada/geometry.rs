@@ -18,7 +18,7 @@ pub(super) fn read(
         return Ok(());
     }
     let mesh = child(geometry, "mesh").ok_or_else(|| {
-        library.at(geometry, Issue::says("has no <mesh>").wanted("export the surfaces as meshes"))
+        library.with_line(geometry, Issue::says("has no <mesh>").with_advice("export the surfaces as meshes"))
     })?;
     for primitive in mesh.children().filter(Node::is_element) {
         let tag = primitive.tag_name().name();
@@ -34,7 +34,7 @@ pub(super) fn read(
                         .into_iter()
                         .try_for_each(|t| triangle(t.map(|i| corners[i])))
                 })
-                .map_err(|what| library.at(primitive, what))?;
+                .map_err(|what| library.with_line(primitive, what))?;
         }
     }
     Ok(())
@@ -49,14 +49,14 @@ fn faces(
 ) -> Result<Vec<Vec<usize>>, Issue> {
     let lists = children(primitive, "p").map(|list| layout.places(library, list));
     let lists: Vec<Vec<usize>> = lists.collect::<Result<_, _>>()?;
-    let wrong = |issue: Issue| library.at(primitive, issue);
+    let wrong = |issue: Issue| library.with_line(primitive, issue);
     Ok(match tag {
         "triangles" => {
             let places = lists.concat();
             if places.len() % 3 != 0 {
                 return Err(wrong(
                     Issue::says(format!("has {} corners", places.len()))
-                        .wanted("triangles need a multiple of 3"),
+                        .with_advice("triangles need a multiple of 3"),
                 ));
             }
             places.chunks(3).map(<[usize]>::to_vec).collect()
@@ -87,7 +87,7 @@ fn faces(
         "polygons" => {
             if child(primitive, "ph").is_some() {
                 return Err(wrong(
-                    Issue::says("has a polygon with a hole (<ph>)").wanted("triangulate the mesh"),
+                    Issue::says("has a polygon with a hole (<ph>)").with_advice("triangulate the mesh"),
                 ));
             }
             lists
@@ -132,10 +132,11 @@ impl IndexLayout {
             }
         }
         let (offset, vertices) = vertices
-            .ok_or_else(|| library.at(primitive, Issue::says("has no <input semantic=\"VERTEX\">")))?;
+            .ok_or_else(|| library.with_line(primitive, Issue::says("has no <input semantic=\"VERTEX\">")))?;
         let position = children(vertices, "input").find(|i| i.attribute("semantic") == Some("POSITION"));
-        let position = position
-            .ok_or_else(|| library.at(vertices, Issue::says("has no <input semantic=\"POSITION\">")))?;
+        let position = position.ok_or_else(|| {
+            library.with_line(vertices, Issue::says("has no <input semantic=\"POSITION\">"))
+        })?;
         let positions = positions(library, library.follow(position, "source", "source")?)?;
         Ok(Some(IndexLayout { stride, offset, positions }))
     }
@@ -145,7 +146,9 @@ impl IndexLayout {
         let indices = library.whole_numbers(list)?;
         if indices.len() % self.stride != 0 {
             let what = Issue::says(format!("has {} indices", indices.len()));
-            return Err(library.at(list, what.wanted(format!("must be a multiple of {}", self.stride))));
+            return Err(
+                library.with_line(list, what.with_advice(format!("must be a multiple of {}", self.stride)))
+            );
         }
         Ok(indices.chunks_exact(self.stride).map(|corner| corner[self.offset]).collect())
     }
@@ -153,20 +156,21 @@ impl IndexLayout {
     fn position(&self, place: usize) -> Result<DVec3, Issue> {
         let position = self.positions.get(place).copied();
         position.ok_or_else(|| {
-            Issue::says(format!("position {place}")).wanted(format!("there are {}", self.positions.len()))
+            Issue::says(format!("position {place}"))
+                .with_advice(format!("there are {}", self.positions.len()))
         })
     }
 }
 
 fn positions(library: &Library, source: Node) -> Result<Vec<DVec3>, Issue> {
     let accessor = child(source, "technique_common").and_then(|common| child(common, "accessor"));
-    let accessor = accessor.ok_or_else(|| library.at(source, Issue::says("has no <accessor>")))?;
+    let accessor = accessor.ok_or_else(|| library.with_line(source, Issue::says("has no <accessor>")))?;
     let array = library.follow(accessor, "source", "float_array")?;
     let numbers = library.numbers(array)?;
     // More numbers than are declared are not referred to.
     if library.attribute(array, "count")?.is_some_and(|count| count > numbers.len()) {
         let what = format!("its count is more than the {} numbers there: the file is damaged", numbers.len());
-        return Err(library.at(array, Issue::damaged(what)));
+        return Err(library.with_line(array, Issue::damaged(what)));
     }
     let stride = library.attribute(accessor, "stride")?.unwrap_or(1);
     let offset = library.attribute(accessor, "offset")?.unwrap_or(0);
@@ -175,7 +179,7 @@ fn positions(library: &Library, source: Node) -> Result<Vec<DVec3>, Issue> {
     if stride < 3 || end.is_none_or(|end| end > numbers.len()) {
         let what = format!("count = {count}, stride = {stride}, offset = {offset}");
         let rule = format!("positions need a stride of 3 or more, and there are {} numbers", numbers.len());
-        return Err(library.at(accessor, Issue::says(what).wanted(rule)));
+        return Err(library.with_line(accessor, Issue::says(what).with_advice(rule)));
     }
     Ok((0..count).map(|i| DVec3::from_slice(&numbers[offset + i * stride..])).collect())
 }

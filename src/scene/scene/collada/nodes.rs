@@ -20,7 +20,8 @@ pub(super) fn place<'a, 'i>(
 ) -> Result<(), Issue> {
     let scene = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     let scene = scene.ok_or_else(|| {
-        Issue::says("has no <scene> that shows a <visual_scene>").wanted("export the surfaces as a scene")
+        Issue::says("has no <scene> that shows a <visual_scene>")
+            .with_advice("export the surfaces as a scene")
     })?;
     let scene = library.follow(scene, "url", "visual_scene")?;
     let mut open: Vec<_> = children(scene, "node").map(|node| (node, DAffine3::IDENTITY, 1)).collect();
@@ -29,7 +30,7 @@ pub(super) fn place<'a, 'i>(
         seen += 1;
         if depth > MAX_DEPTH || seen > MOST_NODES {
             let what = format!("more than {MAX_DEPTH} levels or {MOST_NODES} nodes");
-            return Err(library.at(node, Issue::too_large(what).wanted("flatten the scene")));
+            return Err(library.with_line(node, Issue::too_large(what).with_advice("flatten the scene")));
         }
         let scene_from_node = scene_from_parent * parent_from_node(library, node)?;
         for entry in node.children().filter(Node::is_element) {
@@ -43,7 +44,7 @@ pub(super) fn place<'a, 'i>(
                 }
                 "instance_controller" => {
                     let what = Issue::unsupported("a skeleton poses the mesh");
-                    return Err(library.at(entry, what.wanted("export it with the pose applied")));
+                    return Err(library.with_line(entry, what.with_advice("export it with the pose applied")));
                 }
                 _ => {}
             }
@@ -62,28 +63,29 @@ fn parent_from_node(library: &Library, node: Node) -> Result<DAffine3, Issue> {
             "translate" | "scale" => 3,
             "rotate" => 4,
             "lookat" | "skew" => {
-                return Err(library.at(
+                return Err(library.with_line(
                     entry,
-                    Issue::unsupported("not supported").wanted("export transforms as one <matrix> a node"),
+                    Issue::unsupported("not supported")
+                        .with_advice("export transforms as one <matrix> a node"),
                 ));
             }
             _ => continue,
         };
         let numbers = library.numbers(entry)?;
         if numbers.len() != count {
-            return Err(library.at(
+            return Err(library.with_line(
                 entry,
-                Issue::says(format!("has {} numbers", numbers.len())).wanted(format!("must be {count}")),
+                Issue::says(format!("has {} numbers", numbers.len())).with_advice(format!("must be {count}")),
             ));
         }
         let vector = || DVec3::from_slice(&numbers);
         parent_from_node *= match tag {
             "matrix" => matrix(&numbers)
-                .ok_or_else(|| library.at(entry, Issue::says("its last row must be 0 0 0 1")))?,
+                .ok_or_else(|| library.with_line(entry, Issue::says("its last row must be 0 0 0 1")))?,
             "translate" => DAffine3::from_translation(vector()),
             "scale" => DAffine3::from_scale(vector()),
             _ => rotation(vector(), numbers[3])
-                .ok_or_else(|| library.at(entry, Issue::says("turns about an axis that is zero")))?,
+                .ok_or_else(|| library.with_line(entry, Issue::says("turns about an axis that is zero")))?,
         };
     }
     Ok(parent_from_node)

@@ -22,7 +22,7 @@ const CUBE: &str = r##"<?xml version="1.0" encoding="utf-8"?>
 const NODE: &str = r##"<node id="part"><instance_geometry url="#cube"/></node>"##;
 
 #[track_caller]
-fn changed(from: &str, to: &str) -> String {
+fn change(from: &str, to: &str) -> String {
     assert!(CUBE.contains(from), "{from}");
     CUBE.replacen(from, to, 1)
 }
@@ -40,15 +40,15 @@ fn assert_spans(text: &str, low: [f64; 3], high: [f64; 3]) {
 #[test]
 fn the_unit_counts_and_the_up_axis_does_not() {
     assert_spans(CUBE, [0.0; 3], [0.01; 3]);
-    assert_spans(&changed("<unit name=\"centimetre\" meter=\"0.01\"/>", ""), [0.0; 3], [1.0; 3]);
+    assert_spans(&change("<unit name=\"centimetre\" meter=\"0.01\"/>", ""), [0.0; 3], [1.0; 3]);
     // A box that is not as high as wide shows that y stays y.
-    let flat = changed("<node id=\"part\">", "<node id=\"part\"><scale>100 200 300</scale>");
+    let flat = change("<node id=\"part\">", "<node id=\"part\"><scale>100 200 300</scale>");
     assert_spans(&flat, [0.0; 3], [1.0, 2.0, 3.0]);
 }
 
 #[test]
 fn what_is_up_is_told() {
-    let up = |axis: &str| parse(&changed("<up_axis>Y_UP</up_axis>", axis)).map(|(_, up)| up);
+    let up = |axis: &str| parse(&change("<up_axis>Y_UP</up_axis>", axis)).map(|(_, up)| up);
     let said = |axis: &str| up(&format!("<up_axis> {axis}\n</up_axis>"));
     assert_eq!(["X_UP", "Y_UP", "Z_UP"].map(|axis| said(axis).unwrap()), [Up::X, Up::Y, Up::Z]);
     assert_eq!(up("").unwrap(), Up::Y, "the format's own default");
@@ -59,7 +59,7 @@ fn what_is_up_is_told() {
 fn transforms_multiply_in_their_order_down_the_tree() {
     let moved = |inside: &str| {
         let node = NODE.replace("<instance_geometry", &format!("{inside}<instance_geometry"));
-        changed(NODE, &node).replace("0.01", "1")
+        change(NODE, &node).replace("0.01", "1")
     };
     // Scaled, then turned (x → y, y → −x), then moved: the last one written comes first.
     let steps = "<translate>5 0 0</translate><rotate>0 0 2 90</rotate><scale>1 2 3</scale>";
@@ -70,13 +70,13 @@ fn transforms_multiply_in_their_order_down_the_tree() {
     assert_spans(&moved("<scale>-1 1 1</scale>"), [-1.0, 0.0, 0.0], [0.0, 1.0, 1.0]);
     let nested = "<node><translate>0 0 10</translate><node><scale>2 2 2</scale><instance_geometry url=\"#cube\"/>\
         </node></node>";
-    assert_spans(&changed(NODE, nested).replace("0.01", "1"), [0.0, 0.0, 10.0], [2.0, 2.0, 12.0]);
+    assert_spans(&change(NODE, nested).replace("0.01", "1"), [0.0, 0.0, 10.0], [2.0, 2.0, 12.0]);
 }
 
 #[test]
 fn a_geometry_may_stand_in_many_places() {
     let twice = format!("{NODE}<node><translate>0 0 3</translate><instance_node url=\"#part\"/></node>");
-    let mesh = parse(&changed(NODE, &twice).replace("0.01", "1")).unwrap().0;
+    let mesh = parse(&change(NODE, &twice).replace("0.01", "1")).unwrap().0;
     assert_closed(&mesh);
     assert_eq!(mesh.bounds().unwrap().1, DVec3::new(1.0, 1.0, 4.0));
     assert!((volume(&mesh) - 2.0).abs() < 1e-12);
@@ -119,7 +119,7 @@ fn elements_of_several_kinds_may_share_an_id() {
     });
     assert_spans(&text, [0.0; 3], [0.01; 3]);
     // Of two of a kind the first.
-    let twice = changed("</library_visual_scenes>", "<visual_scene id=\"scene\"/></library_visual_scenes>");
+    let twice = change("</library_visual_scenes>", "<visual_scene id=\"scene\"/></library_visual_scenes>");
     assert_spans(&twice, [0.0; 3], [0.01; 3]);
 }
 
@@ -127,12 +127,12 @@ fn elements_of_several_kinds_may_share_an_id() {
 fn what_turns_nothing_or_has_no_surface_refuses_no_file() {
     let curve =
         "</geometry><geometry id=\"curve\"><spline closed=\"false\"/></geometry></library_geometries>";
-    let with_curve = changed("</geometry></library_geometries>", curve);
+    let with_curve = change("</geometry></library_geometries>", curve);
     for text in [
-        changed("<node id=\"part\">", "<node id=\"part\"><rotate>0 0 0 0</rotate><rotate>0 0 0 -0</rotate>"),
+        change("<node id=\"part\">", "<node id=\"part\"><rotate>0 0 0 0</rotate><rotate>0 0 0 -0</rotate>"),
         with_curve.replacen("<instance_geometry", "<instance_geometry url=\"#curve\"/><instance_geometry", 1),
-        changed("count=\"24\"", "count=\"21\""),
-        changed("<COLLADA", "<!-- made -- by hand --><COLLADA").replacen(
+        change("count=\"24\"", "count=\"21\""),
+        change("<COLLADA", "<!-- made -- by hand --><COLLADA").replacen(
             NODE,
             &format!("<fx:note/>{NODE}"),
             1,
@@ -190,7 +190,7 @@ fn what_is_wrong_is_named_by_its_line() {
         (NODE, loops, "more than 256 levels"),
         (NODE, &doubling, "more than 256 levels or 100000 nodes"),
     ] {
-        let outcome = parse(&changed(from, to));
+        let outcome = parse(&change(from, to));
         if expected.is_empty() {
             assert!(outcome.is_ok(), "{to}: {outcome:?}");
             continue;
@@ -214,7 +214,7 @@ fn numbers_that_are_read_again_and_again_are_refused() {
         "<triangles><input semantic=\"VERTEX\" source=\"#vertices\" offset=\"0\"/><p/></triangles>";
     let places = NODE.repeat(40).replace(" id=\"part\"", "");
     let (numbers, count) = ("1 2 3 ".repeat(1000), "count=\"3000\"");
-    let text = changed("<polylist", &(primitive.repeat(300) + "<polylist"))
+    let text = change("<polylist", &(primitive.repeat(300) + "<polylist"))
         .replace("0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1", &numbers)
         .replace("count=\"24\"", count)
         .replace(NODE, &places);

@@ -98,7 +98,7 @@ impl<'a> Elements<'a> {
         fits: impl Fn(ComponentType, Type, bool) -> bool,
     ) -> Result<Self, Issue> {
         let number = index.value();
-        let place = |issue: Issue| issue.at(format!("accessors[{number}]"));
+        let place = |issue: Issue| issue.with_place(format!("accessors[{number}]"));
         let accessor = (container.root.accessors.get(number)).ok_or_else(|| place(Issue::says("no such")))?;
         let (component, kind) = match (&accessor.component_type, &accessor.type_) {
             (Checked::Valid(component), Checked::Valid(kind)) => (component.0, *kind),
@@ -109,15 +109,16 @@ impl<'a> Elements<'a> {
         }
         let size = component.size() * kind.multiplicity();
         let count = accessor.count.0;
-        let of_sparse =
-            |sparse| Others::new(container, sparse, size, count).map_err(|issue| place(issue.at("sparse")));
+        let of_sparse = |sparse| {
+            Others::new(container, sparse, size, count).map_err(|issue| place(issue.with_place("sparse")))
+        };
         let other = accessor.sparse.as_ref().map(of_sparse).transpose()?;
         let Some(view) = &accessor.buffer_view else {
             // A few bytes may stand for many elements here, which those who keep them pay for.
             if other.is_none() || u32::try_from(count).is_err() {
                 return Err(place(
                     Issue::unsupported("has no bufferView")
-                        .wanted("if the meshes are compressed, export again without compression"),
+                        .with_advice("if the meshes are compressed, export again without compression"),
                 ));
             }
             return Ok(Elements { bytes: None, stride: size, component, other, count: count as usize });

@@ -77,14 +77,13 @@ impl Clip {
         let mut clip = Clip { index, tracks: Vec::new() };
         let mut targets = HashSet::new();
         for (number, channel) in json.channels.iter().enumerate() {
-            let at = |issue: Issue| issue.at(format!("animations[{index}].channels[{number}]"));
+            let at = |issue: Issue| issue.with_place(format!("animations[{index}].channels[{number}]"));
             let (node, nodes) = (channel.target.node.value(), container.root.nodes.len());
             let property = match channel.target.path {
                 Checked::Valid(property) => property,
                 Checked::Invalid => {
-                    return Err(at(
-                        Issue::says("must be translation, rotation, scale or weights").at("target.path")
-                    ));
+                    return Err(at(Issue::says("must be translation, rotation, scale or weights")
+                        .with_place("target.path")));
                 }
             };
             if node >= nodes {
@@ -103,7 +102,7 @@ impl Clip {
             if targets == 0 {
                 continue;
             }
-            let Curve { times_s, interpolation, values } =
+            let SamplerCurve { times_s, interpolation, values } =
                 curve(container, json, channel, (property, targets), budget).map_err(at)?;
             clip.tracks.extend(values.into_iter().map(|values| Track {
                 channel: number,
@@ -129,10 +128,10 @@ impl Clip {
     }
 
     /// The nodes that the clip moves, at a time.
-    pub(super) fn moved(&self, time_s: f64) -> Result<HashMap<usize, Moved>, Issue> {
+    pub(super) fn move_nodes(&self, time_s: f64) -> Result<HashMap<usize, Moved>, Issue> {
         let mut nodes: HashMap<usize, Moved> = HashMap::new();
         for track in &self.tracks {
-            let value = track.at(time_s);
+            let value = track.sample(time_s);
             let node = nodes.entry(track.node).or_default();
             match track.property {
                 Property::Translation => node.translation = Some(value.truncate()),
@@ -144,7 +143,7 @@ impl Clip {
                     let unit = value.try_normalize().ok_or_else(|| {
                         let (index, channel) = (self.index, track.channel);
                         Issue::says(format!("no rotation is left at {time_s} s"))
-                            .at(format!("animations[{index}].channels[{channel}]"))
+                            .with_place(format!("animations[{index}].channels[{channel}]"))
                     })?;
                     node.rotation = Some(DQuat::from_vec4(unit));
                 }
@@ -174,26 +173,24 @@ fn find(animations: &[Animation], which: &WhichClip) -> Result<usize, Issue> {
         (Some(index), None, _) => Ok(index),
         (Some(_), Some(_), WhichClip::Named(name)) => {
             Err(Issue::says(format!("two animations are named {name:?}"))
-                .wanted("set clip to the number of one, counted from 0"))
+                .with_advice("set clip to the number of one, counted from 0"))
         }
         (Some(_), Some(_), _) => {
-            Err(Issue::says("has several animations").wanted(format!("set clip to one of {there_are}")))
+            Err(Issue::says("has several animations").with_advice(format!("set clip to one of {there_are}")))
         }
         (None, ..) if animations.is_empty() => {
-            Err(Issue::says("has no animation").wanted("export one with it"))
+            Err(Issue::says("has no animation").with_advice("export one with it"))
         }
         (None, _, WhichClip::Number(number)) => Err(Issue::says(format!("there is no animation {number}"))
-            .wanted(format!("there are {}, counted from 0: {there_are}", animations.len()))),
-        (None, _, WhichClip::Named(name)) => {
-            Err(Issue::says(format!("no animation is named {name:?}"))
-                .wanted(format!("there are {there_are}")))
-        }
+            .with_advice(format!("there are {}, counted from 0: {there_are}", animations.len()))),
+        (None, _, WhichClip::Named(name)) => Err(Issue::says(format!("no animation is named {name:?}"))
+            .with_advice(format!("there are {there_are}"))),
         (None, _, WhichClip::Only) => unreachable!("any animation is the only one or one of several"),
     }
 }
 
 /// What a channel's sampler holds.
-struct Curve {
+struct SamplerCurve {
     times_s: Rc<[f64]>,
     interpolation: Interpolation,
     /// Those of the property or, of weights, of each morph target.
@@ -206,17 +203,17 @@ fn curve(
     channel: &Channel,
     (property, targets): (Property, usize),
     budget: &mut MemoryLimit,
-) -> Result<Curve, Issue> {
+) -> Result<SamplerCurve, Issue> {
     let number = channel.sampler.value();
     let samplers = &animation.samplers;
     let sampler: &Sampler = samplers
         .get(number)
         .ok_or_else(|| Issue::value("sampler", number, format!("there are {}", samplers.len())))?;
-    let at = |issue: Issue| issue.at(Site::Table(format!("samplers[{number}]")));
+    let at = |issue: Issue| issue.with_place(Site::Table(format!("samplers[{number}]")));
     let interpolation = match sampler.interpolation {
         Checked::Valid(interpolation) => interpolation,
         Checked::Invalid => {
-            return Err(at(Issue::says("must be LINEAR, STEP or CUBICSPLINE").at("interpolation")));
+            return Err(at(Issue::says("must be LINEAR, STEP or CUBICSPLINE").with_place("interpolation")));
         }
     };
     let times_s = times(container, sampler.input, budget).map_err(at)?;
@@ -226,13 +223,13 @@ fn curve(
         Property::MorphTargetWeights => (Elements::blending(container, sampler.output), 1),
         _ => (Elements::floats(container, sampler.output, Type::Vec3, "must be VEC3 of float"), 3),
     };
-    let elements = elements.map_err(|issue| at(issue.at("output")))?;
+    let elements = elements.map_err(|issue| at(issue.with_place("output")))?;
     let per_time = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let needed = (per_time * targets).saturating_mul(times_s.len());
     if elements.count != needed {
         let each = if targets == 1 { String::new() } else { format!(" of {targets} morph targets") };
         return Err(at(Issue::says(format!("output has {} values", elements.count))
-            .wanted(format!("its {} times{each} need {needed}", times_s.len()))));
+            .with_advice(format!("its {} times{each} need {needed}", times_s.len()))));
     }
     budget.spend((elements.count * size_of::<DVec4>() + targets * size_of::<Track>()) as u64)?;
     let mut values = vec![Vec::with_capacity(elements.count / targets); targets];
@@ -243,13 +240,13 @@ fn curve(
         let is_tangent = per_time == 3 && i / targets % 3 != 1;
         if !value.is_finite() || (is_rotation && !is_tangent && value.length() == 0.0) {
             let rule = if is_rotation { "must be finite and not zero" } else { "must be finite" };
-            return Err(at(Issue::says(format!("output value {i} is {value}")).wanted(rule)));
+            return Err(at(Issue::says(format!("output value {i} is {value}")).with_advice(rule)));
         }
         // A key's length in f32 is not quite one, which would bend the path between keys.
         let value = if is_rotation && per_time == 1 { value.normalize() } else { value };
         values[i % targets].push(value);
     }
-    Ok(Curve { times_s, interpolation, values })
+    Ok(SamplerCurve { times_s, interpolation, values })
 }
 
 fn times(
@@ -257,7 +254,7 @@ fn times(
     input: Index<Accessor>,
     budget: &mut MemoryLimit,
 ) -> Result<Rc<[f64]>, Issue> {
-    let at = |issue: Issue| issue.at("input");
+    let at = |issue: Issue| issue.with_place("input");
     let elements = Elements::floats(container, input, Type::Scalar, "must be SCALAR of float").map_err(at)?;
     if elements.count == 0 {
         return Err(at(Issue::says("has no time")));
@@ -265,20 +262,19 @@ fn times(
     budget.spend((elements.count * size_of::<f64>()) as u64)?;
     let times_s: Vec<f64> = (0..elements.count).map(|i| elements.number(i, 0)).collect();
     if let Some(i) = times_s.iter().position(|time| !time.is_finite()) {
-        return Err(at(Issue::says(format!("time {i} is {}", times_s[i])).wanted("must be finite")));
+        return Err(at(Issue::says(format!("time {i} is {}", times_s[i])).with_advice("must be finite")));
     }
     if let Some(i) = times_s.windows(2).position(|pair| pair[0] >= pair[1]) {
         let (before, after) = (times_s[i], times_s[i + 1]);
-        return Err(at(
-            Issue::says(format!("time {} is {after} after {before}", i + 1)).wanted("times must increase")
-        ));
+        return Err(at(Issue::says(format!("time {} is {after} after {before}", i + 1))
+            .with_advice("times must increase")));
     }
     Ok(times_s.into())
 }
 
 impl Track {
     /// The value at a time, by the rules of glTF 2.0 (appendix C); a rotation may lack unit length.
-    fn at(&self, time_s: f64) -> DVec4 {
+    fn sample(&self, time_s: f64) -> DVec4 {
         let last = self.times_s.len() - 1;
         // How many keys lie at or before the time.
         let after = self.times_s.partition_point(|&key| key <= time_s);

@@ -82,7 +82,7 @@ impl Draft {
         clip["channels"].as_array_mut().unwrap().push(channel);
     }
 
-    pub(super) fn with(&self, pointer: &str, value: Value) -> Draft {
+    pub(super) fn with_value(&self, pointer: &str, value: Value) -> Draft {
         let mut draft = self.clone();
         set(&mut draft.document, pointer, value);
         draft
@@ -94,7 +94,7 @@ impl Draft {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("part.glb");
         std::fs::write(&path, glb(&document, &self.binary)).unwrap();
-        Gltf::load(&path, &Sources::beside(&path))
+        Gltf::load(&path, &Sources::from_main(&path))
     }
 
     /// The vertices of the first part in glTF's axes, at a time of the clip or as the nodes stand.
@@ -116,7 +116,7 @@ impl Draft {
     }
 
     #[track_caller]
-    pub(super) fn refused(&self, expected: &str) {
+    pub(super) fn assert_refused(&self, expected: &str) {
         let error = self.vertices(Some(0.0)).expect_err(expected).to_string();
         assert!(error.contains("part.glb: ") && error.contains(expected), "{error:?} lacks {expected:?}");
     }
@@ -194,8 +194,8 @@ fn rotations_may_be_fractions_of_integers() {
     assert_eq!(number(5121, &[0, 51, 102, 255]), [0., 0.2, 0.4, 1.]);
     assert_eq!(number(5122, &[0, 0x80, 1, 0x80, 0xff, 0x7f, 0, 0]), [-1., -1., 1., 0.]);
     assert_eq!(number(5123, &[0, 0, 0x33, 0x33, 0xff, 0xff, 0, 0]), [0., 0.2, 1., 0.]);
-    let plain = file.with(&format!("/accessors/{output}/normalized"), json!(false));
-    plain.refused(
+    let plain = file.with_value(&format!("/accessors/{output}/normalized"), json!(false));
+    plain.assert_refused(
         "samplers[0].output: accessors[3]: a rotation's output must be VEC4 of float, or of normalized",
     );
 }
@@ -260,12 +260,12 @@ fn clips_are_found_by_name_and_by_number() {
     refused(&file, named("walk"), "no animation is named \"walk\": there are \"go\", 1 (it has no name)");
     refused(&file, WhichClip::Number(1), "animations[1] moves no node");
     refused(&file, WhichClip::Number(2), "there is no animation 2: there are 2, counted from 0: \"go\", 1 (");
-    let twice = file.with("/animations/1/name", json!("go"));
+    let twice = file.with_value("/animations/1/name", json!("go"));
     refused(&twice, named("go"), "two animations are named \"go\": set clip to the number of one");
     assert!(clip(&twice, &WhichClip::Number(0)).is_ok());
-    refused(&file.with("/animations", json!([])), WhichClip::Number(0), "has no animation: export one");
+    refused(&file.with_value("/animations", json!([])), WhichClip::Number(0), "has no animation: export one");
     // Without a name, only its number tells which.
-    let nameless = file.with("/animations/0/name", Value::Null);
+    let nameless = file.with_value("/animations/0/name", Value::Null);
     nameless.open().unwrap().clip(&WhichClip::Number(0)).unwrap();
 }
 
@@ -276,7 +276,7 @@ fn wrong_animations_are_named() {
     good.check(1.0, [1., 0., 0.], [2., 0., 0.]);
     let clip = "/animations/0";
     let refused = |key: &str, value: Value, expected: &str| {
-        good.with(&format!("{clip}{key}"), value).refused(expected);
+        good.with_value(&format!("{clip}{key}"), value).assert_refused(expected);
     };
     refused("/channels/0/target/node", json!(7), "animations[0].channels[0]: target.node = 7: there are 1");
     refused("/channels/0/target/path", json!("colour"), "target.path: must be translation, rotation, scale");
@@ -289,25 +289,25 @@ fn wrong_animations_are_named() {
     refused("/samplers/0/output", json!(9), "accessors[9]: no such");
     let channel = good.document["animations"][0]["channels"][0].clone();
     refused("/channels", json!([channel, channel]), "moved by another channel");
-    good.with("/accessors/1/count", json!(0)).refused("samplers[0].input: has no time");
-    good.with("/nodes/0", json!({"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}))
-        .refused("nodes[0].matrix: an animated node needs translation");
+    good.with_value("/accessors/1/count", json!(0)).assert_refused("samplers[0].input: has no time");
+    good.with_value("/nodes/0", json!({"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}))
+        .assert_refused("nodes[0].matrix: an animated node needs translation");
     let with = |path: &str, times: &[f32], values: &[f32]| {
         let mut file = one_node();
         file.channel(0, path, "LINEAR", times, values);
         file
     };
     let two = [0., 0., 0., 1., 0., 0.];
-    with("translation", &[1., 1.], &two).refused("time 1 is 1 after 1: times must increase");
-    with("translation", &[1., 0.], &two).refused("times must increase");
-    with("translation", &[0., f32::NAN], &two).refused("time 1 is NaN: must be finite");
-    with("scale", &[0., 1.], &[0., 0., 0., 1., f32::INFINITY, 0.]).refused("output value 1 is");
-    with("rotation", &[0.], &[0., 0., 0., 0.]).refused("must be finite and not zero");
+    with("translation", &[1., 1.], &two).assert_refused("time 1 is 1 after 1: times must increase");
+    with("translation", &[1., 0.], &two).assert_refused("times must increase");
+    with("translation", &[0., f32::NAN], &two).assert_refused("time 1 is NaN: must be finite");
+    with("scale", &[0., 1.], &[0., 0., 0., 1., f32::INFINITY, 0.]).assert_refused("output value 1 is");
+    with("rotation", &[0.], &[0., 0., 0., 0.]).assert_refused("must be finite and not zero");
     // The two keys of a spline cancel out halfway.
     let mut file = one_node();
     let turn = |w| [[0., 0., 0., 0.], [0., 0., 0., w], [0., 0., 0., 0.]].concat();
     file.channel(0, "rotation", "CUBICSPLINE", &[-1., 1.], &[turn(1.), turn(-1.)].concat());
-    file.refused("animations[0].channels[0]: no rotation is left at 0 s");
+    file.assert_refused("animations[0].channels[0]: no rotation is left at 0 s");
 }
 
 /// Two bones along y, the second from (0, 1, 0) on, and a strip of three corners: at the root, at the tip (0,
@@ -339,7 +339,7 @@ pub(super) fn arm() -> Draft {
 }
 
 #[track_caller]
-fn near(found: &[DVec3], expected: [[f64; 3]; 3]) {
+fn assert_near(found: &[DVec3], expected: [[f64; 3]; 3]) {
     let off =
         found.iter().zip(expected).map(|(f, e)| (*f - DVec3::from_array(e)).length()).fold(0.0, f64::max);
     assert!(found.len() == 3 && off < 1e-6, "{found:?}, expected {expected:?}");
@@ -348,15 +348,15 @@ fn near(found: &[DVec3], expected: [[f64; 3]; 3]) {
 #[test]
 fn a_skin_bends_with_its_bones() {
     let file = arm();
-    near(&file.vertices(None).unwrap(), [[0., 0., 0.], [0., 2., 0.], [1., 1., 0.]]);
-    near(&file.vertices(Some(0.0)).unwrap(), [[0., 0., 0.], [0., 2., 0.], [1., 1., 0.]]);
+    assert_near(&file.vertices(None).unwrap(), [[0., 0., 0.], [0., 2., 0.], [1., 1., 0.]]);
+    assert_near(&file.vertices(Some(0.0)).unwrap(), [[0., 0., 0.], [0., 2., 0.], [1., 1., 0.]]);
     // The tip turns about (0, 1, 0) to (−1, 1, 0); the middle is the mean of (1, 1, 0) and, turned, (0, 2,
     // 0).
-    near(&file.vertices(Some(1.0)).unwrap(), [[0., 0., 0.], [-1., 1., 0.], [0.5, 1.5, 0.]]);
+    assert_near(&file.vertices(Some(1.0)).unwrap(), [[0., 0., 0.], [-1., 1., 0.], [0.5, 1.5, 0.]]);
     // Where the root of the bones goes, all go.
     let mut file = file;
     file.channel(1, "translation", "STEP", &[0.], &[0., 0., 7.]);
-    near(&file.vertices(Some(1.0)).unwrap(), [[0., 0., 7.], [-1., 1., 7.], [0.5, 1.5, 7.]]);
+    assert_near(&file.vertices(Some(1.0)).unwrap(), [[0., 0., 7.], [-1., 1., 7.], [0.5, 1.5, 7.]]);
 }
 
 #[test]
@@ -366,18 +366,27 @@ fn weights_come_in_several_forms_and_are_normalised() {
     let bytes = [1u8, 0, 0, 0, 255, 0, 0, 0, 77, 77, 0, 0];
     let mut file = arm();
     let small = file.accessor(5121, "VEC4", 3, &bytes);
-    near(&file.with(&format!("{attributes}/WEIGHTS_0"), json!(small)).vertices(Some(1.0)).unwrap(), bent);
+    assert_near(
+        &file.with_value(&format!("{attributes}/WEIGHTS_0"), json!(small)).vertices(Some(1.0)).unwrap(),
+        bent,
+    );
     let shorts: Vec<u8> = bytes.iter().flat_map(|&b| (u16::from(b) * 200).to_le_bytes()).collect();
     let wide = file.accessor(5123, "VEC4", 3, &shorts);
-    near(&file.with(&format!("{attributes}/WEIGHTS_0"), json!(wide)).vertices(Some(1.0)).unwrap(), bent);
+    assert_near(
+        &file.with_value(&format!("{attributes}/WEIGHTS_0"), json!(wide)).vertices(Some(1.0)).unwrap(),
+        bent,
+    );
     let joints: Vec<u8> =
         [0u16, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0].iter().flat_map(|j| j.to_le_bytes()).collect();
     let joints = file.accessor(5123, "VEC4", 3, &joints);
-    near(&file.with(&format!("{attributes}/JOINTS_0"), json!(joints)).vertices(Some(1.0)).unwrap(), bent);
-    let plain = file.with(&format!("{attributes}/WEIGHTS_0"), json!(small));
+    assert_near(
+        &file.with_value(&format!("{attributes}/JOINTS_0"), json!(joints)).vertices(Some(1.0)).unwrap(),
+        bent,
+    );
+    let plain = file.with_value(&format!("{attributes}/WEIGHTS_0"), json!(small));
     plain
-        .with(&format!("/accessors/{small}/normalized"), json!(false))
-        .refused("WEIGHTS must be VEC4 of float");
+        .with_value(&format!("/accessors/{small}/normalized"), json!(false))
+        .assert_refused("WEIGHTS must be VEC4 of float");
     // The middle held by half in a first set and half in a second.
     let mut file = arm();
     let first = file.floats("VEC4", &[1., 0., 0., 0., 1., 0., 0., 0., 0.3, 0., 0., 0.]);
@@ -387,14 +396,14 @@ fn weights_come_in_several_forms_and_are_normalised() {
     attributes["WEIGHTS_0"] = json!(first);
     attributes["JOINTS_1"] = json!(joints);
     attributes["WEIGHTS_1"] = json!(second);
-    near(&file.vertices(Some(1.0)).unwrap(), bent);
+    assert_near(&file.vertices(Some(1.0)).unwrap(), bent);
 }
 
 #[test]
 fn without_inverse_binds_the_mesh_is_in_the_joints_frames() {
     let mut file = arm();
     file.document["skins"] = json!([{"joints": [1, 2]}]);
-    near(&file.vertices(None).unwrap(), [[0., 0., 0.], [0., 3., 0.], [1., 1.5, 0.]]);
+    assert_near(&file.vertices(None).unwrap(), [[0., 0., 0.], [0., 3., 0.], [1., 1.5, 0.]]);
 }
 
 #[test]
@@ -403,7 +412,9 @@ fn wrong_skins_are_named() {
     let attributes = "/meshes/0/primitives/0/attributes";
     let attribute =
         |key: &str| good.document.pointer(&format!("{attributes}/{key}")).unwrap().as_u64().unwrap();
-    let refused = |pointer: &str, value: Value, expected: &str| good.with(pointer, value).refused(expected);
+    let refused = |pointer: &str, value: Value, expected: &str| {
+        good.with_value(pointer, value).assert_refused(expected)
+    };
     refused("/nodes/0/skin", json!(4), "nodes[0]: skin = 4: there are 1");
     refused("/skins/0/joints", json!([1, 9]), "skins[0].joints[1] = 9: no such node in the scene");
     refused("/scenes/0/nodes", json!([0]), "skins[0].joints[0] = 1: no such node in the scene");
@@ -423,19 +434,19 @@ fn wrong_skins_are_named() {
     let weights = |weights: [f32; 12]| {
         let mut file = good.clone();
         let index = file.floats("VEC4", &weights);
-        file.with(&format!("{attributes}/WEIGHTS_0"), json!(index))
+        file.with_value(&format!("{attributes}/WEIGHTS_0"), json!(index))
     };
     let with_first = |first: f32| weights([first, 0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0.]);
-    with_first(0.0).refused("vertex 0 has no weight");
-    with_first(-1.0).refused("WEIGHTS of vertex 0 hold -1: must be 0 or more");
-    with_first(f32::NAN).refused("WEIGHTS of vertex 0 hold NaN");
+    with_first(0.0).assert_refused("vertex 0 has no weight");
+    with_first(-1.0).assert_refused("WEIGHTS of vertex 0 hold -1: must be 0 or more");
+    with_first(f32::NAN).assert_refused("WEIGHTS of vertex 0 hold NaN");
     for (place, value) in [(3, 0.5), (12, f32::NAN)] {
         let mut matrices: Vec<f32> = (0..2).flat_map(|_| glam::Mat4::IDENTITY.to_cols_array()).collect();
         matrices[16 + place] = value;
         let mut file = good.clone();
         let index = file.floats("MAT4", &matrices);
-        file.with("/skins/0/inverseBindMatrices", json!(index))
-            .refused("matrix 1 must be finite, with 0, 0, 0, 1");
+        file.with_value("/skins/0/inverseBindMatrices", json!(index))
+            .assert_refused("matrix 1 must be finite, with 0, 0, 0, 1");
     }
 }
 
@@ -456,7 +467,7 @@ fn damaged_animations_never_panic() {
             bytes[at] = if random.random() { b'0' + random.random_range(0..10) } else { random.random() };
         }
         std::fs::write(&path, bytes).unwrap();
-        let Ok(file) = Gltf::load(&path, &Sources::beside(&path)) else { continue };
+        let Ok(file) = Gltf::load(&path, &Sources::from_main(&path)) else { continue };
         let Ok(clip) = file.clip(&WhichClip::Only) else { continue };
         for time_s in [f64::NEG_INFINITY, 0.0, 0.4, f64::MAX] {
             posed += usize::from(file.parts(Some((&clip, time_s))).is_ok());

@@ -27,7 +27,7 @@ pub(super) struct Container {
 
 impl Container {
     pub(super) fn open(path: &Path, sources: &Sources) -> Result<Container> {
-        let place = |issue: Issue| issue.at(path);
+        let place = |issue: Issue| issue.with_place(path);
         let bytes = strip_mark(sources.bytes(path)?).map_err(place)?;
         let (json, blob) = match bytes.starts_with(b"glTF") {
             true => split_glb(&bytes).map_err(place)?,
@@ -51,7 +51,7 @@ impl Container {
                 (Some(uri), _) if uri.starts_with("data:") => data_uri(uri),
                 (Some(uri), _) => beside.file(uri),
             }
-            .map_err(|e| e.at(format!("buffers[{index}]")).at(path))?;
+            .map_err(|e| e.with_place(format!("buffers[{index}]")).with_place(path))?;
             if (bytes.len() as u64) < buffer.byte_length.0 {
                 let key = format!("buffers[{index}].byteLength");
                 let rule = format!("only {} bytes are there", bytes.len());
@@ -66,7 +66,7 @@ impl Container {
     /// The bytes of a buffer view and its stride, if it has one.
     pub(super) fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), Issue> {
         let view = (self.root.buffer_views.get(index))
-            .ok_or_else(|| Issue::says(format!("bufferViews[{index}]")).wanted("no such"))?;
+            .ok_or_else(|| Issue::says(format!("bufferViews[{index}]")).with_advice("no such"))?;
         let number = view.buffer.value();
         let buffer = (self.buffers.get(number))
             .ok_or_else(|| Issue::value(format!("bufferViews[{index}].buffer"), number, "no such"))?;
@@ -100,10 +100,10 @@ fn check_version(json: &[u8]) -> Result<(), Issue> {
         asset: Versions,
     }
     if json.trim_ascii().is_empty() {
-        return Err(Issue::damaged("is empty").wanted("export it again"));
+        return Err(Issue::damaged("is empty").with_advice("export it again"));
     }
     if !json.trim_ascii_start().starts_with(b"{") {
-        return Err(Issue::damaged("does not begin with a JSON object").wanted("is it a glTF file?"));
+        return Err(Issue::damaged("does not begin with a JSON object").with_advice("is it a glTF file?"));
     }
     let Versions { version, min_version } =
         serde_json::from_slice::<File>(json).map_err(|e| json_issue(&e))?.asset;
@@ -116,7 +116,8 @@ fn check_version(json: &[u8]) -> Result<(), Issue> {
     match is_read {
         true => Ok(()),
         false => {
-            Err(Issue::unsupported(format!("needs glTF {needed:.20}")).wanted("export it again as glTF 2.0"))
+            Err(Issue::unsupported(format!("needs glTF {needed:.20}"))
+                .with_advice("export it again as glTF 2.0"))
         }
     }
 }
@@ -171,7 +172,7 @@ fn hidden_nodes(json: &[u8]) -> serde_json::Result<HashSet<usize>> {
 /// What is wrong with a file's JSON.
 fn json_issue(e: &serde_json::Error) -> Issue {
     match e.classify() {
-        Category::Eof => Issue::damaged("its JSON ends too early").wanted("the file is cut off"),
+        Category::Eof => Issue::damaged("its JSON ends too early").with_advice("the file is cut off"),
         Category::Syntax => Issue::damaged(format!("its JSON is damaged: {e}")),
         Category::Data | Category::Io => Issue::damaged(format!("its JSON is not that of glTF 2.0: {e}")),
     }
@@ -186,7 +187,7 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Issue> {
     };
     if word(4)? != 2 {
         return Err(Issue::unsupported(format!("is glTF {}.0 by its header", word(4)?))
-            .wanted("export it again as glTF 2.0"));
+            .with_advice("export it again as glTF 2.0"));
     }
     let length = word(8)? as usize;
     if length > bytes.len() {
@@ -201,7 +202,8 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Issue> {
     while at < length && chunks.len() < 2 {
         let (size, kind) = (word(at)? as usize, word(at + 4)?);
         let chunk = (bytes[..length].get(at + 8..at + 8 + size)).ok_or_else(|| {
-            Issue::too_large(format!("GLB chunk at byte {at} says {size} bytes")).wanted("more than are left")
+            Issue::too_large(format!("GLB chunk at byte {at} says {size} bytes"))
+                .with_advice("more than are left")
         })?;
         chunks.push((kind.to_le_bytes(), chunk));
         at += 8 + size;
@@ -219,13 +221,13 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Issue> {
 fn data_uri(uri: &str) -> Result<Rc<[u8]>> {
     let (kind, text) = uri.split_once(',').unwrap_or((uri, ""));
     if !kind.ends_with(";base64") {
-        return Err(Issue::says(format!("uri {kind:.60}…")).wanted("data must be base64").into());
+        return Err(Issue::says(format!("uri {kind:.60}…")).with_advice("data must be base64").into());
     }
     let forgiving = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
     GeneralPurpose::new(&base64::alphabet::STANDARD, forgiving)
         .decode(text)
         .map(Rc::from)
-        .map_err(|e| Issue::damaged(e.to_string()).at("base64 data").into())
+        .map_err(|e| Issue::damaged(e.to_string()).with_place("base64 data").into())
 }
 
 /// Files beside the glTF, each read once however many buffers name it.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
-use super::nodes::Placed;
+use super::nodes::PlacedNode;
 use perirobot_march::error::Issue;
 
 /// The targets of a primitive that move it at a moment, with their weights.
@@ -22,7 +22,7 @@ pub(super) struct Blend<'a> {
 pub(super) fn targets_of_node(root: &Root, node: usize) -> Result<usize, Issue> {
     let mesh = root.nodes[node].mesh.as_ref().and_then(|mesh| root.meshes.get(mesh.value()));
     let mesh = mesh.ok_or_else(|| {
-        Issue::says(format!("blends shapes of nodes[{node}]")).wanted("that node must have a mesh")
+        Issue::says(format!("blends shapes of nodes[{node}]")).with_advice("that node must have a mesh")
     })?;
     targets(mesh)
 }
@@ -34,12 +34,12 @@ fn targets(mesh: &Mesh) -> Result<usize, Issue> {
     match counts.find(|&count| count != first) {
         None => Ok(first),
         Some(other) => Err(Issue::says(format!("its primitives have {first} and {other} morph targets"))
-            .wanted("all must have as many")),
+            .with_advice("all must have as many")),
     }
 }
 
 /// A weight for each morph target of a node's mesh: an animation's, else the node's own, else the mesh's, else none.
-pub(super) fn weights(mesh: &Mesh, node: &Placed, animated: Option<&[f64]>) -> Result<Vec<f64>, Issue> {
+pub(super) fn weights(mesh: &Mesh, node: &PlacedNode, animated: Option<&[f64]>) -> Result<Vec<f64>, Issue> {
     let targets = targets(mesh)?;
     if targets == 0 {
         return Ok(Vec::new());
@@ -50,7 +50,7 @@ pub(super) fn weights(mesh: &Mesh, node: &Placed, animated: Option<&[f64]>) -> R
     match weights.len() == targets && weights.iter().all(|weight| weight.is_finite()) {
         true => Ok(weights),
         false => Err(Issue::says(format!("has {} weights", weights.len()))
-            .wanted(format!("must be finite, one for each of its {targets} morph targets"))),
+            .with_advice(format!("must be finite, one for each of its {targets} morph targets"))),
     }
 }
 
@@ -69,11 +69,11 @@ impl<'a> Blend<'a> {
             if is_zero(container, positions) {
                 continue;
             }
-            let at = |issue: Issue| issue.at(format!("targets[{number}]"));
+            let at = |issue: Issue| issue.with_place(format!("targets[{number}]"));
             let positions = Elements::positions(container, positions).map_err(at)?;
             if positions.count != vertices {
                 return Err(at(Issue::says(format!("moves {} positions", positions.count))
-                    .wanted(format!("there are {vertices}"))));
+                    .with_advice(format!("there are {vertices}"))));
             }
             // Many nodes can share a mesh without triangles.
             budget.spend(size_of::<(f64, Elements)>() as u64)?;
@@ -83,7 +83,7 @@ impl<'a> Blend<'a> {
     }
 
     /// A corner of the mesh where its targets move it.
-    pub(super) fn blended(&self, position: DVec3, vertex: usize) -> DVec3 {
+    pub(super) fn blend(&self, position: DVec3, vertex: usize) -> DVec3 {
         self.targets.iter().fold(position, |sum, (weight, target)| sum + *weight * target.position(vertex))
     }
 

@@ -15,7 +15,7 @@ use perirobot_march::error::{Issue, Site};
 const MAX_DEPTH: usize = 256;
 
 /// A node where the scene puts it.
-pub(super) struct Placed<'a> {
+pub(super) struct PlacedNode<'a> {
     pub(super) index: usize,
     pub(super) json: &'a Node,
     /// Index of the parent among the placed nodes, which come parents first.
@@ -26,7 +26,7 @@ pub(super) struct Placed<'a> {
     pub(super) world_from_node: DAffine3,
 }
 
-impl Placed<'_> {
+impl PlacedNode<'_> {
     /// Whether a scale of 0 leaves nothing of its mesh. A skin's joints place a mesh, not its node.
     pub(super) fn is_nothing(&self) -> bool {
         self.json.skin.is_none() && self.world_from_node.matrix3 == DMat3::ZERO
@@ -37,9 +37,9 @@ impl Placed<'_> {
 pub(super) fn place_nodes<'a>(
     container: &'a Container,
     moved: &HashMap<usize, Moved>,
-) -> Result<Vec<Placed<'a>>, Issue> {
+) -> Result<Vec<PlacedNode<'a>>, Issue> {
     let root = &container.root;
-    let mut placed: Vec<Placed> = Vec::new();
+    let mut placed: Vec<PlacedNode> = Vec::new();
     let mut reached = vec![false; root.nodes.len()];
     let roots = root_nodes(root)?;
     // A stack of our own: a tree nested as deep as the file allows would overflow the thread's.
@@ -47,11 +47,11 @@ pub(super) fn place_nodes<'a>(
     while let Some((index, parent)) = open.pop() {
         let json = (root.nodes.get(index)).ok_or_else(|| {
             Issue::says(format!("a scene or node refers to nodes[{index}]"))
-                .wanted(format!("there are {}", root.nodes.len()))
+                .with_advice(format!("there are {}", root.nodes.len()))
         })?;
         if std::mem::replace(&mut reached[index], true) {
             return Err(
-                Issue::says(format!("nodes[{index}] is reached twice")).wanted("nodes must form a tree")
+                Issue::says(format!("nodes[{index}] is reached twice")).with_advice("nodes must form a tree")
             );
         }
         let (depth, world_from_parent, is_hidden) = match parent.map(|slot: usize| &placed[slot]) {
@@ -60,13 +60,13 @@ pub(super) fn place_nodes<'a>(
         };
         if depth > MAX_DEPTH {
             return Err(Issue::too_large(format!("nodes[{index}] is nested more than {MAX_DEPTH} deep"))
-                .wanted("flatten the tree"));
+                .with_advice("flatten the tree"));
         }
         let parent_from_node = parent_from_node(json, moved.get(&index))
-            .map_err(|issue| issue.at(Site::Table(format!("nodes[{index}]"))))?;
+            .map_err(|issue| issue.with_place(Site::Table(format!("nodes[{index}]"))))?;
         let children = json.children.iter().flatten().rev();
         open.extend(children.map(|child| (child.value(), Some(placed.len()))));
-        placed.push(Placed {
+        placed.push(PlacedNode {
             index,
             json,
             parent,
@@ -79,7 +79,7 @@ pub(super) fn place_nodes<'a>(
         && let Some(index) = reached.iter().position(|reached| !reached)
     {
         return Err(Issue::says(format!("nodes[{index}] is among its own ancestors"))
-            .wanted("nodes must form a tree"));
+            .with_advice("nodes must form a tree"));
     }
     Ok(placed)
 }
@@ -107,13 +107,12 @@ fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Issu
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     if let Some(matrix) = node.matrix {
         if moved.is_some_and(Moved::is_placed) {
-            return Err(
-                Issue::says("an animated node needs translation, rotation and scale instead").at("matrix")
-            );
+            return Err(Issue::says("an animated node needs translation, rotation and scale instead")
+                .with_place("matrix"));
         }
         let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
         if !matrix.is_finite() || matrix.row(3) != glam::DVec4::W {
-            return Err(Issue::says("must be finite, with 0, 0, 0, 1 as its last row").at("matrix"));
+            return Err(Issue::says("must be finite, with 0, 0, 0, 1 as its last row").with_place("matrix"));
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
@@ -123,18 +122,18 @@ fn parent_from_node(node: &Node, moved: Option<&Moved>) -> Result<DAffine3, Issu
     let own = || DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from));
     let rotation = moved.rotation.unwrap_or_else(own);
     if !translation.is_finite() || !scale.is_finite() {
-        return Err(Issue::says("must be finite").at("translation or scale"));
+        return Err(Issue::says("must be finite").with_place("translation or scale"));
     }
     // The file's quaternion has unit length in f32 only, which would stretch what hangs on it.
     let rotation = unit_quaternion(rotation)
-        .ok_or_else(|| Issue::says("must be a quaternion of finite length").at("rotation"))?;
+        .ok_or_else(|| Issue::says("must be a quaternion of finite length").with_place("rotation"))?;
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 
 /// Names from the root down to a node, which the file's budget pays for.
 pub(super) fn names(
-    placed: &[Placed],
-    node: &Placed,
+    placed: &[PlacedNode],
+    node: &PlacedNode,
     budget: &mut MemoryLimit,
 ) -> Result<Vec<String>, Issue> {
     let mut names = Vec::new();

@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat4, DVec3, DVec4};
 use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
-use super::nodes::Placed;
+use super::nodes::PlacedNode;
 
 use perirobot_march::error::Issue;
 
@@ -31,7 +31,7 @@ impl Skin {
     pub(super) fn read(
         container: &Container,
         index: usize,
-        placed: &[Placed],
+        placed: &[PlacedNode],
         budget: &mut MemoryLimit,
     ) -> Result<Skin, Issue> {
         let skins = &container.root.skins;
@@ -40,7 +40,7 @@ impl Skin {
             .ok_or_else(|| Issue::value("skin", index, format!("there are {}", skins.len())))?;
         budget.spend((placed.len() * size_of::<(usize, usize)>()) as u64)?;
         budget.spend((json.joints.len() * size_of::<DAffine3>()) as u64)?;
-        let slots: HashMap<usize, &Placed> = placed.iter().map(|node| (node.index, node)).collect();
+        let slots: HashMap<usize, &PlacedNode> = placed.iter().map(|node| (node.index, node)).collect();
         let joint_from_mesh = inverse_binds(container, index)?;
         let joints = json.joints.iter().zip(joint_from_mesh).enumerate();
         let world_from_mesh = joints.map(|(number, (joint, joint_from_mesh))| {
@@ -57,7 +57,7 @@ impl Skin {
     }
 
     /// Where the joints put a corner of the mesh: the weighted mean of where each joint alone would put it.
-    pub(super) fn posed(
+    pub(super) fn pose(
         &self,
         position: DVec3,
         influences: &Influences,
@@ -69,7 +69,7 @@ impl Skin {
                 let weight = weights.number(vertex, slot);
                 if !(weight.is_finite() && weight >= 0.0) {
                     return Err(Issue::says(format!("WEIGHTS of vertex {vertex} hold {weight}"))
-                        .wanted("must be 0 or more"));
+                        .with_advice("must be 0 or more"));
                 }
                 if weight == 0.0 {
                     continue;
@@ -78,16 +78,15 @@ impl Skin {
                 let world_from_mesh = self.world_from_mesh.get(joint).ok_or_else(|| {
                     let count = self.world_from_mesh.len();
                     Issue::says(format!("JOINTS of vertex {vertex} name joint {joint}"))
-                        .wanted(format!("skins[{}] has {count}", self.index))
+                        .with_advice(format!("skins[{}] has {count}", self.index))
                 })?;
                 sum += weight * world_from_mesh.transform_point3(position);
                 total += weight;
             }
         }
         if total == 0.0 {
-            return Err(
-                Issue::says(format!("vertex {vertex} has no weight")).wanted("bind each vertex to a joint")
-            );
+            return Err(Issue::says(format!("vertex {vertex} has no weight"))
+                .with_advice("bind each vertex to a joint"));
         }
         Ok(sum / total)
     }
@@ -99,7 +98,7 @@ fn inverse_binds(container: &Container, index: usize) -> Result<Vec<DAffine3>, I
     let Some(accessor) = json.inverse_bind_matrices else {
         return Ok(vec![DAffine3::IDENTITY; json.joints.len()]);
     };
-    let at = |issue: Issue| issue.at(format!("skins[{index}].inverseBindMatrices"));
+    let at = |issue: Issue| issue.with_place(format!("skins[{index}].inverseBindMatrices"));
     let matrices = Elements::floats(container, accessor, Type::Mat4, "must be MAT4 of float").map_err(at)?;
     if matrices.count < json.joints.len() {
         return Err(at(Issue::says(format!("has {} for {} joints", matrices.count, json.joints.len()))));

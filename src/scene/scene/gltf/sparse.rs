@@ -34,7 +34,9 @@ impl<'a> Others<'a> {
     ) -> Result<Self, Issue> {
         let component = match &sparse.indices.component_type {
             Checked::Valid(component) => component.0,
-            Checked::Invalid => return Err(Issue::says("must be unsigned byte, short or int").at("indices")),
+            Checked::Invalid => {
+                return Err(Issue::says("must be unsigned byte, short or int").with_place("indices"));
+            }
         };
         let count = sparse.count.0;
         let packed = |index: usize, offset: u64, size: usize| {
@@ -42,20 +44,20 @@ impl<'a> Others<'a> {
             let needed = u128::from(offset) + u128::from(count) * size as u128;
             match needed > view.len() as u128 {
                 true => Err(Issue::says(format!("needs {needed} bytes"))
-                    .wanted(format!("bufferViews[{index}] has {}", view.len()))),
+                    .with_advice(format!("bufferViews[{index}] has {}", view.len()))),
                 false => Ok(&view[offset as usize..]),
             }
         };
         let (indices, values) = (&sparse.indices, &sparse.values);
         let bytes = packed(indices.buffer_view.value(), indices.byte_offset.0, component.size());
-        let places = Packed { bytes: bytes.map_err(|issue| issue.at("indices"))?, component };
+        let places = Packed { bytes: bytes.map_err(|issue| issue.with_place("indices"))?, component };
         let elements = packed(values.buffer_view.value(), values.byte_offset.0, size);
-        let elements = elements.map_err(|issue| issue.at("values"))?;
+        let elements = elements.map_err(|issue| issue.with_place("values"))?;
         let count = count as usize;
         let in_order = (1..count).all(|i| places.get(i - 1) < places.get(i));
         if !in_order || count.checked_sub(1).is_some_and(|last| places.get(last) as u64 >= most) {
             let rule = format!("must increase, and stay below its count of {most}");
-            return Err(Issue::says(rule).at(Site::Subject("indices".into())));
+            return Err(Issue::says(rule).with_place(Site::Subject("indices".into())));
         }
         Ok(Others { places, elements, size, count })
     }

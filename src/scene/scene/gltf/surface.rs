@@ -8,7 +8,7 @@ use super::MemoryLimit;
 use super::accessor::Elements;
 use super::container::Container;
 use super::morph::{self, Blend};
-use super::nodes::Placed;
+use super::nodes::PlacedNode;
 use super::skin::{Influences, Skin};
 use crate::scene::Mesh;
 use crate::scene::mesh::Welder;
@@ -22,9 +22,9 @@ const TRIANGLE_BYTES: u64 = 160;
 pub(super) fn read_mesh(
     container: &Container,
     index: usize,
-    node: &Placed,
+    node: &PlacedNode,
     weights: Option<&[f64]>,
-    placed: &[Placed],
+    placed: &[PlacedNode],
     budget: &mut MemoryLimit,
 ) -> Result<Mesh, Issue> {
     let json = (container.root.meshes.get(index))
@@ -35,12 +35,12 @@ pub(super) fn read_mesh(
     };
     let name = json.name.as_deref().unwrap_or_default();
     let weights = morph::weights(json, node, weights);
-    let weights = weights.map_err(|issue| issue.at(format!("meshes[{index}] {name:?}")))?;
+    let weights = weights.map_err(|issue| issue.with_place(format!("meshes[{index}] {name:?}")))?;
     let mut welder = Welder::default();
     for (number, primitive) in json.primitives.iter().enumerate() {
         let posed = (skin.as_ref(), weights.as_slice());
         read_primitive(container, primitive, posed, &mut welder, budget)
-            .map_err(|issue| issue.at(format!("meshes[{index}] {name:?} primitives[{number}]")))?;
+            .map_err(|issue| issue.with_place(format!("meshes[{index}] {name:?} primitives[{number}]")))?;
     }
     let mut mesh = welder.finish();
     // A skin's joints have placed the corners already; where its node stands has no effect.
@@ -49,9 +49,8 @@ pub(super) fn read_mesh(
         let p = world_from_mesh.transform_point3(*vertex);
         *vertex = DVec3::new(p.x, -p.z, p.y);
         if !vertex.is_finite() {
-            return Err(
-                Issue::says(format!("meshes[{index}]")).wanted("its transforms move a vertex to infinity")
-            );
+            return Err(Issue::says(format!("meshes[{index}]"))
+                .with_advice("its transforms move a vertex to infinity"));
         }
     }
     // A mirror turns triangles inside out; glTF wants them turned back.
@@ -74,7 +73,7 @@ fn read_primitive(
     budget.spend(TRIANGLE_BYTES)?;
     let mode = match primitive.mode {
         Checked::Valid(mode) => mode,
-        Checked::Invalid => return Err(Issue::says("mode").wanted("must be 0 to 6")),
+        Checked::Invalid => return Err(Issue::says("mode").with_advice("must be 0 to 6")),
     };
     if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
         return Ok(());
@@ -95,7 +94,9 @@ fn read_primitive(
     let count = indices.as_ref().map_or(positions.count, |i| i.count);
     let triangles = match mode {
         Mode::Triangles if count % 3 != 0 => {
-            return Err(Issue::says(format!("has {count} corners")).wanted("triangles need a multiple of 3"));
+            return Err(
+                Issue::says(format!("has {count} corners")).with_advice("triangles need a multiple of 3")
+            );
         }
         Mode::Triangles => count / 3,
         _ => count.saturating_sub(2),
@@ -107,13 +108,13 @@ fn read_primitive(
         let vertex = indices.as_ref().map_or(place, |i| i.index(place));
         if vertex >= positions.count {
             return Err(Issue::says(format!("index {place} is {vertex}"))
-                .wanted(format!("there are {} positions", positions.count)));
+                .with_advice(format!("there are {} positions", positions.count)));
         }
-        let position = blend.blended(positions.position(vertex), vertex);
+        let position = blend.blend(positions.position(vertex), vertex);
         if !position.is_finite() {
-            return Err(Issue::says(format!("position {vertex} is {position}")).wanted("must be finite"));
+            return Err(Issue::says(format!("position {vertex} is {position}")).with_advice("must be finite"));
         }
-        skin.map_or(Ok(position), |skin| skin.posed(position, &influences, vertex))
+        skin.map_or(Ok(position), |skin| skin.pose(position, &influences, vertex))
     };
     for i in 0..triangles {
         let places = match mode {

@@ -56,7 +56,7 @@ pub(super) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
 }
 
 fn load(path: &Path) -> Result<Vec<NodeMesh>> {
-    Gltf::load(path, &Sources::beside(path))?.parts(None)
+    Gltf::load(path, &Sources::from_main(path))?.parts(None)
 }
 
 fn load_bytes(bytes: &[u8]) -> Result<Vec<NodeMesh>> {
@@ -83,7 +83,7 @@ pub(super) fn set(document: &mut Value, pointer: &str, value: Value) {
 }
 
 #[track_caller]
-fn refused(pointer: &str, value: Value, expected: &str) {
+fn assert_refused(pointer: &str, value: Value, expected: &str) {
     let error = load_with(pointer, value).expect_err(expected).to_string();
     assert!(error.contains(expected), "{error:?} lacks {expected:?}");
 }
@@ -212,48 +212,56 @@ fn buffers_come_from_files_and_data_uris() {
 
 #[test]
 fn what_is_wrong_is_named() {
-    refused("/asset/version", json!("1.0"), "needs glTF 1.0: export it again as glTF 2.0");
-    refused("/asset", json!({"version": "2.1", "minVersion": "2.1"}), "needs glTF 2.1");
-    refused("/asset", json!({"version": "2.0", "minVersion": "3.0"}), "needs glTF 3.0");
-    refused("/nodes", json!({"n": {"meshes": ["m"]}}), "its JSON is not that of glTF 2.0");
-    refused(
+    assert_refused("/asset/version", json!("1.0"), "needs glTF 1.0: export it again as glTF 2.0");
+    assert_refused("/asset", json!({"version": "2.1", "minVersion": "2.1"}), "needs glTF 2.1");
+    assert_refused("/asset", json!({"version": "2.0", "minVersion": "3.0"}), "needs glTF 3.0");
+    assert_refused("/nodes", json!({"n": {"meshes": ["m"]}}), "its JSON is not that of glTF 2.0");
+    assert_refused(
         "/extensionsRequired",
         json!(["KHR_materials_unlit", "EXT_meshopt_compression"]),
         "without compression",
     );
-    refused("/extensionsUsed", json!(["EXT_mesh_gpu_instancing"]), "each copy as a node");
-    refused("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "export again without compression");
-    refused("/extensionsRequired", json!(["KHR_mesh_quantization"]), "as plain glTF");
-    refused("/scene", json!(4), "scene = 4: there are 1 scenes");
-    refused("/scenes/0/nodes/0", json!(9), "refers to nodes[9]: there are 1");
-    refused("/nodes/0/children", json!([0]), "nodes[0] is reached twice");
-    refused("/scenes/0/nodes", json!([0, 0]), "nodes[0] is reached twice");
-    refused("/scenes/0/nodes", json!([]), "no triangle in its scene");
-    refused("/nodes/0/mesh", json!(3), "nodes[0]: mesh = 3: there are 1");
-    refused("/nodes/0/translation", json!([1e39, 0, 0]), "number out of range");
-    refused("/nodes/0/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]), "last row");
+    assert_refused("/extensionsUsed", json!(["EXT_mesh_gpu_instancing"]), "each copy as a node");
+    assert_refused(
+        "/extensionsRequired",
+        json!(["KHR_draco_mesh_compression"]),
+        "export again without compression",
+    );
+    assert_refused("/extensionsRequired", json!(["KHR_mesh_quantization"]), "as plain glTF");
+    assert_refused("/scene", json!(4), "scene = 4: there are 1 scenes");
+    assert_refused("/scenes/0/nodes/0", json!(9), "refers to nodes[9]: there are 1");
+    assert_refused("/nodes/0/children", json!([0]), "nodes[0] is reached twice");
+    assert_refused("/scenes/0/nodes", json!([0, 0]), "nodes[0] is reached twice");
+    assert_refused("/scenes/0/nodes", json!([]), "no triangle in its scene");
+    assert_refused("/nodes/0/mesh", json!(3), "nodes[0]: mesh = 3: there are 1");
+    assert_refused("/nodes/0/translation", json!([1e39, 0, 0]), "number out of range");
+    assert_refused("/nodes/0/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]), "last row");
     let primitive = "/meshes/0/primitives/0";
     let of = |key: &str| format!("{primitive}{key}");
-    refused(&of("/mode"), json!(9), "mode: must be 0 to 6");
-    refused(&of("/mode"), json!(1), "no triangle in its scene");
-    refused(&of("/attributes"), json!({}), "lack POSITION");
-    refused(&of("/attributes/POSITION"), json!(1), "POSITION must be VEC3 of float");
-    refused(&of("/indices"), json!(0), "indices must be SCALAR");
-    refused(&of("/indices"), json!(77), "accessors[77]: no such");
-    refused("/accessors/1/count", json!(11), "has 11 corners");
-    refused("/accessors/0/count", json!(3), "\"Tetra\" primitives[0]: index 5 is 3: there are 3");
-    refused("/accessors/0/count", json!(5), "accessors[0] needs 60 bytes of bufferViews[0], which has 48");
-    refused("/accessors/0/count", json!(u64::MAX), "accessors[0] needs");
-    refused("/accessors/0/byteOffset", json!(u64::MAX), "accessors[0] needs");
-    refused("/accessors/0/componentType", json!(1), "unknown componentType");
-    refused("/accessors/0/bufferView", json!(8), "bufferViews[8]: no such");
-    refused("/accessors/0/bufferView", Value::Null, "has no bufferView");
-    refused("/bufferViews/0/byteStride", json!(4), "byteStride = 4: elements have 12");
-    refused("/bufferViews/0/byteLength", json!(109), "reaches past the 108 bytes");
-    refused("/bufferViews/1/byteOffset", json!(u64::MAX), "reaches past");
-    refused("/bufferViews/0/buffer", json!(1), "bufferViews[0].buffer = 1: no such");
-    refused("/buffers/0/byteLength", json!(109), "only 108 bytes are there");
-    refused("/buffers", json!([{"byteLength": 1}, {"byteLength": 1}]), "buffers[1]: has no uri");
+    assert_refused(&of("/mode"), json!(9), "mode: must be 0 to 6");
+    assert_refused(&of("/mode"), json!(1), "no triangle in its scene");
+    assert_refused(&of("/attributes"), json!({}), "lack POSITION");
+    assert_refused(&of("/attributes/POSITION"), json!(1), "POSITION must be VEC3 of float");
+    assert_refused(&of("/indices"), json!(0), "indices must be SCALAR");
+    assert_refused(&of("/indices"), json!(77), "accessors[77]: no such");
+    assert_refused("/accessors/1/count", json!(11), "has 11 corners");
+    assert_refused("/accessors/0/count", json!(3), "\"Tetra\" primitives[0]: index 5 is 3: there are 3");
+    assert_refused(
+        "/accessors/0/count",
+        json!(5),
+        "accessors[0] needs 60 bytes of bufferViews[0], which has 48",
+    );
+    assert_refused("/accessors/0/count", json!(u64::MAX), "accessors[0] needs");
+    assert_refused("/accessors/0/byteOffset", json!(u64::MAX), "accessors[0] needs");
+    assert_refused("/accessors/0/componentType", json!(1), "unknown componentType");
+    assert_refused("/accessors/0/bufferView", json!(8), "bufferViews[8]: no such");
+    assert_refused("/accessors/0/bufferView", Value::Null, "has no bufferView");
+    assert_refused("/bufferViews/0/byteStride", json!(4), "byteStride = 4: elements have 12");
+    assert_refused("/bufferViews/0/byteLength", json!(109), "reaches past the 108 bytes");
+    assert_refused("/bufferViews/1/byteOffset", json!(u64::MAX), "reaches past");
+    assert_refused("/bufferViews/0/buffer", json!(1), "bufferViews[0].buffer = 1: no such");
+    assert_refused("/buffers/0/byteLength", json!(109), "only 108 bytes are there");
+    assert_refused("/buffers", json!([{"byteLength": 1}, {"byteLength": 1}]), "buffers[1]: has no uri");
 }
 
 #[test]
@@ -325,7 +333,7 @@ fn hides(declared: &str) {
     ]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.glb");
-    let sources = Sources::beside(&path);
+    let sources = Sources::from_main(&path);
     std::fs::write(&path, glb(&document, &buffer())).unwrap();
     let nodes = Gltf::load(&path, &sources).unwrap().parts(None).unwrap();
     assert_eq!(nodes.iter().map(|node| &node.names[..]).collect::<Vec<_>>(), [["shown"]]);
@@ -348,7 +356,7 @@ fn a_node_of_scale_0_is_left_out_and_told() {
     ]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.glb");
-    let sources = Sources::beside(&path);
+    let sources = Sources::from_main(&path);
     std::fs::write(&path, glb(&document, &buffer())).unwrap();
     let nodes = Gltf::load(&path, &sources).unwrap().parts(None).unwrap();
     assert_eq!(nodes.iter().map(|node| &node.names[..]).collect::<Vec<_>>(), [["shown"]]);
@@ -369,14 +377,14 @@ fn positions_must_be_finite() {
         .map(|next| json!({"children": [next], "scale": [1e38, 1e38, 1e38]}))
         .chain([json!({"mesh": 0})])
         .collect();
-    refused("/nodes", json!(nodes), "move a vertex to infinity");
+    assert_refused("/nodes", json!(nodes), "move a vertex to infinity");
 }
 
 #[test]
 fn files_that_unfold_without_end_are_refused() {
     let chain: Vec<Value> =
         (1..=300).map(|next| json!({"children": [next]})).chain([json!({"mesh": 0})]).collect();
-    refused("/nodes", json!(chain), "nested more than 256 deep");
+    assert_refused("/nodes", json!(chain), "nested more than 256 deep");
     // 3000 nodes, each with 3000 primitives.
     let mut document = document();
     let primitive = document["meshes"][0]["primitives"][0].clone();
@@ -388,7 +396,7 @@ fn files_that_unfold_without_end_are_refused() {
     // One long name above many nodes.
     let mut nodes = vec![json!({"mesh": 0}); 1001];
     nodes[0] = json!({"name": "n".repeat(1 << 20), "children": (1..=1000).collect::<Vec<_>>()});
-    refused("/nodes", json!(nodes), "unfolds to far more than its size");
+    assert_refused("/nodes", json!(nodes), "unfolds to far more than its size");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::{JOINTS, Keypoints, SHOULDERS};
 /// Which joints a table has, in which order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub enum Layout {
+pub enum JointLayout {
     /// COCO's.
     #[default]
     #[serde(rename = "coco-17")]
@@ -63,22 +63,22 @@ const SMPL: [&str; 24] = [
 /// How far the line from SMPL's neck to its head leans forward in somebody who looks straight ahead.
 const LEAN_DEG: f64 = 30.0;
 
-impl Layout {
+impl JointLayout {
     /// The names of its joints, in its order.
     pub(crate) fn joints(self) -> Vec<&'static str> {
         match self {
-            Layout::Coco17 => JOINTS.to_vec(),
-            Layout::Halpe26 => [&JOINTS[..], &HALPE_ONLY].concat(),
-            Layout::Smpl24 => SMPL.to_vec(),
+            JointLayout::Coco17 => JOINTS.to_vec(),
+            JointLayout::Halpe26 => [&JOINTS[..], &HALPE_ONLY].concat(),
+            JointLayout::Smpl24 => SMPL.to_vec(),
         }
     }
 
     /// As a study writes it.
-    pub(crate) fn described(self) -> &'static str {
+    pub(crate) fn describe(self) -> &'static str {
         match self {
-            Layout::Coco17 => "layout \"coco-17\"",
-            Layout::Halpe26 => "layout \"halpe-26\"",
-            Layout::Smpl24 => "layout \"smpl-24\"",
+            JointLayout::Coco17 => "layout \"coco-17\"",
+            JointLayout::Halpe26 => "layout \"halpe-26\"",
+            JointLayout::Smpl24 => "layout \"smpl-24\"",
         }
     }
 
@@ -88,7 +88,7 @@ impl Layout {
         let point =
             |name: &str| joints.iter().position(|joint| *joint == name).and_then(|place| points[place]);
         let mut keypoints = JOINTS.map(point);
-        if self == Layout::Smpl24
+        if self == JointLayout::Smpl24
             && let (Some(neck), Some(head)) = (point("neck"), point("head"))
             && let [Some(left), Some(right)] = SHOULDERS.map(|shoulder| keypoints[shoulder])
             && let Some(left) = (left - right).reject_from(head - neck).try_normalize()

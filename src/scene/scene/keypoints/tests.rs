@@ -5,7 +5,7 @@ use crate::scene::mannequin::require_body;
 use crate::scene::mannequin::tests::standing;
 
 fn coco(text: &str) -> Result<Keypoints, Issue> {
-    parse(text, Layout::Coco17)
+    parse(text, JointLayout::Coco17)
 }
 
 fn rows(named: bool) -> Vec<String> {
@@ -55,8 +55,8 @@ fn numbers_that_fill_gaps_are_told() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("person.csv");
         std::fs::write(&path, rows.join("\n")).unwrap();
-        let sources = Sources::beside(&path);
-        KeypointFile { path, layout: Layout::Coco17 }.read(&sources).map(|_| sources.take_remarks())
+        let sources = Sources::from_main(&path);
+        KeypointFile { path, layout: JointLayout::Coco17 }.read(&sources).map(|_| sources.take_remarks())
     };
     assert_eq!(told(&[]).unwrap(), [""; 0]);
     assert_eq!(
@@ -105,12 +105,12 @@ fn numbers_that_fill_gaps_are_told() {
 #[test]
 fn halpe_begins_with_cocos() {
     let mut rows = rows(true);
-    rows.extend(Layout::Halpe26.joints()[17..].iter().map(|joint| format!("{joint},1,2,3")));
+    rows.extend(JointLayout::Halpe26.joints()[17..].iter().map(|joint| format!("{joint},1,2,3")));
     let text = rows.join("\n");
-    assert_eq!(parse(&text, Layout::Halpe26).unwrap(), standing());
+    assert_eq!(parse(&text, JointLayout::Halpe26).unwrap(), standing());
     let error = coco(&text).unwrap_err().to_string();
     assert_eq!(error, "line 18: more than 17 joints: one row for each joint of layout \"coco-17\"");
-    let error = parse(&rows[..17].join("\n"), Layout::Halpe26).unwrap_err().to_string();
+    let error = parse(&rows[..17].join("\n"), JointLayout::Halpe26).unwrap_err().to_string();
     assert!(error.starts_with("has 17 joints: layout \"halpe-26\" has 26"), "{error}");
 }
 
@@ -125,13 +125,13 @@ fn smpl() -> Vec<String> {
         "right_shoulder" => format!("{joint},0.2,0.1,1.4"),
         _ => format!("{joint},{number},{},{}", 2 * number, 3 * number),
     };
-    Layout::Smpl24.joints().iter().enumerate().map(place).collect()
+    JointLayout::Smpl24.joints().iter().enumerate().map(place).collect()
 }
 
 #[test]
 fn smpl_gives_limbs_and_a_face_by_its_head() {
     let rows = smpl();
-    let joints = parse(&rows.join("\n"), Layout::Smpl24).unwrap();
+    let joints = parse(&rows.join("\n"), JointLayout::Smpl24).unwrap();
     // The numbers of these joints are those of the model.
     for (joint, number) in
         [(HIPS[0], 1), (HIPS[1], 2), (KNEES[0], 4), (KNEES[1], 5), (ANKLES[0], 7), (ANKLES[1], 8)]
@@ -156,14 +156,14 @@ fn smpl_gives_limbs_and_a_face_by_its_head() {
     // What the face is made from must be known.
     for lost in [12, 15, 16] {
         let mut rows = rows.clone();
-        rows[lost] = format!("{},,,", Layout::Smpl24.joints()[lost]);
-        let joints = parse(&rows.join("\n"), Layout::Smpl24).unwrap();
-        assert_eq!(joints[..5], [None; 5], "without {}", Layout::Smpl24.joints()[lost]);
+        rows[lost] = format!("{},,,", JointLayout::Smpl24.joints()[lost]);
+        let joints = parse(&rows.join("\n"), JointLayout::Smpl24).unwrap();
+        assert_eq!(joints[..5], [None; 5], "without {}", JointLayout::Smpl24.joints()[lost]);
         assert!(joints[HIPS[0]].is_some());
     }
     let mut wrong = rows;
     wrong.swap(1, 2);
-    let error = parse(&wrong.join("\n"), Layout::Smpl24).unwrap_err().to_string();
+    let error = parse(&wrong.join("\n"), JointLayout::Smpl24).unwrap_err().to_string();
     assert!(
         error.contains("joint = right_hip: must be left_hip (the order of layout \"smpl-24\")"),
         "{error}"
@@ -171,7 +171,7 @@ fn smpl_gives_limbs_and_a_face_by_its_head() {
 }
 
 #[track_caller]
-fn refused(text: &str, expected: &str) {
+fn assert_refused(text: &str, expected: &str) {
     let what = coco(text).expect_err(expected);
     assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
 }
@@ -183,28 +183,28 @@ fn what_is_wrong_is_named() {
         rows[row] = text.into();
         rows.join("\n")
     };
-    refused(&with_row(2, "left_eye,0,0,0"), "line 3 (right_eye): joint = left_eye: must be right_eye");
-    refused(&with_row(2, "right_eye,0,0"), "line 3 (right_eye): x_m = right_eye");
-    refused(&with_row(2, "right_eye,0,0,0,1,0"), "must be x_m,y_m,z_m, with the joint's name before");
-    refused(&with_row(2, "0,0"), "must be x_m,y_m,z_m, with the joint's name before");
+    assert_refused(&with_row(2, "left_eye,0,0,0"), "line 3 (right_eye): joint = left_eye: must be right_eye");
+    assert_refused(&with_row(2, "right_eye,0,0"), "line 3 (right_eye): x_m = right_eye");
+    assert_refused(&with_row(2, "right_eye,0,0,0,1,0"), "must be x_m,y_m,z_m, with the joint's name before");
+    assert_refused(&with_row(2, "0,0"), "must be x_m,y_m,z_m, with the joint's name before");
     for bad in ["-0.1", "nan", "sure"] {
-        refused(
+        assert_refused(
             &with_row(2, &format!("right_eye,0,0,0,{bad}")),
             &format!("confidence = {bad}: must be 0 (unknown)"),
         );
     }
-    refused(&with_row(16, "right_ankle,0,,1"), "line 17 (right_ankle): y_m = : must be metres");
+    assert_refused(&with_row(16, "right_ankle,0,,1"), "line 17 (right_ankle): y_m = : must be metres");
     for bad in ["nan", "inf", "1480mm", "1480"] {
-        refused(&with_row(0, &format!("nose,0,0,{bad}")), &format!("z_m = {bad}: must be metres"));
+        assert_refused(&with_row(0, &format!("nose,0,0,{bad}")), &format!("z_m = {bad}: must be metres"));
     }
-    refused(&with_row(0, "joint,y_m,x_m,z_m"), "line 1 (nose): joint = joint");
-    refused("", "has 0 joints: layout \"coco-17\" has 17");
-    refused(&rows(true)[..16].join("\n"), "has 16 joints");
-    refused(&(rows(true).join("\n") + "\nnose,0,0,0"), "line 18: more than 17 joints");
-    refused(&",,\n".repeat(17), "all joints are empty");
-    refused(&rows(true).join("\n").replace(',', ";"), "line 1: columns are separated by semicolons");
+    assert_refused(&with_row(0, "joint,y_m,x_m,z_m"), "line 1 (nose): joint = joint");
+    assert_refused("", "has 0 joints: layout \"coco-17\" has 17");
+    assert_refused(&rows(true)[..16].join("\n"), "has 16 joints");
+    assert_refused(&(rows(true).join("\n") + "\nnose,0,0,0"), "line 18: more than 17 joints");
+    assert_refused(&",,\n".repeat(17), "all joints are empty");
+    assert_refused(&rows(true).join("\n").replace(',', ";"), "line 1: columns are separated by semicolons");
     for row in ["right_eye,0,5,0,5,1,5", "right_eye,0,\"0,5\",1"] {
-        refused(&with_row(2, row), ": numbers have a decimal comma: write 1.5, not 1,5");
+        assert_refused(&with_row(2, row), ": numbers have a decimal comma: write 1.5, not 1,5");
     }
 }
 
@@ -215,8 +215,8 @@ fn joints_that_draw_no_body_are_keypoints_but_no_person() {
     std::fs::write(&path, ",,\n".repeat(16) + "0,0,0").unwrap();
     let mut ankle = [None; 17];
     ankle[16] = Some(DVec3::ZERO);
-    let file = KeypointFile { path: path.clone(), layout: Layout::Coco17 };
-    let read = file.read(&Sources::beside(&path)).unwrap();
+    let file = KeypointFile { path: path.clone(), layout: JointLayout::Coco17 };
+    let read = file.read(&Sources::from_main(&path)).unwrap();
     assert_eq!(read, ankle);
     let error = require_body(read, &path).unwrap_err().to_string();
     assert!(error.contains("ankle.csv: no two neighbouring joints are known"), "{error}");
@@ -228,7 +228,7 @@ fn joints_turn_and_move_as_a_surface_does() {
     let mut keypoints = [None; 17];
     keypoints[4] = Some(DVec3::new(1.0, 2.0, 3.0));
     // Half a turn about x, exact: y and z change their sign.
-    let moved = transformed(&keypoints, DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0), DVec3::new(10.0, 20.0, 30.0));
+    let moved = transform(&keypoints, DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0), DVec3::new(10.0, 20.0, 30.0));
     assert_eq!(moved[4], Some(DVec3::new(11.0, 18.0, 27.0)));
     assert_eq!(moved.iter().flatten().count(), 1);
 }

@@ -78,12 +78,12 @@ fn pruned_leaves_expand_to_each_voxel_once() {
 fn an_empty_map_has_no_nodes_and_is_refused() {
     let bytes = write(0.05, [0; 3], [9; 3], &|_| None);
     assert!(bytes.ends_with(b"size 0\nres 0.05\ndata\n"));
-    refused(&bytes, "no occupied voxel");
-    refused(&write(0.05, [0; 3], [9; 3], &|_| Some(false)), "no occupied voxel");
+    assert_refused(&bytes, "no occupied voxel");
+    assert_refused(&write(0.05, [0; 3], [9; 3], &|_| Some(false)), "no occupied voxel");
 }
 
 #[track_caller]
-fn refused(bytes: &[u8], expected: &str) {
+fn assert_refused(bytes: &[u8], expected: &str) {
     let what = parse(bytes).expect_err(expected);
     assert!(what.to_string().contains(expected), "{what:?} lacks {expected:?}");
 }
@@ -96,32 +96,38 @@ fn what_is_wrong_is_named() {
         let at = (good.windows(from.len()).position(|w| w == from.as_bytes())).unwrap();
         [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat()
     };
-    refused(b"", "ends before the line `data`");
-    refused(&replaced("Octomap OcTree binary file", "Octomap QuadTree file"), ".bt and .ot files are read");
-    refused(&replaced("id OcTree", "#"), "lacks the line `id OcTree`");
-    refused(&replaced("size ", "#"), "lacks the line `size N`");
-    refused(&replaced("size ", "size -"), "must be a whole number");
-    refused(&replaced("res 0.05", "#"), "lacks the line `res R`");
+    assert_refused(b"", "ends before the line `data`");
+    assert_refused(
+        &replaced("Octomap OcTree binary file", "Octomap QuadTree file"),
+        ".bt and .ot files are read",
+    );
+    assert_refused(&replaced("id OcTree", "#"), "lacks the line `id OcTree`");
+    assert_refused(&replaced("size ", "#"), "lacks the line `size N`");
+    assert_refused(&replaced("size ", "size -"), "must be a whole number");
+    assert_refused(&replaced("res 0.05", "#"), "lacks the line `res R`");
     for res in ["0", "-1", "nan", "inf", "wide"] {
-        refused(&replaced("res 0.05", &format!("res {res}")), "must be a positive length");
+        assert_refused(&replaced("res 0.05", &format!("res {res}")), "must be a positive length");
     }
-    refused(&replaced("data\n", ""), "ends before the line `data`");
-    refused(&replaced("size ", "size 1"), "the tree has");
-    refused(&good[..good.len() - 1], "truncated");
-    refused(&with_header(18, &[0b11, 0].repeat(17)), "below level 16");
-    refused(&with_header(9, &[0xff; 20]), "truncated");
+    assert_refused(&replaced("data\n", ""), "ends before the line `data`");
+    assert_refused(&replaced("size ", "size 1"), "the tree has");
+    assert_refused(&good[..good.len() - 1], "truncated");
+    assert_refused(&with_header(18, &[0b11, 0].repeat(17)), "below level 16");
+    assert_refused(&with_header(9, &[0xff; 20]), "truncated");
 }
 
 #[test]
 fn a_map_that_is_too_full_is_refused_before_it_is_expanded() {
     // One leaf at level 15: 32768 voxels on each axis.
-    refused(&with_header(2, &[0b10, 0]), "has 35184372088832 occupied voxels: at most 33554432 are read");
+    assert_refused(
+        &with_header(2, &[0b10, 0]),
+        "has 35184372088832 occupied voxels: at most 33554432 are read",
+    );
     // A map may be larger than a grid, which may lie around a part of it.
     let far = write(0.05, [0; 3], [4001, 1, 1], &|k| Some(k[0] % 4000 == 0));
     assert_eq!(parse(&far).unwrap().occupied, [[0, 0, 0], [4000, 0, 0]]);
     // Six levels of first children, then all eight: a full cube of 512, few bytes and 134 million voxels.
     let data = [[0b11, 0].repeat(6), vec![0b10, 0]].concat();
-    refused(&with_header(8, &data), "at most 33554432 are read");
+    assert_refused(&with_header(8, &data), "at most 33554432 are read");
 }
 
 #[test]
@@ -158,10 +164,10 @@ fn a_full_tree_is_occupied_from_a_probability_of_one_half_on() {
         assert_eq!(tree.leaves, [Leaf { key: lowest, edge: 1, occupied }], "{log_odds}");
     }
     let leaf = |log_odds: f32, children: u8| [&log_odds.to_le_bytes()[..], &[children]].concat();
-    refused(&full(&leaf(f32::NAN, 0)), "log-odds are no number");
-    refused(&full(&leaf(1.0, 1)), "below level 16");
-    refused(&full(&leaf(1.0, 0)[..4]), "truncated");
-    refused(&full(&[leaf(1.0, 0), leaf(1.0, 0)].concat()), "header says size 18 and the tree has 17");
+    assert_refused(&full(&leaf(f32::NAN, 0)), "log-odds are no number");
+    assert_refused(&full(&leaf(1.0, 1)), "below level 16");
+    assert_refused(&full(&leaf(1.0, 0)[..4]), "truncated");
+    assert_refused(&full(&[leaf(1.0, 0), leaf(1.0, 0)].concat()), "header says size 18 and the tree has 17");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use roxmltree::Node;
 
 use super::element::{child, text};
-use super::pose::{Pose, numbers};
+use super::pose::{SdfPose, numbers};
 use crate::scene::mesh_file::load_mesh;
 use crate::scene::{Mesh, primitive};
 use crate::source::Sources;
@@ -22,8 +22,8 @@ const SMALLEST_M: f64 = 1e-6;
 
 /// A body at its place in a link; its pose may be relative to nothing else.
 #[derive(Clone, Debug)]
-pub(super) struct Body {
-    pub(super) pose: Pose,
+pub(super) struct SdfShape {
+    pub(super) pose: SdfPose,
     pub(super) shape: Shape,
 }
 
@@ -106,7 +106,7 @@ pub(super) fn shape(
         "plane" => {
             let size = lengths("size", 2, Some(&[1.0, 1.0]))?;
             let normal = vector(list("normal", 3, Some(&[0.0, 0.0, 1.0]))?).try_normalize();
-            let normal = normal.ok_or_else(|| Issue::says("plane.normal").wanted("must not be zero"))?;
+            let normal = normal.ok_or_else(|| Issue::says("plane.normal").with_advice("must not be zero"))?;
             Shape::Plane { size_m: [size[0], size[1]], normal }
         }
         "mesh" if child(node, "submesh").is_some() => return Ok(Err(Some("submesh of a mesh".into()))),
@@ -115,7 +115,7 @@ pub(super) fn shape(
             if scale.abs().min_element() < SMALLEST_M {
                 return Err(Issue::value("mesh.scale", scale, "none may be zero (a minus mirrors)"));
             }
-            let uri = text(node, "uri").ok_or_else(|| Issue::missing("uri").at("mesh"))?;
+            let uri = text(node, "uri").ok_or_else(|| Issue::missing("uri").with_place("mesh"))?;
             Shape::Mesh { path: resolve(uri)?, scale }
         }
         "empty" => return Ok(Err(None)),
@@ -134,16 +134,16 @@ pub(super) struct Meshes<'a> {
 
 impl Meshes<'_> {
     /// All bodies of a link as one mesh, in the world.
-    pub(super) fn whole(&mut self, bodies: &[Body], world_from_link: DAffine3) -> Result<Mesh> {
+    pub(super) fn whole(&mut self, bodies: &[SdfShape], world_from_link: DAffine3) -> Result<Mesh> {
         let mut whole = Mesh::default();
         for body in bodies {
-            let (mesh, own) = self.of_shape(&body.shape)?;
+            let (mesh, own) = self.shape_mesh(&body.shape)?;
             let left = self.triangles_left.checked_sub(mesh.triangles.len()).ok_or_else(|| {
                 let what = format!("with it, the world has more than {MOST_TRIANGLES} triangles");
-                Issue::too_large(what).wanted("simplify its meshes")
+                Issue::too_large(what).with_advice("simplify its meshes")
             })?;
             self.triangles_left = left;
-            let mesh = mesh.placed(&(world_from_link * body.pose.parent_from_own * own));
+            let mesh = mesh.place(&(world_from_link * body.pose.parent_from_own * own));
             if mesh.vertices.iter().any(|vertex| !vertex.is_finite()) {
                 return Err(Issue::says("its transforms move a vertex to infinity").into());
             }
@@ -153,7 +153,7 @@ impl Meshes<'_> {
     }
 
     /// A body about its own frame, and where that is.
-    fn of_shape(&mut self, shape: &Shape) -> Result<(Rc<Mesh>, DAffine3)> {
+    fn shape_mesh(&mut self, shape: &Shape) -> Result<(Rc<Mesh>, DAffine3)> {
         let plain = |mesh| Ok((Rc::new(mesh), DAffine3::IDENTITY));
         match *shape {
             Shape::Box(size_m) => plain(primitive::cuboid(size_m)),

@@ -6,8 +6,8 @@ use std::collections::HashMap;
 use glam::DAffine3;
 
 use super::File;
-use super::geometry::Body;
-use super::pose::Pose;
+use super::geometry::SdfShape;
+use super::pose::SdfPose;
 use perirobot_march::error::Issue;
 
 /// The name of a model's own frame.
@@ -21,31 +21,31 @@ pub(super) struct Model {
     pub(super) name: Option<String>,
     /// The file that it is in.
     pub(super) file: File,
-    pub(super) pose: Pose,
+    pub(super) pose: SdfPose,
     /// The frame that its pose places; its own if there is none.
     pub(super) placement_frame: Option<String>,
     /// Whether its frames are those of the model around it, too.
     pub(super) is_merged: bool,
-    pub(super) links: Vec<Link>,
+    pub(super) links: Vec<SdfLink>,
     /// Joints and frames: name, pose, and what that is relative to by default.
-    pub(super) frames: Vec<(String, Pose, String)>,
+    pub(super) frames: Vec<(String, SdfPose, String)>,
     pub(super) models: Vec<Model>,
     /// Empty until [`Model::index`] was called.
-    pub(super) names: Names,
+    pub(super) names: ModelNames,
 }
 
 /// What a model has, by its names.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Names {
+pub(super) struct ModelNames {
     models: HashMap<String, usize>,
-    frames: HashMap<String, Frame>,
+    frames: HashMap<String, FrameOwner>,
     /// Where frames are in the model's own, as far as that was asked for.
     placed: RefCell<HashMap<String, DAffine3>>,
 }
 
 /// Of what a frame is that of.
 #[derive(Clone, Copy, Debug)]
-enum Frame {
+enum FrameOwner {
     Link(usize),
     /// A joint, or a frame of its own.
     Own(usize),
@@ -54,10 +54,10 @@ enum Frame {
 
 /// A link with the bodies that count.
 #[derive(Clone, Debug)]
-pub(super) struct Link {
+pub(super) struct SdfLink {
     pub(super) name: String,
-    pub(super) pose: Pose,
-    pub(super) bodies: Vec<Body>,
+    pub(super) pose: SdfPose,
+    pub(super) bodies: Vec<SdfShape>,
 }
 
 impl Model {
@@ -67,9 +67,12 @@ impl Model {
         let models = self.models.iter().enumerate().rev();
         let models: Vec<(String, usize)> =
             models.filter_map(|(i, model)| Some((model.name.clone()?, i))).collect();
-        let own = self.frames.iter().enumerate().rev().map(|(i, (name, ..))| (name.clone(), Frame::Own(i)));
-        let links = self.links.iter().enumerate().rev().map(|(i, link)| (link.name.clone(), Frame::Link(i)));
-        let frames = models.iter().map(|(name, i)| (name.clone(), Frame::Model(*i))).chain(own).chain(links);
+        let own =
+            self.frames.iter().enumerate().rev().map(|(i, (name, ..))| (name.clone(), FrameOwner::Own(i)));
+        let links =
+            self.links.iter().enumerate().rev().map(|(i, link)| (link.name.clone(), FrameOwner::Link(i)));
+        let frames =
+            models.iter().map(|(name, i)| (name.clone(), FrameOwner::Model(*i))).chain(own).chain(links);
         // What comes later takes the place of what came before.
         self.names.frames = frames.collect();
         self.names.models = models.into_iter().collect();
@@ -87,38 +90,38 @@ impl Model {
     }
 
     /// Where a pose of one of its elements is in its own frame.
-    pub(super) fn pose(&self, pose: &Pose, default: &str) -> Result<DAffine3, Issue> {
-        self.posed(pose, default, 0)
+    pub(super) fn pose(&self, pose: &SdfPose, default: &str) -> Result<DAffine3, Issue> {
+        self.resolve_pose(pose, default, 0)
     }
 
     /// Where the frame of a model in it is in its own.
     pub(super) fn place_of(&self, inner: &Model) -> Result<DAffine3, Issue> {
-        self.placed(inner, 0)
+        self.inner_pose(inner, 0)
     }
 
-    fn posed(&self, pose: &Pose, default: &str, steps: usize) -> Result<DAffine3, Issue> {
+    fn resolve_pose(&self, pose: &SdfPose, default: &str, steps: usize) -> Result<DAffine3, Issue> {
         let name = pose.relative_to.as_deref().unwrap_or(default);
         if steps > LONGEST_CHAIN {
             let what = format!(
                 "poses relative to {name:?} lead back to themselves, or are over {LONGEST_CHAIN} in a row"
             );
-            return Err(Issue::says(what).wanted("write the last of them relative to its model"));
+            return Err(Issue::says(what).with_advice("write the last of them relative to its model"));
         }
         let frame = self.frame(name, steps + 1)?;
         let frame = frame.ok_or_else(|| {
             Issue::says(format!("a pose is relative to {name:?}"))
-                .wanted("there is no such link, joint, frame or model")
+                .with_advice("there is no such link, joint, frame or model")
         })?;
         Ok(frame * pose.parent_from_own)
     }
 
-    fn placed(&self, inner: &Model, steps: usize) -> Result<DAffine3, Issue> {
-        let placed = self.posed(&inner.pose, OWN, steps)?;
+    fn inner_pose(&self, inner: &Model, steps: usize) -> Result<DAffine3, Issue> {
+        let placed = self.resolve_pose(&inner.pose, OWN, steps)?;
         let Some(name) = &inner.placement_frame else { return Ok(placed) };
         let frame = inner.frame(name, steps + 1)?;
         let frame = frame.ok_or_else(|| {
             Issue::value("placement_frame", format!("{name:?}"), "there is no such link, joint or frame")
-                .at(inner.place())
+                .with_place(inner.place())
         })?;
         Ok(placed * frame.inverse())
     }
@@ -134,12 +137,12 @@ impl Model {
             return Ok(placed);
         }
         let found = match self.names.frames.get(name) {
-            Some(Frame::Link(link)) => Some(self.posed(&self.links[*link].pose, OWN, steps)?),
-            Some(Frame::Own(frame)) => {
+            Some(FrameOwner::Link(link)) => Some(self.resolve_pose(&self.links[*link].pose, OWN, steps)?),
+            Some(FrameOwner::Own(frame)) => {
                 let (_, pose, default) = &self.frames[*frame];
-                Some(self.posed(pose, default, steps)?)
+                Some(self.resolve_pose(pose, default, steps)?)
             }
-            Some(Frame::Model(model)) => Some(self.placed(&self.models[*model], steps)?),
+            Some(FrameOwner::Model(model)) => Some(self.inner_pose(&self.models[*model], steps)?),
             None => self.frame_within(name, steps)?,
         };
         if let Some(place) = found {
@@ -154,11 +157,11 @@ impl Model {
         if let Some((outer, rest)) = name.split_once("::") {
             let Some(model) = self.names.models.get(outer).map(|&i| &self.models[i]) else { return Ok(None) };
             let frame = model.frame(rest, steps + 1)?;
-            return frame.map(|frame| Ok(self.placed(model, steps)? * frame)).transpose();
+            return frame.map(|frame| Ok(self.inner_pose(model, steps)? * frame)).transpose();
         }
         for model in self.models.iter().filter(|model| model.is_merged) {
             if let Some(frame) = model.frame(name, steps + 1)? {
-                return Ok(Some(self.placed(model, steps)? * frame));
+                return Ok(Some(self.inner_pose(model, steps)? * frame));
             }
         }
         Ok(None)

@@ -12,17 +12,17 @@ pub(super) const LARGEST: f64 = 1e6;
 
 /// Where something is in the frame of something else.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Pose {
+pub(super) struct SdfPose {
     pub(super) parent_from_own: DAffine3,
     /// The other's name; if there is none, what it is by default.
     pub(super) relative_to: Option<String>,
 }
 
-impl Pose {
+impl SdfPose {
     /// The pose of an element: its child, or where its parent is.
-    pub(super) fn from_element(element: Node) -> Result<Pose, Issue> {
+    pub(super) fn from_element(element: Node) -> Result<SdfPose, Issue> {
         let Some(node) = child(element, "pose") else {
-            return Ok(Pose { parent_from_own: DAffine3::IDENTITY, relative_to: None });
+            return Ok(SdfPose { parent_from_own: DAffine3::IDENTITY, relative_to: None });
         };
         let relative_to = node.attribute("relative_to").filter(|name| !name.is_empty()).map(String::from);
         let text = node.text().unwrap_or_default();
@@ -46,7 +46,7 @@ impl Pose {
             ("quat_xyzw", _) => return Err(wrong("must be seven numbers: x y z, then a quaternion x y z w")),
             _ => return Err(wrong("rotation_format must be euler_rpy or quat_xyzw")),
         };
-        Ok(Pose { parent_from_own: DAffine3::from_mat3_translation(turn, place), relative_to })
+        Ok(SdfPose { parent_from_own: DAffine3::from_mat3_translation(turn, place), relative_to })
     }
 }
 

@@ -8,7 +8,7 @@ use roxmltree::Node;
 
 use super::element::{child, text};
 use super::model::Model;
-use super::pose::Pose;
+use super::pose::SdfPose;
 use crate::scene::xml::children;
 use perirobot_march::error::Issue;
 
@@ -43,14 +43,14 @@ fn place_models(state: Node, world_from_parent: DAffine3, models: &mut [Model]) 
         let pose = world_from_parent.inverse() * world_from_model;
         let stood = model.pose.relative_to.is_none() && model.pose.parent_from_own.abs_diff_eq(pose, MOVED);
         moved += usize::from(!stood);
-        model.pose = Pose { parent_from_own: pose, relative_to: None };
+        model.pose = SdfPose { parent_from_own: pose, relative_to: None };
         model.placement_frame = None;
         let links = index_by_name(state, "link");
         for link in &mut model.links {
             let state = links.get(link.name.as_str());
             if let Some((_, world_from_link)) = state.map(|state| state_pose(*state)).transpose()?.flatten() {
                 let parent_from_own = world_from_model.inverse() * world_from_link;
-                link.pose = Pose { parent_from_own, relative_to: None };
+                link.pose = SdfPose { parent_from_own, relative_to: None };
             }
         }
         moved += place_models(state, world_from_model, &mut model.models)?;
@@ -61,9 +61,10 @@ fn place_models(state: Node, world_from_parent: DAffine3, models: &mut [Model]) 
 /// A state of a model or a link, and its pose in the world; none if it has none.
 fn state_pose<'a, 'i>(state: Node<'a, 'i>) -> Result<Option<(Node<'a, 'i>, DAffine3)>, Issue> {
     match child(state, "pose") {
-        Some(_) => {
-            Ok(Some((state, Pose::from_element(state).map_err(|issue| issue.at("state"))?.parent_from_own)))
-        }
+        Some(_) => Ok(Some((
+            state,
+            SdfPose::from_element(state).map_err(|issue| issue.with_place("state"))?.parent_from_own,
+        ))),
         None => Ok(None),
     }
 }

@@ -17,7 +17,7 @@ fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
 }
 
 /// What is read of `world.sdf` among these files.
-fn read_as(files: &[(&str, &str)], geometry: Geometry) -> Result<World, String> {
+fn read_as(files: &[(&str, &str)], geometry: GeometryUse) -> Result<SdfWorld, String> {
     let folder = folder(files);
     let path = folder.path().join("world.sdf");
     let file = SdfFile {
@@ -25,11 +25,11 @@ fn read_as(files: &[(&str, &str)], geometry: Geometry) -> Result<World, String> 
         geometry,
         models: vec![folder.path().join("models"), folder.path().join("more")],
     };
-    load(&file, &Sources::beside(&path), 0.001).map_err(|e| e.to_string())
+    load(&file, &Sources::from_main(&path), 0.001).map_err(|e| e.to_string())
 }
 
-fn read(world: &str) -> Result<World, String> {
-    read_as(&[("world.sdf", world)], Geometry::Collision)
+fn read(world: &str) -> Result<SdfWorld, String> {
+    read_as(&[("world.sdf", world)], GeometryUse::Collision)
 }
 
 fn world(inside: &str) -> String {
@@ -44,7 +44,7 @@ fn dot(link: &str, pose: &str) -> String {
 }
 
 /// Where the middle of each link's body is, by the names of the link and of what it is in.
-fn places(world: &World) -> BTreeMap<String, DVec3> {
+fn places(world: &SdfWorld) -> BTreeMap<String, DVec3> {
     let middle = |node: &NodeMesh| {
         let (low, high) = node.mesh.bounds().unwrap();
         (node.names.join(" in "), (low + high) / 2.0)
@@ -53,7 +53,7 @@ fn places(world: &World) -> BTreeMap<String, DVec3> {
 }
 
 #[track_caller]
-fn near(world: &World, link: &str, expected: [f64; 3]) {
+fn assert_near(world: &SdfWorld, link: &str, expected: [f64; 3]) {
     let places = places(world);
     let found = *places.get(link).unwrap_or_else(|| panic!("no {link} in {places:?}"));
     assert!(
@@ -105,10 +105,10 @@ fn poses_compose_from_the_world_to_the_body() {
     );
     let read = read(&world(&text)).unwrap();
     // The model is turned by 90° about z: its x is the world's y.
-    near(&read, "low in arm", [10.0, 1.0, 0.5]);
+    assert_near(&read, "low in arm", [10.0, 1.0, 0.5]);
     // The tip is turned about its y: its z is the model's x.
-    near(&read, "tip in arm", [10.0, 3.5, 0.0]);
-    near(&read, "palm in hand in arm", [7.0, 0.0, 1.0]);
+    assert_near(&read, "tip in arm", [10.0, 3.5, 0.0]);
+    assert_near(&read, "palm in hand in arm", [7.0, 0.0, 1.0]);
 }
 
 #[test]
@@ -130,14 +130,14 @@ fn poses_are_relative_to_links_joints_frames_and_models() {
         dot("d", ""),
     );
     let read = read(&world(&text)).unwrap();
-    near(&read, "one in a", [6.0, 1.0, 1.0]);
-    near(&read, "two in a", [6.0, 3.0, 1.0]);
+    assert_near(&read, "one in a", [6.0, 1.0, 1.0]);
+    assert_near(&read, "two in a", [6.0, 3.0, 1.0]);
     // A joint is at its child.
-    near(&read, "three in a", [6.0, 3.0, 3.0]);
+    assert_near(&read, "three in a", [6.0, 3.0, 3.0]);
     // The handle is at the grip.
-    near(&read, "b in b", [6.0, 1.0, -6.0]);
-    near(&read, "c in c", [1.0, 1.0, 1.0]);
-    near(&read, "d in d", [5.0, 1.0, 10.0]);
+    assert_near(&read, "b in b", [6.0, 1.0, -6.0]);
+    assert_near(&read, "c in c", [1.0, 1.0, 1.0]);
+    assert_near(&read, "d in d", [5.0, 1.0, 10.0]);
 }
 
 const STL: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 2 0\nendloop\nendfacet\nendsolid s\n";
@@ -174,14 +174,14 @@ fn models_are_included_from_folders_and_files() {
         ("beside/crate.sdf", &crate_),
         ("models/plain/model.sdf", &crate_),
     ];
-    let read = read_as(&files, Geometry::Collision).unwrap();
-    near(&read, "l in crate", [0.0, 0.0, 4.0]);
-    near(&read, "l in second", [1.0, 0.0, 0.0]);
-    near(&read, "l in m", [1.0, 2.0, 0.0]);
-    near(&read, "l in third", [0.0, 0.0, 3.0]);
-    near(&read, "l in fourth", [0.0, 0.0, 3.0]);
-    near(&read, "l in in in stack", [0.0, 8.0, 4.0]);
-    near(&read, "o in on", [0.0, 8.0, 5.0]);
+    let read = read_as(&files, GeometryUse::Collision).unwrap();
+    assert_near(&read, "l in crate", [0.0, 0.0, 4.0]);
+    assert_near(&read, "l in second", [1.0, 0.0, 0.0]);
+    assert_near(&read, "l in m", [1.0, 2.0, 0.0]);
+    assert_near(&read, "l in third", [0.0, 0.0, 3.0]);
+    assert_near(&read, "l in fourth", [0.0, 0.0, 3.0]);
+    assert_near(&read, "l in in in stack", [0.0, 8.0, 4.0]);
+    assert_near(&read, "o in on", [0.0, 8.0, 5.0]);
     assert_eq!(
         read.warning().unwrap(),
         "is an SDF world of which this is left out: include https://fuel.gazebosim.org/1.0/x/models/Tree (not on this \
@@ -189,7 +189,7 @@ fn models_are_included_from_folders_and_files() {
     );
     let without = |name: &str| {
         let files: Vec<_> = files.iter().copied().filter(|(file, _)| *file != name).collect();
-        read_as(&files, Geometry::Collision).unwrap_err()
+        read_as(&files, GeometryUse::Collision).unwrap_err()
     };
     let gone = without("more/part/part.stl");
     assert!(gone.contains("part.sdf: model \"m\": link \"l\": collision \"c\": model://part/part.stl is in none of the folders of models"), "{gone}");
@@ -217,14 +217,14 @@ fn what_is_left_out_is_counted() {
     // Models without a world are one.
     let bare =
         format!("<sdf version='1.6'><model name='m'><pose>1 0 0 0 0 0</pose>{}</model></sdf>", dot("l", ""));
-    near(&self::read(&bare).unwrap(), "l in m", [1.0, 0.0, 0.0]);
+    assert_near(&self::read(&bare).unwrap(), "l in m", [1.0, 0.0, 0.0]);
     let drawn = plain.replace("collision", "visual");
     assert!(
         self::read(&drawn)
             .unwrap_err()
             .contains("no link has a body of that geometry: write geometry = \"visual\"")
     );
-    near(&read_as(&[("world.sdf", &drawn)], Geometry::Visual).unwrap(), "l in m", [0.0; 3]);
+    assert_near(&read_as(&[("world.sdf", &drawn)], GeometryUse::Visual).unwrap(), "l in m", [0.0; 3]);
 }
 
 #[test]
@@ -326,14 +326,14 @@ fn models_stand_where_the_state_of_a_saved_world_has_them() {
     ));
     let folder = folder(&[("world.sdf", &text)]);
     let path = folder.path().join("world.sdf");
-    let file = SdfFile { path: path.clone(), geometry: Geometry::Collision, models: Vec::new() };
-    let sources = Sources::beside(&path);
+    let file = SdfFile { path: path.clone(), geometry: GeometryUse::Collision, models: Vec::new() };
+    let sources = Sources::from_main(&path);
     let read = load(&file, &sources, 0.001).unwrap();
-    near(&read, "top in table", [5.0, 5.0, 2.0]);
-    near(&read, "leg in table", [5.0, 5.0, 0.0]);
-    near(&read, "bulb in lamp in table", [5.0, 5.0, 3.0]);
-    near(&read, "s in still", [0.0; 3]);
-    near(&read, "f in free", [0.0, 7.0, 0.0]);
+    assert_near(&read, "top in table", [5.0, 5.0, 2.0]);
+    assert_near(&read, "leg in table", [5.0, 5.0, 0.0]);
+    assert_near(&read, "bulb in lamp in table", [5.0, 5.0, 3.0]);
+    assert_near(&read, "s in still", [0.0; 3]);
+    assert_near(&read, "f in free", [0.0, 7.0, 0.0]);
     assert!(read.warning().unwrap().ends_with("left out: model inserted by state"), "{:?}", read.warning());
     let remarks = sources.take_remarks();
     assert!(remarks.len() == 1 && remarks[0].contains("with 2 models placed by its <state>"), "{remarks:?}");
@@ -352,13 +352,13 @@ fn many_models_and_frames_take_little_time() {
     let text =
         world(&format!("<model name='m0'><frame name='f'/>{}</model>{chained}{included}", dot("l", "")));
     let files = [("world.sdf", text.as_str()), ("models/crate/model.sdf", crate_.as_str())];
-    assert_eq!(read_as(&files, Geometry::Collision).unwrap().links.len(), 1_001);
+    assert_eq!(read_as(&files, GeometryUse::Collision).unwrap().links.len(), 1_001);
     assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
     // What a file includes is counted before it is copied.
     let links: String = (0..300).map(|i| format!("<link name='l{i}'/>")).collect();
     let crate_ = format!("<sdf version='1.6'><model name='crate'>{links}</model></sdf>");
     let files = [("world.sdf", text.as_str()), ("models/crate/model.sdf", crate_.as_str())];
-    let refused = read_as(&files, Geometry::Collision).unwrap_err();
+    let refused = read_as(&files, GeometryUse::Collision).unwrap_err();
     assert!(
         refused.contains("has more than 250000 links, frames and bodies: include fewer models"),
         "{refused}"
@@ -382,7 +382,7 @@ fn bodies_without_extent_are_passed_over_and_plates_are_not() {
         "<plane><size>0 1</size></plane>",
     ] {
         let read = with(nothing).unwrap();
-        near(&read, "l in m", [0.0; 3]);
+        assert_near(&read, "l in m", [0.0; 3]);
         assert!(read.warning().unwrap().ends_with("left out: body without extent"), "{:?}", read.warning());
     }
     let plate = with("<box><size>4 2 0</size></box>").unwrap();
@@ -401,14 +401,14 @@ fn worlds_are_read_as_gazebo_reads_them() {
         ("<pose>1 2 3 0 0 0", "<pose rotation_format='quat_xyzw'>1 2 3 0 0 0 0"),
     ] {
         assert!(good.contains(from), "{from}");
-        near(&read(&good.replacen(from, to, 1)).unwrap(), "l in m", [1.0, 2.0, 3.0]);
+        assert_near(&read(&good.replacen(from, to, 1)).unwrap(), "l in m", [1.0, 2.0, 3.0]);
     }
-    near(&read(&format!("\u{feff}{good}")).unwrap(), "l in m", [1.0, 2.0, 3.0]);
+    assert_near(&read(&format!("\u{feff}{good}")).unwrap(), "l in m", [1.0, 2.0, 3.0]);
     let mesh = "<mesh><uri>meshes\\part.stl</uri></mesh>";
     let text = good.replacen("<box><size>0.02 0.02 0.02</size></box>", mesh, 1);
     let files = [("world.sdf", text.as_str()), ("meshes/part.stl", STL)];
-    near(&read_as(&files, Geometry::Collision).unwrap(), "l in m", [2.0, 3.0, 3.0]);
+    assert_near(&read_as(&files, GeometryUse::Collision).unwrap(), "l in m", [2.0, 3.0, 3.0]);
     let text = text.replacen("meshes", "model://part\\meshes", 1);
     let files = [("world.sdf", text.as_str()), ("more/part/meshes/part.stl", STL)];
-    near(&read_as(&files, Geometry::Collision).unwrap(), "l in m", [2.0, 3.0, 3.0]);
+    assert_near(&read_as(&files, GeometryUse::Collision).unwrap(), "l in m", [2.0, 3.0, 3.0]);
 }

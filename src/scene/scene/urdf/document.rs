@@ -17,26 +17,26 @@ const LARGEST_RAD: f64 = 1e6;
 
 /// A robot as it is written.
 pub(super) struct Robot {
-    pub(super) links: Vec<Link>,
-    pub(super) joints: Vec<Joint>,
+    pub(super) links: Vec<LinkElement>,
+    pub(super) joints: Vec<JointElement>,
 }
 
 /// A link as it is written.
-pub(super) struct Link {
+pub(super) struct LinkElement {
     pub(super) name: String,
-    pub(super) collision: Vec<Body>,
-    pub(super) visual: Vec<Body>,
+    pub(super) collision: Vec<LinkBody>,
+    pub(super) visual: Vec<LinkBody>,
 }
 
 /// A shape, and where it is in its link.
-pub(super) struct Body {
-    pub(super) origin: Origin,
+pub(super) struct LinkBody {
+    pub(super) origin: OriginElement,
     pub(super) geometry: Geometry,
 }
 
 /// Where something is in the frame of something else; metres.
 #[derive(Debug)]
-pub(super) struct Origin {
+pub(super) struct OriginElement {
     pub(super) xyz: [f64; 3],
     pub(super) rotation: DMat3,
 }
@@ -51,10 +51,10 @@ pub(super) enum Geometry {
 }
 
 /// A joint as it is written.
-pub(super) struct Joint {
+pub(super) struct JointElement {
     pub(super) name: String,
     pub(super) kind: JointKind,
-    pub(super) origin: Origin,
+    pub(super) origin: OriginElement,
     pub(super) parent: String,
     pub(super) child: String,
     pub(super) axis: [f64; 3],
@@ -110,7 +110,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, Issue> {
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
         return Err(Issue::says(format!("its root is <{:.40}>", root.tag_name().name()))
-            .wanted("a URDF's is <robot>"));
+            .with_advice("a URDF's is <robot>"));
     }
     refuse_depth(root)?;
     // What the scan made of `xmlns:x = "http://www.ros.org/wiki/xacro"`.
@@ -127,14 +127,21 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Robot, Issue> {
     Ok(Robot { links: links.collect::<Result<_, _>>()?, joints: joints.collect::<Result<_, _>>()? })
 }
 
-fn link(node: Node, version: Version) -> Result<Link, Issue> {
+fn link(node: Node, version: Version) -> Result<LinkElement, Issue> {
     let bodies = |kind| {
         let body = |body: Node| {
-            Ok(Body { origin: origin(body, version)?, geometry: geometry(needed(body, "geometry")?)? })
+            Ok(LinkBody {
+                origin: origin(body, version)?,
+                geometry: geometry(required_child(body, "geometry")?)?,
+            })
         };
         children(node, kind).map(body).collect::<Result<_, Issue>>()
     };
-    Ok(Link { name: text_of(node, "name")?, collision: bodies("collision")?, visual: bodies("visual")? })
+    Ok(LinkElement {
+        name: text_of(node, "name")?,
+        collision: bodies("collision")?,
+        visual: bodies("visual")?,
+    })
 }
 
 fn geometry(node: Node) -> Result<Geometry, Issue> {
@@ -166,7 +173,7 @@ fn geometry(node: Node) -> Result<Geometry, Issue> {
     })
 }
 
-fn joint(node: Node, version: Version) -> Result<Joint, Issue> {
+fn joint(node: Node, version: Version) -> Result<JointElement, Issue> {
     let written = text_of(node, "type")?;
     let kind = match written.as_str() {
         "fixed" => JointKind::Fixed,
@@ -198,12 +205,12 @@ fn joint(node: Node, version: Version) -> Result<Joint, Issue> {
         Ok(Mimic { joint: text_of(mimic, "joint")?, multiplier, offset })
     });
     let axis = children(node, "axis").next().map(|axis| needed_vector(axis, "xyz"));
-    Ok(Joint {
+    Ok(JointElement {
         name: text_of(node, "name")?,
         kind,
         origin: origin(node, version)?,
-        parent: text_of(needed(node, "parent")?, "link")?,
-        child: text_of(needed(node, "child")?, "link")?,
+        parent: text_of(required_child(node, "parent")?, "link")?,
+        child: text_of(required_child(node, "child")?, "link")?,
         axis: axis.transpose()?.unwrap_or([1.0, 0.0, 0.0]),
         limits: [bound("lower", -unsaid)?, bound("upper", unsaid)?],
         mimic: mimic.transpose()?,
@@ -211,9 +218,9 @@ fn joint(node: Node, version: Version) -> Result<Joint, Issue> {
 }
 
 /// Where an element is, by its `<origin>`.
-fn origin(node: Node, version: Version) -> Result<Origin, Issue> {
+fn origin(node: Node, version: Version) -> Result<OriginElement, Issue> {
     let Some(origin) = children(node, "origin").next() else {
-        return Ok(Origin { xyz: [0.0; 3], rotation: DMat3::IDENTITY });
+        return Ok(OriginElement { xyz: [0.0; 3], rotation: DMat3::IDENTITY });
     };
     let xyz = numbers(origin, "xyz")?.unwrap_or([0.0; 3]);
     let rpy = numbers(origin, "rpy")?;
@@ -223,7 +230,11 @@ fn origin(node: Node, version: Version) -> Result<Origin, Issue> {
     };
     if rpy.is_some_and(|rpy| rpy.iter().any(|angle| angle.abs() > LARGEST_RAD)) {
         let rule = format!("must be angles from -{LARGEST_RAD} to {LARGEST_RAD}");
-        return Err(wrong(origin, said(origin, "rpy", origin.attribute("rpy").unwrap_or_default()), rule));
+        return Err(wrong(
+            origin,
+            attribute_text(origin, "rpy", origin.attribute("rpy").unwrap_or_default()),
+            rule,
+        ));
     }
     let rotation = match (rpy, quaternion.map(DQuat::from_array)) {
         (Some(_), Some(_)) => {
@@ -234,11 +245,11 @@ fn origin(node: Node, version: Version) -> Result<Origin, Issue> {
         })?,
         (rpy, None) => from_rpy(rpy.unwrap_or([0.0; 3])),
     };
-    Ok(Origin { xyz, rotation })
+    Ok(OriginElement { xyz, rotation })
 }
 
 /// The first child of a name.
-fn needed<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Result<Node<'a, 'i>, Issue> {
+fn required_child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Result<Node<'a, 'i>, Issue> {
     let missing = || wrong(node, format!("<{}>", node.tag_name().name()), format!("must hold <{name}>"));
     children(node, name).next().ok_or_else(missing)
 }
@@ -262,7 +273,7 @@ fn needed_vector(node: Node, name: &str) -> Result<[f64; 3], Issue> {
 /// A number, finite or not: what it may be depends on what it is for.
 fn number(node: Node, name: &str) -> Result<Option<f64>, Issue> {
     let Some(value) = node.attribute(name) else { return Ok(None) };
-    let odd = || wrong(node, said(node, name, value), "must be a number");
+    let odd = || wrong(node, attribute_text(node, name, value), "must be a number");
     value.trim().parse().map(Some).map_err(|_| odd())
 }
 
@@ -272,12 +283,12 @@ fn numbers<const N: usize>(node: Node, name: &str) -> Result<Option<[f64; N]>, I
     let all: Option<Vec<f64>> = value.split_whitespace().map(|word| word.parse().ok()).collect();
     let all = all.filter(|all| all.iter().all(|x| x.is_finite()));
     let count = if N == 3 { "three" } else { "four" };
-    let odd = || wrong(node, said(node, name, value), format!("must be {count} finite numbers"));
+    let odd = || wrong(node, attribute_text(node, name, value), format!("must be {count} finite numbers"));
     all.and_then(|all| all.try_into().ok()).map(Some).ok_or_else(odd)
 }
 
 /// An attribute as it is written.
-fn said(node: Node, name: &str, value: &str) -> String {
+fn attribute_text(node: Node, name: &str, value: &str) -> String {
     format!("<{} {name} = {value:.60?}>", node.tag_name().name())
 }
 
@@ -286,7 +297,9 @@ fn wrong(node: Node, what: String, wanted: impl Into<Words>) -> Issue {
     let named = node.ancestors().find(|n| n.has_tag_name("link") || n.has_tag_name("joint")).unwrap_or(node);
     let line = node.document().text_pos_at(node.range().start).row;
     let name = named.attribute("name").unwrap_or_default();
-    Issue::says(what).wanted(wanted).at(format!("{} {name:?} (line {line})", named.tag_name().name()))
+    Issue::says(what)
+        .with_advice(wanted)
+        .with_place(format!("{} {name:?} (line {line})", named.tag_name().name()))
 }
 
 /// What to do with a xacro.
@@ -299,7 +312,9 @@ pub(super) fn expand(path: &Path) -> Issue {
     let plain = if plain == path { plain.with_extension("expanded.urdf") } else { plain };
     let (from, to) = (path.display(), plain.display());
     Issue::unsupported("is a xacro, which only its own program expands")
-        .wanted(format!("run `xacro {from} > {to}` (or `ros2 run xacro xacro {from} > {to}`) and name {to}"))
+        .with_advice(format!(
+            "run `xacro {from} > {to}` (or `ros2 run xacro xacro {from} > {to}`) and name {to}"
+        ))
         .cure(
             Words::from("a file that ends in .xacro is expanded by ")
                 + Argument("xacro")
@@ -327,7 +342,7 @@ fn refuse_depth(root: Node) -> Result<(), Issue> {
     while let Some((node, depth)) = open.pop() {
         if depth > MAX_DEPTH {
             return Err(Issue::too_large(format!("nests elements more than {MAX_DEPTH} deep"))
-                .wanted("no URDF needs that"));
+                .with_advice("no URDF needs that"));
         }
         open.extend(node.children().filter(Node::is_element).map(|child| (child, depth + 1)));
     }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Geometry, LinkShape, Packages, PlacedShape, RobotModel};
+use super::{GeometryUse, LinkShape, Packages, PlacedShape, RobotModel};
 use crate::scene::mesh_file::load_mesh;
 use crate::scene::{Mesh, primitive};
 use crate::source::Sources;
@@ -25,29 +25,30 @@ impl RobotModel {
     /// for.
     pub(crate) fn meshes(
         &self,
-        geometry: Geometry,
+        geometry: GeometryUse,
         packages: &Packages,
         sources: &Sources,
         sag_m: f64,
     ) -> Result<Vec<Mesh>> {
-        let in_file = |issue: Issue| issue.at(&self.path);
+        let in_file = |issue: Issue| issue.with_place(&self.path);
         let mut files = Files { urdf: &self.path, packages, sources, read: HashMap::new() };
         let mut triangles = 0;
         let mut meshes = Vec::with_capacity(self.links.len());
         for link in &self.links {
             let (kind, bodies) = match geometry {
-                Geometry::Collision => ("collision", &link.collision),
-                Geometry::Visual => ("visual", &link.visual),
+                GeometryUse::Collision => ("collision", &link.collision),
+                GeometryUse::Visual => ("visual", &link.visual),
             };
             let mut whole = Mesh::default();
             for (number, body) in bodies.iter().enumerate() {
                 let mesh = body.mesh(sag_m, &mut files).map_err(|e| {
-                    e.at(format!("link {:?}: {kind} {}", link.name, number + 1)).at(&self.path)
+                    e.with_place(format!("link {:?}: {kind} {}", link.name, number + 1))
+                        .with_place(&self.path)
                 })?;
                 triangles += mesh.triangles.len();
                 if triangles > MOST_TRIANGLES {
                     let what = format!("has more than {MOST_TRIANGLES} triangles");
-                    let issue = Issue::too_large(what).wanted("simplify its meshes");
+                    let issue = Issue::too_large(what).with_advice("simplify its meshes");
                     return Err(in_file(issue).into());
                 }
                 whole.append(&mesh);
@@ -60,24 +61,25 @@ impl RobotModel {
         Ok(meshes)
     }
 
-    fn bare(&self, geometry: Geometry) -> Issue {
+    fn bare(&self, geometry: GeometryUse) -> Issue {
         let is_drawn = self.links.iter().any(|link| !link.visual.is_empty());
         let is_kept_clear = self.links.iter().any(|link| !link.collision.is_empty());
         match geometry {
-            Geometry::Collision if is_drawn => Issue::says("no link has collision geometry")
-                .wanted("write geometry = \"visual\" in the scene file"),
-            Geometry::Visual if is_kept_clear => Issue::says("no link has visual geometry")
-                .wanted("write geometry = \"collision\" in the scene file"),
-            _ => Issue::says("no link has a body").wanted("give its links <collision> or <visual> geometry"),
+            GeometryUse::Collision if is_drawn => Issue::says("no link has collision geometry")
+                .with_advice("write geometry = \"visual\" in the scene file"),
+            GeometryUse::Visual if is_kept_clear => Issue::says("no link has visual geometry")
+                .with_advice("write geometry = \"collision\" in the scene file"),
+            _ => Issue::says("no link has a body")
+                .with_advice("give its links <collision> or <visual> geometry"),
         }
     }
 }
 
 /// All links as one mesh, each where its joints put it.
-pub(crate) fn merged(meshes: &[Mesh], root_from_link: &[DAffine3]) -> Mesh {
+pub(crate) fn merge(meshes: &[Mesh], root_from_link: &[DAffine3]) -> Mesh {
     let mut whole = Mesh::default();
     for (mesh, root_from_link) in meshes.iter().zip(root_from_link) {
-        whole.append(&mesh.placed(root_from_link));
+        whole.append(&mesh.place(root_from_link));
     }
     whole
 }
@@ -116,10 +118,10 @@ impl PlacedShape {
                 (Rc::new(primitive::capsule(*radius_m, *length_m, sag_m)), DVec3::ONE)
             }
             LinkShape::Mesh { filename, scale } => {
-                (files.mesh(filename).map_err(|e| e.at(format!("mesh {filename:?}")))?, *scale)
+                (files.mesh(filename).map_err(|e| e.with_place(format!("mesh {filename:?}")))?, *scale)
             }
         };
-        let mesh = mesh.placed(&(self.link_from_body * DAffine3::from_mat3(DMat3::from_diagonal(scale))));
+        let mesh = mesh.place(&(self.link_from_body * DAffine3::from_mat3(DMat3::from_diagonal(scale))));
         if mesh.vertices.iter().any(|vertex| !vertex.is_finite()) {
             return Err(Issue::says("its transforms move a vertex to infinity").into());
         }

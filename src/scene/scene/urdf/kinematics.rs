@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Follows, Joint, Motion, RobotModel};
-use crate::pose::{Frame, Pose};
+use super::{Follows, Joint, JointMotion, RobotModel};
+use crate::pose::{Pose, RotationFrame};
 use crate::scene::Linkage;
 use crate::scene::joint_table::AngleUnit;
 use perirobot_march::Result;
@@ -40,7 +40,7 @@ impl RobotModel {
     ///
     /// # Errors
     /// When there is no joint of a name.
-    pub(crate) fn recorded<'n>(
+    pub(crate) fn sort_recorded<'n>(
         &self,
         values: impl Iterator<Item = (&'n str, f64)>,
         angles: AngleUnit,
@@ -50,13 +50,13 @@ impl RobotModel {
             let joint = self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name));
             let joint = joint.ok_or_else(|| {
                 let what = format!("{} has no such joint; {}", self.path.display(), self.movable());
-                Issue::says(format!("column {name:?}")).wanted(what)
+                Issue::says(format!("column {name:?}")).with_advice(what)
             })?;
             let degrees = if angles == AngleUnit::Rad { value.to_degrees() } else { value };
             match (&joint.motion, &joint.follows) {
-                (Motion::Fixed, _) | (_, Some(_)) => None,
-                (Motion::Turn { .. }, None) => sorted.angles_deg.insert(name.into(), degrees),
-                (Motion::Slide { .. }, None) => sorted.travels_m.insert(name.into(), value),
+                (JointMotion::Fixed, _) | (_, Some(_)) => None,
+                (JointMotion::Turn { .. }, None) => sorted.angles_deg.insert(name.into(), degrees),
+                (JointMotion::Slide { .. }, None) => sorted.travels_m.insert(name.into(), value),
             };
         }
         Ok(sorted)
@@ -65,7 +65,7 @@ impl RobotModel {
     /// A whole turn of a joint that turns without end; `None` of any other.
     pub(crate) fn turn(&self, name: &str, angles: AngleUnit) -> Option<f64> {
         let joint = self.links.iter().find_map(|l| l.joint.as_ref().filter(|j| j.name == name))?;
-        let Motion::Turn { limits_rad: [lower, upper], .. } = joint.motion else { return None };
+        let JointMotion::Turn { limits_rad: [lower, upper], .. } = joint.motion else { return None };
         let whole = if angles == AngleUnit::Rad { std::f64::consts::TAU } else { 360.0 };
         (lower.is_infinite() && upper.is_infinite()).then_some(whole)
     }
@@ -82,7 +82,7 @@ impl RobotModel {
             let placed = match &link.joint {
                 None => DAffine3::IDENTITY,
                 Some(joint) => {
-                    let moved = self.moved(joint, values)?;
+                    let moved = self.joint_transform(joint, values)?;
                     root_from_link[joint.parent] * joint.parent_from_joint * moved
                 }
             };
@@ -101,8 +101,8 @@ impl RobotModel {
         for (number, link) in self.links.iter().enumerate().skip(base + 1) {
             let Some(joint) = &link.joint else { continue };
             let travel_m = match joint.motion {
-                Motion::Slide { limits_m: [lower, upper], .. } => lower.abs().max(upper.abs()),
-                Motion::Fixed | Motion::Turn { .. } => 0.0,
+                JointMotion::Slide { limits_m: [lower, upper], .. } => lower.abs().max(upper.abs()),
+                JointMotion::Fixed | JointMotion::Turn { .. } => 0.0,
             };
             reach_m[number] = reach_m[joint.parent] + joint.parent_from_joint.translation.length() + travel_m;
         }
@@ -114,7 +114,11 @@ impl RobotModel {
         let pose = |root_from_link: &DAffine3| {
             let position_m =
                 world_from_root.rotation * root_from_link.translation + world_from_root.position_m;
-            Pose::turned(position_m, world_from_root.link() * root_from_link.matrix3, Frame::Link)
+            Pose::from_rotation(
+                position_m,
+                world_from_root.link() * root_from_link.matrix3,
+                RotationFrame::Link,
+            )
         };
         let links: Vec<(String, Pose)> = self
             .links
@@ -137,7 +141,9 @@ impl RobotModel {
                 .filter_map(|(place, link)| Some((place, link.joint.as_ref()?)))
                 .filter(|(_, joint)| joint.parent == base);
             match (children.next(), children.next()) {
-                (Some((only, joint)), None) if joint.motion == Motion::Fixed && is_empty(base) => base = only,
+                (Some((only, joint)), None) if joint.motion == JointMotion::Fixed && is_empty(base) => {
+                    base = only
+                }
                 _ => return base,
             }
         }
@@ -155,11 +161,11 @@ impl RobotModel {
             }
             let wrong = match joint.map(|joint| &joint.motion) {
                 None => format!("{} has no such joint; {}", self.path.display(), self.movable()),
-                Some(Motion::Fixed) => "is a fixed joint; take its value away".into(),
-                Some(Motion::Turn { .. }) if key == "joints_m" => {
+                Some(JointMotion::Fixed) => "is a fixed joint; take its value away".into(),
+                Some(JointMotion::Turn { .. }) if key == "joints_m" => {
                     "turns: write its degrees under joints_deg".into()
                 }
-                Some(Motion::Slide { .. }) if key == "joints_deg" => {
+                Some(JointMotion::Slide { .. }) if key == "joints_deg" => {
                     "slides: write its metres under joints_m".into()
                 }
                 Some(_) => continue,
@@ -170,7 +176,7 @@ impl RobotModel {
     }
 
     fn movable(&self) -> String {
-        let movable = |joint: &&Joint| joint.motion != Motion::Fixed && joint.follows.is_none();
+        let movable = |joint: &&Joint| joint.motion != JointMotion::Fixed && joint.follows.is_none();
         let names: Vec<&str> = (self.links.iter())
             .filter_map(|link| Some(link.joint.as_ref().filter(movable)?.name.as_str()))
             .collect();
@@ -182,14 +188,14 @@ impl RobotModel {
     }
 
     /// `joint_from_child` for a joint's value.
-    fn moved(&self, joint: &Joint, values: &JointValues) -> Result<DAffine3, Issue> {
+    fn joint_transform(&self, joint: &Joint, values: &JointValues) -> Result<DAffine3, Issue> {
         match joint.motion {
-            Motion::Fixed => Ok(DAffine3::IDENTITY),
-            Motion::Turn { axis, limits_rad } => {
+            JointMotion::Fixed => Ok(DAffine3::IDENTITY),
+            JointMotion::Turn { axis, limits_rad } => {
                 let angle_rad = self.value(joint, values);
-                if !within(angle_rad, limits_rad, SLACK_RAD) {
+                if !is_within(angle_rad, limits_rad, SLACK_RAD) {
                     let limits_deg = limits_rad.map(degrees);
-                    return Err(self.outside(
+                    return Err(self.limit_issue(
                         "joints_deg",
                         joint,
                         (values, degrees(angle_rad)),
@@ -199,10 +205,10 @@ impl RobotModel {
                 }
                 Ok(DAffine3::from_mat3(about(axis, angle_rad)))
             }
-            Motion::Slide { axis, limits_m } => {
+            JointMotion::Slide { axis, limits_m } => {
                 let travel_m = self.value(joint, values);
-                if !within(travel_m, limits_m, SLACK_M) {
-                    return Err(self.outside("joints_m", joint, (values, travel_m), limits_m, "metres"));
+                if !is_within(travel_m, limits_m, SLACK_M) {
+                    return Err(self.limit_issue("joints_m", joint, (values, travel_m), limits_m, "metres"));
                 }
                 Ok(DAffine3::from_translation(axis * travel_m))
             }
@@ -218,14 +224,14 @@ impl RobotModel {
                     find(joint).expect("a robot is made of joints that lead to one that follows none");
                 multiplier * self.value(leader, values) + offset
             }
-            (None, Motion::Turn { .. }) => {
+            (None, JointMotion::Turn { .. }) => {
                 values.angles_deg.get(&joint.name).copied().unwrap_or(0.0).to_radians()
             }
             (None, _) => values.travels_m.get(&joint.name).copied().unwrap_or(0.0),
         }
     }
 
-    fn outside(
+    fn limit_issue(
         &self,
         key: &str,
         joint: &Joint,
@@ -237,11 +243,11 @@ impl RobotModel {
         if let Some(Follows { joint: leader, .. }) = &joint.follows {
             let what = format!("joint {name:?} mimics {leader:?}, and is at {reached} {unit} then");
             return Issue::says(what)
-                .wanted(format!("its limits in {file} are {lower} to {upper} {unit}"))
+                .with_advice(format!("its limits in {file} are {lower} to {upper} {unit}"))
                 .cure(format!("give {leader:?} another value"));
         }
         let given = match joint.motion {
-            Motion::Turn { .. } => values.angles_deg.get(name).copied(),
+            JointMotion::Turn { .. } => values.angles_deg.get(name).copied(),
             _ => values.travels_m.get(name).copied(),
         };
         match given {
@@ -250,7 +256,7 @@ impl RobotModel {
                 Issue::value(format!("{key}.{name}"), value, rule)
             }
             None => Issue::missing(format!("{key}.{name}"))
-                .wanted(format!(
+                .with_advice(format!(
                     "the joint cannot be at 0, its limits in {file} are {lower} to {upper} {unit}"
                 ))
                 .cure("give it a value"),
@@ -259,7 +265,7 @@ impl RobotModel {
 }
 
 /// False for NaN.
-fn within(value: f64, limits: [f64; 2], slack: f64) -> bool {
+fn is_within(value: f64, limits: [f64; 2], slack: f64) -> bool {
     value.is_finite() && (limits[0] - slack..=limits[1] + slack).contains(&value)
 }
 

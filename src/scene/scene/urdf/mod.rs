@@ -19,7 +19,7 @@ use glam::DAffine3;
 
 use crate::source::Sources;
 use crate::spelling::plural;
-pub(super) use geometry::merged;
+pub(super) use geometry::merge;
 pub use kinematics::JointValues;
 pub use packages::Packages;
 use perirobot_march::Result;
@@ -28,7 +28,7 @@ use perirobot_march::Result;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
-pub enum Geometry {
+pub enum GeometryUse {
     /// What planners keep clear of; often simplified and a little larger than the robot.
     #[default]
     Collision,
@@ -62,7 +62,7 @@ struct Joint {
     parent: usize,
     /// Where the joint is, at value 0.
     parent_from_joint: DAffine3,
-    motion: Motion,
+    motion: JointMotion,
     follows: Option<Follows>,
 }
 
@@ -77,7 +77,7 @@ struct Follows {
 
 /// How a joint moves its child, along or about a unit axis of its own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Motion {
+enum JointMotion {
     Fixed,
     Turn { axis: glam::DVec3, limits_rad: [f64; 2] },
     Slide { axis: glam::DVec3, limits_m: [f64; 2] },
@@ -113,8 +113,8 @@ pub(crate) fn load(
 ) -> Result<RobotModel> {
     let mut text = sources.text(path)?;
     if is_xacro(path) {
-        let expanded = sources.expanded(path, xacro_args, packages.folders())?;
-        text = expanded.ok_or_else(|| document::expand(path).at(path))?;
+        let expanded = sources.expand(path, xacro_args, packages.folders())?;
+        text = expanded.ok_or_else(|| document::expand(path).with_place(path))?;
     }
     let model = parse(path, &text)?;
     if model.passed_over > 0 {
@@ -131,7 +131,7 @@ pub fn is_xacro(path: &Path) -> bool {
 
 fn parse(path: &Path, text: &str) -> Result<RobotModel> {
     let read = document::read(path, text).and_then(|robot| model::links(&robot));
-    let (links, passed_over) = read.map_err(|problem| problem.at(path))?;
+    let (links, passed_over) = read.map_err(|problem| problem.with_place(path))?;
     Ok(RobotModel { path: path.into(), links, passed_over })
 }
 

@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet, VecDeque};
 
 use glam::{DAffine3, DVec3};
 
-use super::document::{self, Geometry, JointKind, Origin, Robot};
-use super::{Follows, Joint, Link, LinkShape, Motion, PlacedShape};
+use super::document::{self, Geometry, JointKind, OriginElement, Robot};
+use super::{Follows, Joint, JointMotion, Link, LinkShape, PlacedShape};
 use perirobot_march::error::Issue;
 
 /// No length or distance is larger; beyond it there are slips of the pen.
@@ -27,7 +27,7 @@ pub(super) fn links(robot: &Robot) -> Result<(Vec<Link>, usize), Issue> {
         let find = |role: &str, name: &str| {
             let what = || {
                 Issue::says(format!("joint {:?}", joint.name))
-                    .wanted(format!("its {role} {name:?} is no link of the file"))
+                    .with_advice(format!("its {role} {name:?} is no link of the file"))
             };
             places.get(name).copied().ok_or_else(what)
         };
@@ -37,7 +37,7 @@ pub(super) fn links(robot: &Robot) -> Result<(Vec<Link>, usize), Issue> {
                 "link {:?} is the child of two joints, {:?} and {:?}",
                 robot.links[child].name, robot.joints[other].name, joint.name
             ))
-            .wanted("a link has one"));
+            .with_advice("a link has one"));
         }
         hanging[parent].push(number);
     }
@@ -54,8 +54,8 @@ pub(super) fn links(robot: &Robot) -> Result<(Vec<Link>, usize), Issue> {
         passed_over += entry.collision.len() + entry.visual.len() - read.collision.len() - read.visual.len();
         for &number in &hanging[place] {
             let entry = &robot.joints[number];
-            let joint =
-                joint_of(entry, parent).map_err(|issue| issue.at(format!("joint {:?}", entry.name)))?;
+            let joint = joint_of(entry, parent)
+                .map_err(|issue| issue.with_place(format!("joint {:?}", entry.name)))?;
             open.push_back((places[entry.child.as_str()], Some(joint)));
         }
     }
@@ -64,11 +64,10 @@ pub(super) fn links(robot: &Robot) -> Result<(Vec<Link>, usize), Issue> {
         let reached: HashSet<&str> = links.iter().map(|link| link.name.as_str()).collect();
         let lost = robot.links.iter().find(|link| !reached.contains(link.name.as_str()));
         let name = lost.map_or("", |link| link.name.as_str());
-        return Err(
-            Issue::says(format!("link {name:?} is among its own ancestors")).wanted("links must form a tree")
-        );
+        return Err(Issue::says(format!("link {name:?} is among its own ancestors"))
+            .with_advice("links must form a tree"));
     }
-    led(&links)?;
+    check_followers(&links)?;
     Ok((links, passed_over))
 }
 
@@ -80,7 +79,7 @@ fn unique<'n>(kind: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Is
         }
         if !seen.insert(name) {
             return Err(
-                Issue::says(format!("two {kind}s are named {name:?}")).wanted("give each its own name")
+                Issue::says(format!("two {kind}s are named {name:?}")).with_advice("give each its own name")
             );
         }
     }
@@ -95,22 +94,22 @@ fn root(robot: &Robot, held: &[Option<usize>]) -> Result<usize, Issue> {
             "links {:?} and {:?} both hang on nothing",
             robot.links[a].name, robot.links[b].name
         ))
-        .wanted("join them (a fixed joint does)")),
+        .with_advice("join them (a fixed joint does)")),
         (None, _) if robot.links.is_empty() => Err(Issue::says("has no link")),
         (None, _) => {
             Err(Issue::says(format!("link {:?} is among its own ancestors, as all are", robot.links[0].name))
-                .wanted("links must form a tree with one root"))
+                .with_advice("links must form a tree with one root"))
         }
     }
 }
 
-fn link(entry: &document::Link, joint: Option<Joint>) -> Result<Link, Issue> {
-    let bodies = |kind: &str, bodies: &[document::Body]| {
-        let body = |(number, body): (usize, &document::Body)| {
+fn link(entry: &document::LinkElement, joint: Option<Joint>) -> Result<Link, Issue> {
+    let bodies = |kind: &str, bodies: &[document::LinkBody]| {
+        let body = |(number, body): (usize, &document::LinkBody)| {
             let placed = affine(&body.origin).and_then(|link_from_body| {
                 Ok(shape(&body.geometry)?.map(|shape| PlacedShape { link_from_body, shape }))
             });
-            placed.map_err(|issue| issue.at(format!("link {:?}: {kind} {}", entry.name, number + 1)))
+            placed.map_err(|issue| issue.with_place(format!("link {:?}: {kind} {}", entry.name, number + 1)))
         };
         let bodies = bodies.iter().enumerate().filter_map(|entry| body(entry).transpose());
         bodies.collect::<Result<_, _>>()
@@ -119,16 +118,16 @@ fn link(entry: &document::Link, joint: Option<Joint>) -> Result<Link, Issue> {
     Ok(Link { name: entry.name.clone(), joint, collision, visual: bodies("visual", &entry.visual)? })
 }
 
-fn joint_of(entry: &document::Joint, parent: usize) -> Result<Joint, Issue> {
+fn joint_of(entry: &document::JointElement, parent: usize) -> Result<Joint, Issue> {
     let unsupported = |kind: &str, cure: &str| {
-        Err(Issue::unsupported(format!("is {kind}, which is not supported")).wanted(cure))
+        Err(Issue::unsupported(format!("is {kind}, which is not supported")).with_advice(cure))
     };
     let limits = entry.limits;
     let motion = match entry.kind {
-        JointKind::Fixed => Motion::Fixed,
-        JointKind::Revolute => Motion::Turn { axis: axis(entry)?, limits_rad: ordered(limits)? },
+        JointKind::Fixed => JointMotion::Fixed,
+        JointKind::Revolute => JointMotion::Turn { axis: axis(entry)?, limits_rad: order(limits)? },
         JointKind::Continuous => {
-            Motion::Turn { axis: axis(entry)?, limits_rad: [f64::NEG_INFINITY, f64::INFINITY] }
+            JointMotion::Turn { axis: axis(entry)?, limits_rad: [f64::NEG_INFINITY, f64::INFINITY] }
         }
         JointKind::Prismatic => {
             if !limits.iter().all(|limit| limit.abs() <= FARTHEST_M) {
@@ -136,7 +135,7 @@ fn joint_of(entry: &document::Joint, parent: usize) -> Result<Joint, Issue> {
                     "its limits {limits:?} must be metres from -{FARTHEST_M} to {FARTHEST_M}"
                 )));
             }
-            Motion::Slide { axis: axis(entry)?, limits_m: ordered(limits)? }
+            JointMotion::Slide { axis: axis(entry)?, limits_m: order(limits)? }
         }
         JointKind::Floating => {
             return unsupported(
@@ -157,7 +156,7 @@ fn joint_of(entry: &document::Joint, parent: usize) -> Result<Joint, Issue> {
             );
         }
     };
-    let follows = entry.mimic.as_ref().filter(|_| motion != Motion::Fixed).map(follows).transpose()?;
+    let follows = entry.mimic.as_ref().filter(|_| motion != JointMotion::Fixed).map(follows).transpose()?;
     Ok(Joint { name: entry.name.clone(), parent, parent_from_joint: affine(&entry.origin)?, motion, follows })
 }
 
@@ -165,25 +164,25 @@ fn follows(mimic: &document::Mimic) -> Result<Follows, Issue> {
     let [multiplier, offset] = [mimic.multiplier, mimic.offset];
     if ![multiplier, offset].iter().all(|number| number.abs() <= FARTHEST_M) {
         return Err(Issue::says(format!("<mimic multiplier = {multiplier} offset = {offset}>"))
-            .wanted(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
+            .with_advice(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
     }
     Ok(Follows { joint: mimic.joint.clone(), multiplier, offset })
 }
 
 /// Whether each joint that follows another one leads back to one that follows none.
-fn led(links: &[Link]) -> Result<(), Issue> {
+fn check_followers(links: &[Link]) -> Result<(), Issue> {
     let joints: HashMap<&str, &Joint> = links
         .iter()
         .filter_map(|link| link.joint.as_ref())
         .map(|joint| (joint.name.as_str(), joint))
         .collect();
     for joint in joints.values() {
-        let wrong = |what: String| Err(Issue::says(what).at(format!("joint {:?}", joint.name)));
+        let wrong = |what: String| Err(Issue::says(what).with_place(format!("joint {:?}", joint.name)));
         let (mut leader, mut steps) = (*joint, 0);
         while let Some(follows) = &leader.follows {
             leader = match joints.get(follows.joint.as_str()) {
                 None => return wrong(format!("mimics {:?}, which is no joint of the file", follows.joint)),
-                Some(next) if next.motion == Motion::Fixed => {
+                Some(next) if next.motion == JointMotion::Fixed => {
                     return wrong(format!("mimics {:?}, which is fixed", follows.joint));
                 }
                 Some(next) => next,
@@ -197,29 +196,28 @@ fn led(links: &[Link]) -> Result<(), Issue> {
     Ok(())
 }
 
-fn axis(entry: &document::Joint) -> Result<DVec3, Issue> {
+fn axis(entry: &document::JointElement) -> Result<DVec3, Issue> {
     let axis = DVec3::from_array(entry.axis);
     let length = axis.length();
     if !(length.is_finite() && length > 1e-9) {
-        return Err(
-            Issue::says(format!("<axis xyz = {:?}>", axis.to_array())).wanted("must be finite and not zero")
-        );
+        return Err(Issue::says(format!("<axis xyz = {:?}>", axis.to_array()))
+            .with_advice("must be finite and not zero"));
     }
     Ok(axis / length)
 }
 
-fn ordered(limits: [f64; 2]) -> Result<[f64; 2], Issue> {
+fn order(limits: [f64; 2]) -> Result<[f64; 2], Issue> {
     if limits[0] <= limits[1] {
         return Ok(limits);
     }
     Err(Issue::says(format!("<limit lower = {} upper = {}>", limits[0], limits[1]))
-        .wanted("lower must not be above upper"))
+        .with_advice("lower must not be above upper"))
 }
 
-fn affine(origin: &Origin) -> Result<DAffine3, Issue> {
+fn affine(origin: &OriginElement) -> Result<DAffine3, Issue> {
     if !origin.xyz.iter().all(|x| x.abs() <= FARTHEST_M) {
         return Err(Issue::says(format!("<origin xyz = {:?}>", origin.xyz))
-            .wanted(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
+            .with_advice(format!("must be numbers from -{FARTHEST_M} to {FARTHEST_M}")));
     }
     Ok(DAffine3::from_mat3_translation(origin.rotation, DVec3::from_array(origin.xyz)))
 }
@@ -257,7 +255,7 @@ fn shape(geometry: &Geometry) -> Result<Option<LinkShape>, Issue> {
         Geometry::Mesh { filename, scale } => {
             if scale.iter().any(|s| !(SMALLEST_M..=FARTHEST_M).contains(&s.abs())) {
                 return Err(Issue::says(format!("mesh {filename:?} scale = {scale:?}"))
-                    .wanted("none may be zero, nor beyond 0.000001 to 1000000 (a minus mirrors)"));
+                    .with_advice("none may be zero, nor beyond 0.000001 to 1000000 (a minus mirrors)"));
             }
             LinkShape::Mesh { filename: filename.clone(), scale: DVec3::from_array(*scale) }
         }

@@ -33,7 +33,7 @@ impl Packages {
         match filename.split_once("://") {
             Some(("file", rest)) => Ok(folder.join(rest)),
             Some((scheme, _)) => Err(Issue::unsupported(format!("{scheme:.20}:// is not supported"))
-                .wanted("write package://name/… or a path from the URDF's folder")),
+                .with_advice("write package://name/… or a path from the URDF's folder")),
             None => Ok(folder.join(filename)),
         }
     }
@@ -42,9 +42,9 @@ impl Packages {
         let known: Vec<&str> = self.0.keys().map(String::as_str).collect();
         let known =
             if known.is_empty() { String::new() } else { format!(" (known are {})", known.join(", ")) };
-        Issue::says(format!("package {name:?} is not known{known}")).wanted(
+        Issue::says(format!("package {name:?} is not known{known}")).with_advice(
             Words::from("say where it is with ")
-                + Argument("package").to(format!("{name}=DIR"))
+                + Argument("package").with_value(format!("{name}=DIR"))
                 + format!(" or with packages = {{ {name} = \"DIR\" }} in the scene file"),
         )
     }

@@ -21,7 +21,7 @@ fn refused_at(path: &str, text: &str, expected: &str) {
 }
 
 #[track_caller]
-fn refused(from: &str, to: &str, expected: &str) {
+fn assert_refused(from: &str, to: &str, expected: &str) {
     assert!(TWO_LINKS.contains(from), "{from}");
     refused_at("arm.urdf", &TWO_LINKS.replacen(from, to, 1), expected);
 }
@@ -37,8 +37,8 @@ fn a_xacro_is_named_with_the_command_that_expands_it() {
     let declared = TWO_LINKS.replacen("<robot", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'", 1);
     let with_macro = declared.replacen("<link", "<xacro:include filename='x'/><link", 1);
     refused_at("arm.urdf", &with_macro, "`xacro arm.urdf > arm.expanded.urdf`");
-    refused("<link", "<xacro:include filename='x'/><link", "is a xacro");
-    refused("xyz='0 0 1'", "xyz='0 0 ${height}'", "is a xacro");
+    assert_refused("<link", "<xacro:include filename='x'/><link", "is a xacro");
+    assert_refused("xyz='0 0 1'", "xyz='0 0 ${height}'", "is a xacro");
     // What the program leaves in an expanded file needs no expanding.
     assert!(parse(Path::new("arm.urdf"), &declared).is_ok());
 }
@@ -69,14 +69,22 @@ fn a_mesh_of_scale_0_is_left_out() {
 
 #[test]
 fn links_must_form_one_tree() {
-    refused(
+    assert_refused(
         "child link='arm'",
         "child link='hand'",
         "joint \"turn\": its child \"hand\" is no link of the file",
     );
-    refused("parent link='base'", "parent link='world'", "joint \"turn\": its parent \"world\" is no link");
-    refused("<link name='base'/>", "<link name='base'/><link name='base'/>", "two links are named \"base\"");
-    refused(
+    assert_refused(
+        "parent link='base'",
+        "parent link='world'",
+        "joint \"turn\": its parent \"world\" is no link",
+    );
+    assert_refused(
+        "<link name='base'/>",
+        "<link name='base'/><link name='base'/>",
+        "two links are named \"base\"",
+    );
+    assert_refused(
         "<link name='base'/>",
         "<link name='base'/><link name='other'/>",
         "\"base\" and \"other\" both hang on",
@@ -86,31 +94,47 @@ fn links_must_form_one_tree() {
             "<joint name='{name}' type='fixed'><parent link='{parent}'/><child link='{child}'/></joint></robot>"
         )
     };
-    refused("</robot>", &joint("turn", "arm", "base"), "two joints are named \"turn\"");
-    refused("</robot>", &joint("back", "arm", "base"), "link \"base\" is among its own ancestors");
-    refused("</robot>", &joint("again", "base", "arm"), "the child of two joints, \"turn\" and \"again\"");
-    refused("</robot>", &joint("self", "base", "base"), "link \"base\" is among its own ancestors");
+    assert_refused("</robot>", &joint("turn", "arm", "base"), "two joints are named \"turn\"");
+    assert_refused("</robot>", &joint("back", "arm", "base"), "link \"base\" is among its own ancestors");
+    assert_refused(
+        "</robot>",
+        &joint("again", "base", "arm"),
+        "the child of two joints, \"turn\" and \"again\"",
+    );
+    assert_refused("</robot>", &joint("self", "base", "base"), "link \"base\" is among its own ancestors");
     let ring = "<link name='a'/><link name='b'/><joint name='x' type='fixed'><parent link='a'/><child link='b'/></joint>";
     let ring = format!("{ring}{}", joint("y", "b", "a"));
-    refused("</robot>", &ring, "link \"a\" is among its own ancestors: links must form a tree");
+    assert_refused("</robot>", &ring, "link \"a\" is among its own ancestors: links must form a tree");
 }
 
 #[test]
 fn joints_that_are_not_supported_say_what_would_do() {
     for kind in ["floating", "planar", "spherical"] {
-        refused("revolute", kind, &format!("joint \"turn\": is {kind}, which is not supported: "));
+        assert_refused("revolute", kind, &format!("joint \"turn\": is {kind}, which is not supported: "));
     }
-    refused(
+    assert_refused(
         "<axis",
         "<mimic joint='other'/><axis",
         "joint \"turn\": mimics \"other\", which is no joint of the file",
     );
-    refused("revolute", "ball", "joint \"turn\" (line 4): <joint type = \"ball\">: must be fixed, revolute");
-    refused("<axis xyz='0 0 1'/>", "<axis xyz='0 0 0'/>", "joint \"turn\": <axis xyz");
-    refused("lower='-1'", "lower='2'", "<limit lower = 2 upper = 1>: lower must not be above upper");
-    refused("lower='-1'", "lower='nan'", "<limit lower = NaN");
-    refused("upper='1'", "upper='x'", "joint \"turn\" (line 5): <limit upper = \"x\">: must be a number");
-    refused("<limit lower='-1' upper='1' effort='1' velocity='1'/>", "", "is revolute and has no <limit>");
+    assert_refused(
+        "revolute",
+        "ball",
+        "joint \"turn\" (line 4): <joint type = \"ball\">: must be fixed, revolute",
+    );
+    assert_refused("<axis xyz='0 0 1'/>", "<axis xyz='0 0 0'/>", "joint \"turn\": <axis xyz");
+    assert_refused("lower='-1'", "lower='2'", "<limit lower = 2 upper = 1>: lower must not be above upper");
+    assert_refused("lower='-1'", "lower='nan'", "<limit lower = NaN");
+    assert_refused(
+        "upper='1'",
+        "upper='x'",
+        "joint \"turn\" (line 5): <limit upper = \"x\">: must be a number",
+    );
+    assert_refused(
+        "<limit lower='-1' upper='1' effort='1' velocity='1'/>",
+        "",
+        "is revolute and has no <limit>",
+    );
     let slide = TWO_LINKS.replace("revolute", "prismatic").replace("upper='1'", "upper='inf'");
     refused_at("arm.urdf", &slide, "joint \"turn\": its limits [-1.0, inf] must be metres");
 }
@@ -156,7 +180,7 @@ fn numbers_must_be_numbers_of_a_sensible_size() {
         ("<child link='arm'/>", "", "joint \"turn\" (line 4): <joint>: must hold <child>"),
         ("<link name='base'/>", "<link/>", "link \"\" (line 2): <link>: must have name = "),
     ] {
-        refused(from, to, expected);
+        assert_refused(from, to, expected);
     }
 }
 
@@ -205,7 +229,7 @@ fn versions_of_the_format_are_told_apart() {
         .unwrap()
         .motion
     {
-        Motion::Turn { limits_rad, .. } => limits_rad,
+        JointMotion::Turn { limits_rad, .. } => limits_rad,
         _ => unreachable!("it turns"),
     };
     assert_eq!(bounds("1.0"), [0.0; 2]);
@@ -220,17 +244,17 @@ fn no_cut_of_a_file_panics() {
 }
 
 /// The triangles of a robot without packages.
-fn meshes(model: &RobotModel, geometry: Geometry, sag_m: f64) -> Result<Vec<Mesh>> {
-    model.meshes(geometry, &Packages::default(), &Sources::beside(&model.path), sag_m)
+fn meshes(model: &RobotModel, geometry: GeometryUse, sag_m: f64) -> Result<Vec<Mesh>> {
+    model.meshes(geometry, &Packages::default(), &Sources::from_main(&model.path), sag_m)
 }
 
 /// The robot of one body at (0, 0, 1) of its link, as one mesh.
 fn body(folder: &Path, geometry: &str) -> Result<Mesh> {
     let text = TWO_LINKS.replace("<box size='1 2 3'/>", geometry);
     let model = parse(&folder.join("arm.urdf"), &text).unwrap();
-    let found = meshes(&model, Geometry::Collision, 0.001)?;
+    let found = meshes(&model, GeometryUse::Collision, 0.001)?;
     let placed = model.pose(&JointValues::default()).unwrap();
-    Ok(merged(&found, &placed))
+    Ok(merge(&found, &placed))
 }
 
 #[track_caller]
@@ -271,13 +295,13 @@ fn meshes_are_scaled_and_mirrored_in_their_own_axes() {
 #[test]
 fn a_robot_without_the_geometry_asked_for_says_what_it_has() {
     let model = parse(Path::new("arm.urdf"), TWO_LINKS).unwrap();
-    let what = meshes(&model, Geometry::Visual, 0.01).unwrap_err().to_string();
+    let what = meshes(&model, GeometryUse::Visual, 0.01).unwrap_err().to_string();
     assert_eq!(
         what,
         "arm.urdf: no link has visual geometry: write geometry = \"collision\" in the scene file"
     );
     let bare = parse(Path::new("arm.urdf"), "<robot name='x'><link name='a'/></robot>").unwrap();
-    let what = meshes(&bare, Geometry::Visual, 0.01).unwrap_err().to_string();
+    let what = meshes(&bare, GeometryUse::Visual, 0.01).unwrap_err().to_string();
     assert!(what.contains("no link has a body"), "{what}");
     assert_eq!(bare.pose(&JointValues::default()).unwrap(), [DAffine3::IDENTITY]);
     assert_eq!(bare.reach_m(), 0.0);
@@ -295,8 +319,8 @@ fn visual_geometry_is_its_own() {
         let found = meshes(&model, geometry, 0.1).unwrap();
         found.iter().map(|mesh| mesh.triangles.len()).collect::<Vec<_>>()
     };
-    assert_eq!(count(Geometry::Visual), [0, 12, 0]);
-    assert_eq!(count(Geometry::Collision)[..2], [0, 0]);
+    assert_eq!(count(GeometryUse::Visual), [0, 12, 0]);
+    assert_eq!(count(GeometryUse::Collision)[..2], [0, 0]);
 }
 
 #[test]

@@ -37,7 +37,7 @@ impl MeshRows {
             )));
         }
         if let Some(why) = overlap::closure(triangles()).describe() {
-            return Err(Issue::says(format!("{why}, so it has no inside")).wanted("mend its surface"));
+            return Err(Issue::says(format!("{why}, so it has no inside")).with_advice("mend its surface"));
         }
         let mut passed = Vec::new();
         // A corner counts 1/512 voxel; the origin is a whole number of voxels, so nothing is lost.
@@ -80,7 +80,7 @@ fn corners(mesh: &Mesh, voxel_size_m: f64) -> Result<Vec<Corner>, Issue> {
     let corner = |&vertex| {
         overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
             Issue::says(format!("has a corner at {vertex} m, too far away"))
-                .wanted("is it in millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?")
+                .with_advice("is it in millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?")
         })
     };
     mesh.vertices.iter().map(corner).collect()

@@ -10,19 +10,21 @@ const MOST_VOXELS: u64 = 1 << 28;
 
 /// The voxels nearer to a set than a distance, also those outside the grid; without a distance the set itself. A
 /// voxel exactly at the distance is far enough, as in every verdict on a distance.
-pub(super) fn near(set: &BitGrid, distance_m: f64, grid: &Grid) -> Result<BitGrid, Issue> {
+pub(super) fn expand(set: &BitGrid, distance_m: f64, grid: &Grid) -> Result<BitGrid, Issue> {
     let squared = squared_voxels(distance_m, grid.voxel_size_m);
     let bounds = set.bounds();
     if bounds.is_empty() {
         return Err(Issue::says("no object of the scene is a robot in the grid")
-            .wanted("give an object role = \"robot\""));
+            .with_advice("give an object role = \"robot\""));
     }
     // Each axis is at most as long as no product of two lengths overflows on.
     let radius = squared.isqrt() as i32;
     let is_large = || bounds.grown(radius).volume() > MOST_VOXELS;
     if radius > 4 * MAX_VOXELS_PER_AXIS as i32 || is_large() {
         let what = format!("{distance_m:.3} m around the robot are more than {MOST_VOXELS} voxels");
-        return Err(Issue::too_large(what).wanted("take larger voxels, or check the times of [stopping]"));
+        return Err(
+            Issue::too_large(what).with_advice("take larger voxels, or check the times of [stopping]")
+        );
     }
-    Ok(Distances::to(&set.over(bounds.grown(radius))).within(squared.saturating_sub(1)))
+    Ok(Distances::from_set(&set.to_window(bounds.grown(radius))).voxels_within(squared.saturating_sub(1)))
 }

@@ -65,13 +65,13 @@ impl RowShape {
                 // Both lie in the window.
                 let first = i64::from(voxels.window().min[0]);
                 let each = (first..).zip(bits(voxels.row(y as i32, z as i32)));
-                joined(each.filter(|(_, is_set)| *is_set).map(|(x, _)| x..x + 1).collect())
+                join(each.filter(|(_, is_set)| *is_set).map(|(x, _)| x..x + 1).collect())
             }
-            RowShape::Union(parts) => joined(parts.iter().flat_map(|part| part.runs(y, z)).collect()),
+            RowShape::Union(parts) => join(parts.iter().flat_map(|part| part.runs(y, z)).collect()),
             RowShape::Difference(parts) => {
                 let mut runs = parts.iter().map(|part| part.runs(y, z));
                 let first = runs.next().unwrap_or_default();
-                runs.flatten().fold(first, |left, taken| without(left, &taken))
+                runs.flatten().fold(first, |left, taken| subtract(left, &taken))
             }
         }
     }
@@ -91,7 +91,7 @@ fn one(run: VoxelRun) -> Vec<VoxelRun> {
 }
 
 /// Runs in order, those that touch or overlap joined.
-fn joined(mut runs: Vec<VoxelRun>) -> Vec<VoxelRun> {
+fn join(mut runs: Vec<VoxelRun>) -> Vec<VoxelRun> {
     runs.sort_unstable_by_key(|run| run.start);
     let mut all: Vec<VoxelRun> = Vec::with_capacity(runs.len());
     for run in runs {
@@ -104,7 +104,7 @@ fn joined(mut runs: Vec<VoxelRun>) -> Vec<VoxelRun> {
 }
 
 /// Runs less one that is taken away.
-fn without(runs: Vec<VoxelRun>, taken: &VoxelRun) -> Vec<VoxelRun> {
+fn subtract(runs: Vec<VoxelRun>, taken: &VoxelRun) -> Vec<VoxelRun> {
     let rest = |run: VoxelRun| [run.start..run.end.min(taken.start), run.start.max(taken.end)..run.end];
     runs.into_iter().flat_map(rest).filter(|run| !run.is_empty()).collect()
 }
@@ -116,12 +116,12 @@ mod tests {
 
     #[test]
     fn runs_are_joined_and_taken_away() {
-        assert_eq!(joined(vec![5..7, 0..2, 2..3, 6..9, 12..13]), [0..3, 5..9, 12..13]);
-        assert_eq!(joined(vec![0..9, 2..3]), [0..9]);
-        assert_eq!(without(vec![0..10, 12..15], &(3..5)), [0..3, 5..10, 12..15]);
-        assert_eq!(without(vec![0..10, 12..15], &(-3..12)), [12..15]);
-        assert_eq!(without(vec![0..10, 12..15], &(9..13)), [0..9, 13..15]);
-        assert_eq!(without(vec![0..10], &(10..13)), [0..10]);
+        assert_eq!(join(vec![5..7, 0..2, 2..3, 6..9, 12..13]), [0..3, 5..9, 12..13]);
+        assert_eq!(join(vec![0..9, 2..3]), [0..9]);
+        assert_eq!(subtract(vec![0..10, 12..15], &(3..5)), [0..3, 5..10, 12..15]);
+        assert_eq!(subtract(vec![0..10, 12..15], &(-3..12)), [12..15]);
+        assert_eq!(subtract(vec![0..10, 12..15], &(9..13)), [0..9, 13..15]);
+        assert_eq!(subtract(vec![0..10], &(10..13)), [0..10]);
     }
 
     #[test]

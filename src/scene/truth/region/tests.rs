@@ -58,7 +58,7 @@ fn a_human_box_grows_by_its_margins() {
     let margin = DVec3::new(0.3, 0.1, 0.0);
     let shape = RegionShape::HumanBox { object: None, margin_min_m: margin, margin_max_m: DVec3::ZERO };
     let human = region("human", &shape, &truth).unwrap();
-    assert_eq!(human.voxels.window(), Window::between([54, 38, 10], [62, 40, 30]));
+    assert_eq!(human.voxels.window(), Window::from_corners([54, 38, 10], [62, 40, 30]));
     assert_eq!(human.voxels.count(), 9 * 3 * 21);
 }
 
@@ -85,7 +85,7 @@ fn sphere(center_m: [f64; 3], radius_m: f64) -> RegionShape {
 }
 
 fn voxels(shape: &RegionShape, truth: &Truth) -> BitGrid {
-    region("some", shape, truth).unwrap().voxels.over(truth.grid.window())
+    region("some", shape, truth).unwrap().voxels.to_window(truth.grid.window())
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn a_mesh_is_cut_to_the_grid() {
     let mesh = crate::scene::primitive::cuboid(DVec3::splat(1.0));
     let whole = region("zone", &RegionShape::Mesh(Arc::new(mesh.clone())), &truth).unwrap();
     assert_eq!((whole.voxels.count(), whole.cut_share), (20 * 20 * 10, 0.5));
-    assert_eq!(whole.voxels.window(), Window::between([50, 30, 0], [69, 49, 9]));
+    assert_eq!(whole.voxels.window(), Window::from_corners([50, 30, 0], [69, 49, 9]));
     let mut open = mesh;
     open.triangles.pop();
     let open = region("zone", &RegionShape::Mesh(Arc::new(open)), &truth).unwrap_err().to_string();
@@ -189,7 +189,7 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
             watertight: None,
             bounds_m: [DVec3::ZERO; 2],
             reach,
-            voxels: BitGrid::new(Window::between([0; 3], [-1; 3])),
+            voxels: BitGrid::new(Window::from_corners([0; 3], [-1; 3])),
             keypoints: None,
             warnings: Vec::new(),
         })
@@ -219,7 +219,7 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
 fn dots(truth: &Truth, more: [i32; 3]) -> BitGrid {
     let mut dots = BitGrid::new(truth.grid.window());
     [[0, 40, 10], [3, 44, 12], [60, 0, 60], [61, 3, 57], more].into_iter().for_each(|voxel| dots.set(voxel));
-    dots.trimmed()
+    dots.trim()
 }
 
 #[test]
@@ -251,13 +251,13 @@ fn what_moves_is_in_regions_as_it_was_swept() {
     let of = |shape: &RegionShape| {
         let swept_by: SweptBy =
             &|role| Arc::new(if role == Role::Robot { robot.clone() } else { people.clone() });
-        super::region("moved", shape, &truth, swept_by).map(|found| found.voxels.trimmed())
+        super::region("moved", shape, &truth, swept_by).map(|found| found.voxels.trim())
     };
     assert_eq!(of(&RegionShape::Swept { role: Role::Robot }).unwrap(), robot);
     assert_eq!(of(&RegionShape::Swept { role: Role::Human }).unwrap(), people);
     let near = |swept| of(&RegionShape::Separation { swept, distance_m: 0.06 }).unwrap();
     let window = truth.grid.window();
-    let has = |swept: bool, voxel| near(swept).over(window).get(voxel);
+    let has = |swept: bool, voxel| near(swept).to_window(window).get(voxel);
     assert!(has(true, [41, 40, 30]) && !has(true, [21, 20, 20]));
     assert!(has(false, [21, 20, 20]) && !has(false, [41, 40, 30]));
 }

@@ -25,7 +25,7 @@ pub(super) fn odd_ones_out(snapshots: &[Scene]) -> Option<String> {
     let mut along: Vec<_> = spans.iter().map(|(name, [l, h])| (*name, [l[axis], h[axis]])).collect();
     along.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
     far_away(&along, ["x", "y", "z"][axis], all[axis]).or_else(|| {
-        in_another_unit(&spans, |name| objects.iter().any(|object| object.name == name && object.takes_unit))
+        guess_unit(&spans, |name| objects.iter().any(|object| object.name == name && object.takes_unit))
     })
 }
 
@@ -56,7 +56,7 @@ fn far_away(along: &[(&str, [f64; 2])], axis: &str, all_m: f64) -> Option<String
 }
 
 /// The largest object, if it is no cell, or beside all others much too large.
-fn in_another_unit(spans: &BTreeMap<&str, [DVec3; 2]>, takes_unit: impl Fn(&str) -> bool) -> Option<String> {
+fn guess_unit(spans: &BTreeMap<&str, [DVec3; 2]>, takes_unit: impl Fn(&str) -> bool) -> Option<String> {
     let mut sizes: Vec<(&str, DVec3)> =
         spans.iter().map(|(name, [low, high])| (*name, *high - *low)).collect();
     sizes.sort_by(|(_, a), (_, b)| b.max_element().total_cmp(&a.max_element()));

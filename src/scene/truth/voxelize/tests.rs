@@ -59,7 +59,7 @@ fn a_cut_robot_keeps_its_inside() {
         let scene = Scene { name: "cell".into(), snapshot: 0, objects: vec![Arc::new(body)] };
         let volume = |grid| voxelize_all(std::slice::from_ref(&scene), grid).unwrap().remove(0).robot_volume;
         assert_eq!(volume(whole).count(), 8 * 8 * 8, "{interior:?}");
-        assert_eq!(volume(cut), volume(whole).over(cut.window()).trimmed(), "{interior:?}");
+        assert_eq!(volume(cut), volume(whole).to_window(cut.window()).trim(), "{interior:?}");
     }
 }
 
@@ -70,7 +70,7 @@ fn interiors_are_ignored_free_or_occupied() {
         assert_eq!((truth.occupied.count(), truth.ignored.count()), (occupied, ignored), "{interior:?}");
         assert_eq!(truth.human.count(), occupied);
         assert_eq!(truth.objects[0].watertight, Some(true));
-        assert_eq!(truth.objects[0].voxels.bounds(), Window::between([1; 3], [8; 3]));
+        assert_eq!(truth.objects[0].voxels.bounds(), Window::from_corners([1; 3], [8; 3]));
         assert!(truth.objects[0].warnings.is_empty());
     };
     check(Interior::Free, SHELL, 0);
@@ -126,7 +126,7 @@ fn grids_hold_both_ends_and_refuse_too_many_voxels() {
 
 /// Whom the message blames that a grid of 5 cm voxels is too large.
 #[track_caller]
-fn blamed(objects: &[(&str, DVec3, DVec3)], voxel_size_m: f64) -> String {
+fn blame(objects: &[(&str, DVec3, DVec3)], voxel_size_m: f64) -> String {
     let objects = objects.iter().map(|(name, low, high)| {
         Arc::new(object(name, Role::Environment, Interior::Free, cuboid(*low, *high)))
     });
@@ -140,14 +140,14 @@ fn a_grid_is_too_large_because_of_whom() {
     let room = ("room", DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0));
     let at = |x: f64, size: f64| (DVec3::new(x, 0.0, 0.0), DVec3::new(x + size, size, size));
     let crate_at = |name: &'static str, x: f64, size: f64| (name, at(x, size).0, at(x, size).1);
-    let far = blamed(&[room, crate_at("arm", 800.0, 1.0)], 0.05);
+    let far = blame(&[room, crate_at("arm", 800.0, 1.0)], 0.05);
     let expected = "at most 1023: object \"arm\" reaches from x = 800.00 to 801.00 m, far from all others (-3.00 to 3.00 \
                     m): is its position_m right? If that is right, set voxel_size_m = ";
     assert!(far.contains(expected), "{far}");
     // Those that are fewer stand wrong, wherever the origin is.
-    let two = blamed(&[crate_at("a", 400.0, 1.0), crate_at("b", 403.0, 1.0), crate_at("c", 0.0, 1.0)], 0.05);
+    let two = blame(&[crate_at("a", 400.0, 1.0), crate_at("b", 403.0, 1.0), crate_at("c", 0.0, 1.0)], 0.05);
     assert!(two.contains("object \"c\" reaches from x = 0.00 to 1.00 m, far"), "{two}");
-    let both = blamed(
+    let both = blame(
         &[
             room,
             crate_at("a", -403.0, 1.0),
@@ -158,12 +158,12 @@ fn a_grid_is_too_large_because_of_whom() {
         0.05,
     );
     assert!(both.contains("objects \"a\", \"b\" reach from x = -403.00 to -399.00 m, far"), "{both}");
-    let large = blamed(&[room, crate_at("knob", -15.0, 60.0)], 0.05);
+    let large = blame(&[room, crate_at("knob", -15.0, 60.0)], 0.05);
     assert!(
         large.contains("object \"knob\" is 60.00 × 60.00 × 60.00 m: is its file in millimetres (unit = \"mm\" beside mesh makes it 0.06 m) or in centimetres (unit = \"cm\": 0.60 m)?"),
         "{large}"
     );
-    let small_voxels = blamed(&[room, crate_at("crate", 0.0, 1.0)], 0.002);
+    let small_voxels = blame(&[room, crate_at("crate", 0.0, 1.0)], 0.002);
     assert!(small_voxels.contains("at most 1023: set voxel_size_m = 0.0059 or more"), "{small_voxels}");
     assert!(!small_voxels.contains("millimetres") && !small_voxels.contains("object"), "{small_voxels}");
 }
@@ -181,7 +181,7 @@ fn millimetres_and_maps_of_another_size_are_caught() {
     let snapshots = [scene(0, vec![Arc::new(map)])];
     let message = scene_extent(&snapshots, 0.02).unwrap_err().to_string();
     assert!(message.contains("voxel_size_m = 0.05"), "{message}");
-    assert_eq!(scene_extent(&snapshots, 0.05).unwrap(), Window::between([1, 2, 3], [1, 2, 3]));
+    assert_eq!(scene_extent(&snapshots, 0.05).unwrap(), Window::from_corners([1, 2, 3], [1, 2, 3]));
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn what_stands_still_is_voxelized_once_and_what_moves_moves() {
     assert_eq!(truths[1].objects[1].keypoints, None);
     // The common grid holds every snapshot.
     let extent = scene_extent(&snapshots, 0.1).unwrap();
-    assert_eq!(extent, Window::between([1, 1, 1], [9, 1, 1]));
+    assert_eq!(extent, Window::from_corners([1, 1, 1], [9, 1, 1]));
 }
 
 #[test]

@@ -79,18 +79,18 @@ impl Cover {
         let distance_q16 = length_q16(inflation_m, grid.voxel_size_m);
         let farthest = (distance_q16 >> 16).clamp(0, MAX_VOXELS_PER_AXIS.into()) as i32;
         let around = robot.bounds().grown(farthest).intersection(&grid.window());
-        let mut shell = solid::within(robot, distance_q16, around);
+        let mut shell = solid::dilate(robot, distance_q16, around);
         shell.remove(robot);
         shell
     }
 
     /// Each occupied voxel where noise puts its centre. One that leaves the window marks nothing.
-    fn shifted(&self, occupied: &BitGrid, at: &Station) -> BitGrid {
+    fn shift(&self, occupied: &BitGrid, at: &Station) -> BitGrid {
         let grid = &at.truth.grid;
         let deviation = Deviation { std_m: self.noise_std_m, ..Deviation::NONE };
         let std_q16 = deviation.at_q16(0.0, grid.voxel_size_m);
         if std_q16 == 0 {
-            return occupied.over(occupied.window().intersection(&at.window));
+            return occupied.to_window(occupied.window().intersection(&at.window));
         }
         let unit_q12 = noise::unit_q12();
         let [x, y, _] = grid.size;
@@ -148,9 +148,9 @@ impl Kind for Cover {
         let mut near = free.clone();
         near.keep(&at.truth.occupied);
         free.remove(&near);
-        let (occupied, window) = (self.shifted(&near, at), free.window().intersection(&at.window));
+        let (occupied, window) = (self.shift(&near, at), free.window().intersection(&at.window));
         near.keep(&at.truth.human);
-        let planes = Planes { occupied, free: free.over(window), hits: near.over(window) };
+        let planes = Planes { occupied, free: free.to_window(window), hits: near.to_window(window) };
         vec![Claim { cast: false, planes: Some(planes) }]
     }
 

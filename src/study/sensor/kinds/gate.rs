@@ -9,7 +9,7 @@ use super::{Evidence, Page};
 use crate::diagnostics::Place;
 use crate::keys::BoxFile;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Claim, Extent, Kind, SWITCHES, Setting, Stance, Station, level, switched};
+use crate::sensor::{Claim, Extent, Kind, SWITCHES, Setting, Stance, Station, level, switch_planes};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
@@ -64,7 +64,7 @@ pub(crate) struct Gate {
 
 impl Gate {
     /// What stands in the gate.
-    fn inside(&self, at: &Station) -> BitGrid {
+    fn intruders(&self, at: &Station) -> BitGrid {
         let mut inside = self.gate.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window());
         inside.keep(&at.truth.occupied);
         inside
@@ -103,12 +103,12 @@ impl Kind for Gate {
 
     fn check(&self, at: &Station) -> Result<(), Issue> {
         level(at)?;
-        self.gate.check(&at.pose(), &at.truth.grid).map_err(|e| e.at("box"))?;
-        self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| e.at("zone"))
+        self.gate.check(&at.pose(), &at.truth.grid).map_err(|e| e.with_place("box"))?;
+        self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| e.with_place("zone"))
     }
 
     fn stuck_by(&self, at: &Station) -> BitGrid {
-        let mut fixed = self.inside(at);
+        let mut fixed = self.intruders(at);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);
         fixed
@@ -116,10 +116,10 @@ impl Kind for Gate {
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let (pose, grid) = (at.pose(), &at.truth.grid);
-        let mut inside = self.inside(at);
+        let mut inside = self.intruders(at);
         let on = !inside.is_empty();
         inside.keep(&at.truth.human);
-        vec![switched(at, self.zone.voxels(&pose, grid, at.window), on, self.otherwise_free, inside)]
+        vec![switch_planes(at, self.zone.voxels(&pose, grid, at.window), on, self.otherwise_free, inside)]
     }
 
     fn feels(&self, at: &Station) -> Extent {
@@ -139,7 +139,7 @@ mod tests {
     use perirobot_scene::scene::Role;
 
     fn gate(otherwise_free: bool) -> Gate {
-        let between = |low: [f64; 3], high: [f64; 3]| Prism::between(low.into(), high.into());
+        let between = |low: [f64; 3], high: [f64; 3]| Prism::from_corners(low.into(), high.into());
         Gate {
             gate: between([0.0, 0.0, 0.0], [1.0, 4.0, 2.0]),
             zone: between([1.0, 0.0, 0.0], [3.0, 4.0, 2.0]),

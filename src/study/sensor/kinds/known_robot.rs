@@ -40,10 +40,10 @@ impl KindFile for KnownRobotFile {
 
 /// The robot's voxels, surface and inside, except those that the truth calls free: they stay without a label,
 /// since in a scene with `interior = "free"` they would count as false alarms.
-fn known(truth: &Truth) -> BitGrid {
+fn robot_voxels(truth: &Truth) -> BitGrid {
     let window = truth.robot_volume.window();
-    let mut solid = truth.occupied.over(window);
-    solid.add(&truth.ignored.over(window));
+    let mut solid = truth.occupied.to_window(window);
+    solid.add(&truth.ignored.to_window(window));
     solid.keep(&truth.robot_volume);
     solid
 }
@@ -91,8 +91,8 @@ impl Kind for KnownRobot {
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
-        let robot = known(at.truth);
-        let occupied = robot.over(robot.window().intersection(&at.window));
+        let robot = robot_voxels(at.truth);
+        let occupied = robot.to_window(robot.window().intersection(&at.window));
         vec![Claim {
             cast: false,
             planes: Some(Planes { occupied, free: BitGrid::nowhere(), hits: BitGrid::nowhere() }),
@@ -100,6 +100,6 @@ impl Kind for KnownRobot {
     }
 
     fn reach(&self, at: &Station) -> Extent {
-        Extent::Only(known(at.truth))
+        Extent::Only(robot_voxels(at.truth))
     }
 }

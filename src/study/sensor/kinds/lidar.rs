@@ -22,14 +22,14 @@ use crate::diagnostics::Place;
 use crate::keys::{OneOrTwo, exactly, exactly_if_given};
 use crate::sensor::range::Range;
 use crate::sensor::{
-    Approached, Claim, Extent, FieldOfView, Kind, MAX_RAYS, MEASURES, SWITCHES, Scale, Stance, Station, look,
-    placement, quantise_q15, switched, watch,
+    Approached, Claim, Extent, FieldOfView, Kind, MAX_RAYS, MEASURES, RayScale, SWITCHES, Stance, Station,
+    look, placement, quantise_q15, switch_planes, watch,
 };
 use perirobot_march::Result;
 use perirobot_march::backend::Rays;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
-use perirobot_scene::pose::{Frame, Pose};
+use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_scene::source::Sources;
 
 /// A LIDAR, or a safety scanner.
@@ -144,7 +144,9 @@ impl KindFile for LidarFile {
                     step.horizontal,
                     &format!("gives {rays} rays, {rule}: write a larger step"),
                 ),
-                None => at.says(format!("has {rays} rays")).wanted(rule + ": write fewer beams and rings"),
+                None => {
+                    at.says(format!("has {rays} rays")).with_advice(rule + ": write fewer beams and rings")
+                }
             });
         }
         let range = RangeKeys {
@@ -170,7 +172,7 @@ impl KindFile for LidarFile {
         if field.is_some() && !scores_field {
             return Err(at
                 .says("field is given and not among the representations")
-                .wanted("add \"field\", or take it away"));
+                .with_advice("add \"field\", or take it away"));
         }
         let lidar = Lidar {
             azimuths_rad: azimuths.into_iter().map(f64::to_radians).collect(),
@@ -218,7 +220,7 @@ impl Lidar {
 
     /// Its own frame, as fields are told in.
     fn scanner(&self, pose: &Pose) -> Pose {
-        Pose::turned(pose.position_m, self.frame(pose), Frame::Link)
+        Pose::from_rotation(pose.position_m, self.frame(pose), RotationFrame::Link)
     }
 
     /// Which field a representation is scored by; `None` for the points.
@@ -244,7 +246,7 @@ impl Kind for Lidar {
         Some(Arc::new(Lidar { points: field.is_none(), field, ..self.clone() }))
     }
 
-    fn rays(&self, scale: &Scale) -> Option<Rays> {
+    fn rays(&self, scale: &RayScale) -> Option<Rays> {
         Some(self.range.rays(self.dirs_q15(), scale))
     }
 
@@ -253,7 +255,7 @@ impl Kind for Lidar {
     }
 
     fn field_of_view(&self) -> FieldOfView {
-        FieldOfView::of_rings(&self.azimuths_rad, &self.elevations_rad)
+        FieldOfView::from_rings(&self.azimuths_rad, &self.elevations_rad)
     }
 
     fn frame(&self, pose: &Pose) -> DMat3 {
@@ -285,7 +287,7 @@ impl Kind for Lidar {
     fn check(&self, at: &Station) -> Result<(), Issue> {
         match self.field.as_ref().is_some_and(|field| field.voxels(self, at).is_empty()) {
             true => Err(Issue::says("has a field without a voxel of the grid")
-                .wanted("make its polygon_m or height_m larger")),
+                .with_advice("make its polygon_m or height_m larger")),
             false => Ok(()),
         }
     }
@@ -301,12 +303,12 @@ impl Kind for Lidar {
     fn stuck_by(&self, at: &Station) -> BitGrid {
         let Some(field) = &self.field else { return BitGrid::nowhere() };
         let voxels = field.voxels(self, at);
-        let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
+        let scale = RayScale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // The returns of the environment alone, without noise.
         let mut fixed = BitGrid::clone(&at.truth.blockers);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);
-        let rays = self.range.without_noise().rays(self.dirs_q15(), &scale);
+        let rays = self.range.to_noiseless().rays(self.dirs_q15(), &scale);
         let from = placement(self, &at.pose(), &at.truth.grid, 0);
         let tripping = look::returns(&fixed, &rays, &from).filter(|found| voxels.get(found.read));
         let mut hit = BitGrid::new(fixed.window());
@@ -328,7 +330,7 @@ impl Kind for Lidar {
             }
             felt.keep(&at.truth.human);
             let window = whole.window().intersection(&at.window);
-            switched(at, whole.over(window), on, field.otherwise_free, felt)
+            switch_planes(at, whole.to_window(window), on, field.otherwise_free, felt)
         };
         let claim = |r| self.field(r).zip(at.rays).map_or_else(points, guarded);
         (0..self.representations().len()).map(claim).collect()
@@ -337,7 +339,7 @@ impl Kind for Lidar {
     fn watches(&self, representation: usize, at: &Station) -> Option<BitGrid> {
         let (field, rays) = self.field(representation).zip(at.rays)?;
         let field = field.voxels(self, at);
-        Some(watch::by_rays(rays, &at.placement(self), &at.truth.blockers, Some(&field)))
+        Some(watch::ray_watch(rays, &at.placement(self), &at.truth.blockers, Some(&field)))
     }
 
     fn reach(&self, at: &Station) -> Extent {

@@ -10,7 +10,7 @@ use super::{Evidence, Page};
 use crate::diagnostics::Place;
 use crate::keys::exactly;
 use crate::sensor::prism::Prism;
-use crate::sensor::{Approached, Claim, Extent, Kind, SWITCHES, Stance, Station, level, switched};
+use crate::sensor::{Approached, Claim, Extent, Kind, SWITCHES, Stance, Station, level, switch_planes};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
@@ -54,7 +54,7 @@ impl KindFile for PadFile {
         }
         let height_m = length(at, "height_m", self.height_m.unwrap_or(HEIGHT_M))?;
         Ok(Pad {
-            column: Prism::between(DVec3::ZERO, DVec3::new(width_m, depth_m, height_m)),
+            column: Prism::from_corners(DVec3::ZERO, DVec3::new(width_m, depth_m, height_m)),
             tare: self.tare.unwrap_or(true),
             otherwise_free: self.otherwise != Some(Silence::Unknown),
         }
@@ -123,11 +123,11 @@ impl Kind for Pad {
                 "lies partly outside the floor, x {:.2} to {:.2} m and y {:.2} to {:.2} m",
                 low.x, high.x, low.y, high.y
             ))
-            .wanted("move it (its pose is the corner of lowest x and y), or make it smaller"));
+            .with_advice("move it (its pose is the corner of lowest x and y), or make it smaller"));
         }
         if self.column(&at.everywhere(), true).is_empty() {
             return Err(Issue::says("has no layer of voxels above it in the grid")
-                .wanted("put it on the floor, and height_m above a voxel"));
+                .with_advice("put it on the floor, and height_m above a voxel"));
         }
         Ok(())
     }
@@ -151,7 +151,7 @@ impl Kind for Pad {
             false => !pressing.is_empty(),
         };
         pressing.keep(&at.truth.human);
-        vec![switched(at, self.column(at, false), on, self.otherwise_free, pressing)]
+        vec![switch_planes(at, self.column(at, false), on, self.otherwise_free, pressing)]
     }
 
     fn feels(&self, at: &Station) -> Extent {

@@ -14,7 +14,7 @@ use super::{POINTS, Page};
 use crate::diagnostics::Place;
 use crate::keys::exactly;
 use crate::sensor::range::Range;
-use crate::sensor::{Approached, Claim, Kind, MAX_RAYS, MEASURES, Scale, Station, quantise_q15};
+use crate::sensor::{Approached, Claim, Kind, MAX_RAYS, MEASURES, RayScale, Station, quantise_q15};
 use perirobot_march::backend::Rays;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
@@ -69,7 +69,8 @@ impl KindFile for RaysFile {
             calibration: self.calibration,
         };
         let path = at.folder().join(self.directions);
-        let dirs_q15 = directions(&path, context.sources).map_err(|e| at.around(e.at("directions")))?;
+        let dirs_q15 =
+            directions(&path, context.sources).map_err(|e| at.around(e.with_place("directions")))?;
         Ok(RaySet { dirs_q15, range: range.check(at, context.noiseless)? }.into())
     }
 }
@@ -85,7 +86,7 @@ struct RayRow {
 fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
     let text = sources.table(path)?;
     let columns = "the columns are x,y,z: a direction in the sensor's frame, x forward, y left, z up";
-    let unfit = |issue: Issue| Error::from(issue.cure(columns).at(path));
+    let unfit = |issue: Issue| Error::from(issue.cure(columns).with_place(path));
     refuse_other_separators(&text).map_err(unfit)?;
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
@@ -97,7 +98,7 @@ fn directions(path: &Path, sources: &Sources) -> Result<Vec<[i32; 3]>> {
     let mut dirs_q15 = Vec::new();
     for (row, record) in reader.records().enumerate() {
         let record = record.map_err(damaged)?;
-        let in_row = |issue: Issue| unfit(issue.at(format!("row {}", row + 1)));
+        let in_row = |issue: Issue| unfit(issue.with_place(format!("row {}", row + 1)));
         refuse_width(record.iter(), header.len()).map_err(in_row)?;
         let RayRow { x, y, z } = record.deserialize(Some(&header)).map_err(|e| {
             in_row(match decimal_commas(record.iter(), header.len()) {
@@ -137,7 +138,7 @@ impl Kind for RaySet {
         vec!["points"]
     }
 
-    fn rays(&self, scale: &Scale) -> Option<Rays> {
+    fn rays(&self, scale: &RayScale) -> Option<Rays> {
         Some(self.range.rays(self.dirs_q15.clone(), scale))
     }
 

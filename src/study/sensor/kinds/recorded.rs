@@ -9,14 +9,14 @@ use super::{Checked, Context, KindFile};
 #[cfg(test)]
 use super::{Evidence, Page};
 use crate::diagnostics::Place;
-use crate::keys::{Quaternion, exactly};
+use crate::keys::{QuaternionKeys, exactly};
 use crate::sensor::{Approached, Claim, Extent, Kind, MEASURES, Setting, Station};
 use perirobot_march::Result;
 use perirobot_march::backend::Planes;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Grid};
-use perirobot_scene::pose::{Frame, Pose};
-use perirobot_scene::recording::{Anchor, Asked, FARTHEST_M, Recording, Said};
+use perirobot_scene::pose::{Pose, RotationFrame};
+use perirobot_scene::recording::{Anchor, FARTHEST_M, Recording, RecordingSelection, Said};
 use perirobot_scene::scene::spec::SceneSpec;
 
 /// A map or a point cloud that a real sensor recorded.
@@ -45,7 +45,7 @@ struct RecordingFile {
     /// How far its frame is turned about the vertical, from x towards y. Default 0.
     yaw_deg: Option<f64>,
     /// Of a point cloud, in place of the yaw: how its frame is turned in the world.
-    quaternion: Option<Quaternion>,
+    quaternion: Option<QuaternionKeys>,
     /// Of a point cloud: where the sensor was, in the recording's frame. Default what a .pcd says, else the
     /// frame's origin.
     sensor_m: Option<[f64; 3]>,
@@ -82,7 +82,7 @@ impl KindFile for RecordedFile {
             if moments.iter().any(|other| other.moment == read.moment) {
                 return Err(at
                     .says("is of a moment that has a recording already")
-                    .wanted("give each scene and snapshot one, or a second sensor of this kind"));
+                    .with_advice("give each scene and snapshot one, or a second sensor of this kind"));
             }
             moments.push(read);
         }
@@ -110,14 +110,16 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
         None if snapshots == 1 => 0,
         None => {
             let rule = format!("write of which of the {snapshots} moments it is, counted from 0");
-            return Err(at.says("snapshot is missing").wanted(rule));
+            return Err(at.says("snapshot is missing").with_advice(rule));
         }
     };
     let position_m = at.vector_within("position_m", entry.position_m, FARTHEST_M)?;
     let anchor = match (entry.yaw_deg, entry.quaternion) {
-        (Some(_), Some(_)) => return Err(at.says("both yaw_deg and quaternion").wanted("give one of them")),
-        (None, Some(q)) => Pose::from_quaternion(position_m, [q.w, q.x, q.y, q.z], Frame::Link)
-            .map(Anchor::of_pose)
+        (Some(_), Some(_)) => {
+            return Err(at.says("both yaw_deg and quaternion").with_advice("give one of them"));
+        }
+        (None, Some(q)) => Pose::from_quaternion(position_m, [q.w, q.x, q.y, q.z], RotationFrame::Link)
+            .map(Anchor::from_pose)
             .map_err(|rule| at.wrong("quaternion", q, &rule.to_string()))?,
         (yaw_deg, None) => {
             let rule = "an angle from -360 to 360 degrees";
@@ -127,8 +129,9 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
     };
     let sensor_m = entry.sensor_m.map(|place| at.vector_within("sensor_m", place, FARTHEST_M)).transpose()?;
     let path = at.folder().join(entry.file);
-    let asked = Asked { sensor_m, topic: entry.topic.as_deref(), message: entry.message };
-    let recording = Recording::read(&path, asked, context.sources).map_err(|e| at.around(e.at("file")))?;
+    let asked = RecordingSelection { sensor_m, topic: entry.topic.as_deref(), message: entry.message };
+    let recording =
+        Recording::read(&path, asked, context.sources).map_err(|e| at.around(e.with_place("file")))?;
     if let (Recording::Map(_), Some(place)) = (&recording, entry.sensor_m) {
         let rule = "is asked of point clouds only, and the file is a map: leave it out";
         return Err(at.wrong("sensor_m", format!("{place:?}"), rule));
@@ -144,7 +147,9 @@ fn scene(at: &Place, name: Option<&str>, scenes: &[SceneSpec]) -> Result<usize> 
             at.wrong("scene", format!("{name:?}"), &format!("must be a scene of the study: {known:?}"))
         }),
         None if known.len() == 1 => Ok(0),
-        None => Err(at.says("scene is missing").wanted(format!("write of which scene it is: {known:?}"))),
+        None => {
+            Err(at.says("scene is missing").with_advice(format!("write of which scene it is: {known:?}")))
+        }
     }
 }
 
@@ -175,7 +180,7 @@ impl RecordedMoment {
     }
 
     /// What it says in a grid.
-    fn said(&self, grid: &Grid) -> Arc<Said> {
+    fn grid_evidence(&self, grid: &Grid) -> Arc<Said> {
         let mut kept = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         match &*kept {
             Some((of, said)) if of == grid => said.clone(),
@@ -196,7 +201,7 @@ impl Recorded {
 
     /// What was recorded at a station's moment: planes over its grid.
     fn planes(&self, at: &Station) -> Option<Planes> {
-        let said = self.moment(at)?.said(&at.truth.grid);
+        let said = self.moment(at)?.grid_evidence(&at.truth.grid);
         let mut planes = said.planes.clone();
         if !said.knows_hits {
             // A map does not tell where a return in an occupied voxel came from: from there, if there is something.
@@ -237,15 +242,15 @@ impl Kind for Recorded {
         let grid = &at.truth.grid;
         if !moment.recording.fits(&moment.anchor) {
             return Err(Issue::says("is a map, which can be turned about the vertical only")
-                .wanted("give an upright pose; point clouds may be tilted"));
+                .with_advice("give an upright pose; point clouds may be tilted"));
         }
         if moment.recording.is_too_fine(&moment.anchor, grid) {
             return Err(Issue::too_large(
                 "its map has voxels below 1/64 of the study's, or too many inside the grid",
             )
-            .wanted("make it coarser, or set bounds_m of [grid]"));
+            .with_advice("make it coarser, or set bounds_m of [grid]"));
         }
-        let Planes { occupied, free, .. } = &moment.said(grid).planes;
+        let Planes { occupied, free, .. } = &moment.grid_evidence(grid).planes;
         if !occupied.is_empty() || !free.is_empty() {
             return Ok(());
         }
@@ -254,13 +259,13 @@ impl Kind for Recorded {
         Err(Issue::says(format!(
             "says nothing inside the grid ({from:.2} to {to:.2} m): the recording's corners are at {low:.2} and {high:.2} m"
         ))
-        .wanted("move it with position_m and yaw_deg"))
+        .with_advice("move it with position_m and yaw_deg"))
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let planes = self.planes(at).map(|planes| {
             let [occupied, free, hits] =
-                [planes.occupied, planes.free, planes.hits].map(|plane| plane.over(at.window));
+                [planes.occupied, planes.free, planes.hits].map(|plane| plane.to_window(at.window));
             Planes { occupied, free, hits }
         });
         vec![Claim { cast: false, planes }]

@@ -16,7 +16,7 @@ use crate::keys::{BoxFile, exactly};
 use crate::sensor::keypoints::{self, KeypointCamera};
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
-use crate::sensor::{Camera, Claim, Extent, FieldOfView, Kind, SWITCHES, Scale, Station, switched};
+use crate::sensor::{Camera, Claim, Extent, FieldOfView, Kind, RayScale, SWITCHES, Station, switch_planes};
 use perirobot_march::Result;
 use perirobot_march::backend::Rays;
 use perirobot_march::error::Issue;
@@ -150,11 +150,11 @@ impl Kind for Rgb {
 
     fn check(&self, at: &Station) -> Result<(), Issue> {
         keypoints::check(at)?;
-        self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| e.at("zone"))
+        self.zone.check(&Pose::ORIGIN, &at.truth.grid).map_err(|e| e.with_place("zone"))
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
-        let scale = Scale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
+        let scale = RayScale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
         // Only rays towards the joints are cast, since an image measures no distances.
         let rays: &Rays = &self.range.rays(Vec::new(), &scale);
         let placement = &at.placement(self);
@@ -164,7 +164,7 @@ impl Kind for Rgb {
         let on = people.iter().any(|joints| keypoints::count(joints) >= self.min_keypoints);
         let mut felt = BitGrid::new(at.truth.human.window());
         people.iter().flatten().flatten().for_each(|found| felt.set(found.hit));
-        vec![switched(at, self.zone(&at.truth.grid, at.window), on, self.otherwise_free, felt)]
+        vec![switch_planes(at, self.zone(&at.truth.grid, at.window), on, self.otherwise_free, felt)]
     }
 
     fn wherever_it_stands(&self, truth: &Truth) -> Option<BitGrid> {

@@ -16,7 +16,7 @@ use crate::diagnostics::Place;
 use crate::keys::exactly;
 use crate::sensor::keypoints::{self, BONES, Detected, KeypointCamera};
 use crate::sensor::range::{Along, Range};
-use crate::sensor::{Camera, Claim, FieldOfView, Kind, MEASURES, Scale, Station};
+use crate::sensor::{Camera, Claim, FieldOfView, Kind, MEASURES, RayScale, Station};
 use perirobot_march::Result;
 use perirobot_march::backend::{Planes, Rays};
 use perirobot_march::error::{Issue, Site};
@@ -182,7 +182,7 @@ impl KeypointShape {
     fn volume(&self, people: &[Joints], voxel_size_m: f64, window: Window) -> BitGrid {
         let radius_q16 = self.radius_m().map_or(0, |radius_m| length_q16(radius_m, voxel_size_m));
         let reach = (radius_q16 / ONE_Q16).clamp(0, MAX_VOXELS_PER_AXIS.into()) as i32 + 1;
-        let joints = people.iter().flatten().flatten().map(|&joint| Window::between(joint, joint));
+        let joints = people.iter().flatten().flatten().map(|&joint| Window::from_corners(joint, joint));
         let Some(around) = joints.reduce(|all, one| all.union(&one)) else { return BitGrid::nowhere() };
         let mut plane = BitGrid::new(around.grown(reach).intersection(&window));
         for joints in people {
@@ -227,7 +227,7 @@ impl Kind for Rgbd {
         Some(Arc::new(Rgbd { shapes: vec![self.shapes[representation]], ..self.clone() }))
     }
 
-    fn rays(&self, scale: &Scale) -> Option<Rays> {
+    fn rays(&self, scale: &RayScale) -> Option<Rays> {
         Some(Rays { image: Some(self.camera.image()), ..self.range.rays(self.camera.dirs_q15(), scale) })
     }
 
@@ -246,7 +246,7 @@ impl Kind for Rgbd {
     fn check(&self, at: &Station) -> Result<(), Issue> {
         match self.shapes.iter().find(|shape| **shape != KeypointShape::Points) {
             Some(shape) => keypoints::check(at)
-                .map_err(|e| e.at(Site::Subject(format!("representation {:?}", shape.name())))),
+                .map_err(|e| e.with_place(Site::Subject(format!("representation {:?}", shape.name())))),
             None => Ok(()),
         }
     }

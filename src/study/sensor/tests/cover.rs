@@ -25,7 +25,7 @@ fn planes(cover: &Cover, at: &Station) -> Planes {
     claim.planes.unwrap()
 }
 
-fn squared(voxel: [i32; 3]) -> i32 {
+fn squared_length(voxel: [i32; 3]) -> i32 {
     (0..3).map(|r| (voxel[r] - ROBOT[r]).pow(2)).sum()
 }
 
@@ -34,7 +34,7 @@ fn thirty_centimetres_are_six_voxels_in_a_straight_line() {
     let truth = cell(&[]);
     let Planes { occupied, free, .. } = planes(&cover(0.0), &station(&truth, Setting::Inflation(0.3)));
     let expected: Vec<_> =
-        block([0; 3], [16; 3]).into_iter().filter(|&c| (1..=36).contains(&squared(c))).collect();
+        block([0; 3], [16; 3]).into_iter().filter(|&c| (1..=36).contains(&squared_length(c))).collect();
     assert_eq!(free.voxels().collect::<Vec<_>>(), expected);
     assert!(occupied.is_empty());
     // Six along an axis and (4, 4, 2) are 6 voxels away; (5, 4, 0) is √41 away, and a voxel's diagonal does

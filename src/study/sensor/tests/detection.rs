@@ -7,7 +7,7 @@ use crate::sensor::kinds::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::look::Return;
 use crate::sensor::noise::Deviation;
 use crate::sensor::range::{Along, Range};
-use crate::sensor::{Camera, Scale};
+use crate::sensor::{Camera, RayScale};
 use perirobot_march::backend::Noise;
 use perirobot_march::march::NOISE_STEPS;
 use perirobot_scene::scene::keypoints::JOINTS;
@@ -24,16 +24,16 @@ impl DetectionRandom {
         z ^ (z >> 31)
     }
 
-    pub(super) fn below(&mut self, n: u64) -> u64 {
+    pub(super) fn number_below(&mut self, n: u64) -> u64 {
         self.bits() % n
     }
 
-    pub(super) fn between(&mut self, from: f64, to: f64) -> f64 {
+    pub(super) fn number_between(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     pub(super) fn point(&mut self, from: [f64; 3], to: [f64; 3]) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|r| self.between(from[r], to[r])))
+        DVec3::from_array(std::array::from_fn(|r| self.number_between(from[r], to[r])))
     }
 }
 
@@ -43,8 +43,8 @@ pub(super) const VOXEL_M: f64 = 0.1;
 /// Two or three people of loose voxels around their joints, clutter, and a fence that stops nothing.
 pub(super) fn random_cell(random: &mut DetectionRandom) -> Truth {
     let mut truth = empty(SIZE, VOXEL_M);
-    let anywhere = |random: &mut DetectionRandom| SIZE.map(|n| random.below(n.into()) as i32);
-    for _ in 0..2 + random.below(2) {
+    let anywhere = |random: &mut DetectionRandom| SIZE.map(|n| random.number_below(n.into()) as i32);
+    for _ in 0..2 + random.number_below(2) {
         let middle = random.point([0.8, 0.3, 0.3], [3.2, 1.7, 1.4]);
         let mut keypoints = [None; 17];
         let mut voxels = Vec::new();
@@ -52,15 +52,15 @@ pub(super) fn random_cell(random: &mut DetectionRandom) -> Truth {
             let joint = middle + random.point([-0.3; 3], [0.3; 3]);
             let joint_voxel = Grid::voxel_of(truth.grid.position_q16(joint));
             for _ in 0..6 {
-                voxels.push(joint_voxel.map(|c| c + random.below(3) as i32 - 1));
+                voxels.push(joint_voxel.map(|c| c + random.number_below(3) as i32 - 1));
             }
-            *keypoint = (random.below(6) > 0).then_some(joint);
+            *keypoint = (random.number_below(6) > 0).then_some(joint);
         }
         put(&mut truth, Role::Human, &voxels, Some(keypoints));
     }
-    let clutter: Vec<_> = (0..random.below(150)).map(|_| anywhere(random)).collect();
+    let clutter: Vec<_> = (0..random.number_below(150)).map(|_| anywhere(random)).collect();
     put(&mut truth, Role::Environment, &clutter, None);
-    let fence: Vec<_> = (0..random.below(150)).map(|_| anywhere(random)).collect();
+    let fence: Vec<_> = (0..random.number_below(150)).map(|_| anywhere(random)).collect();
     put(&mut truth, Role::Environment, &fence, None);
     let fence = truth.objects.last().unwrap().voxels.clone();
     Arc::make_mut(&mut truth.blockers).remove(&fence);
@@ -68,23 +68,23 @@ pub(super) fn random_cell(random: &mut DetectionRandom) -> Truth {
 }
 
 pub(super) fn camera(random: &mut DetectionRandom) -> Rgbd {
-    let near = [0.0, 0.0, 0.5][random.below(3) as usize];
+    let near = [0.0, 0.0, 0.5][random.number_below(3) as usize];
     let range = Range {
-        range_m: [near, random.between(0.8, 4.0)],
+        range_m: [near, random.number_between(0.8, 4.0)],
         along: Along::Ray,
-        near_ignore_m: [0.0, 0.3][random.below(2) as usize],
+        near_ignore_m: [0.0, 0.3][random.number_below(2) as usize],
         no_return_is_free: false,
         noise: [
             Deviation::NONE,
             Deviation { std_m: 0.05, ..Deviation::NONE },
             Deviation { std_m: 0.3, per_m: 0.05, per_m2: 0.02 },
-        ][random.below(3) as usize],
+        ][random.number_below(3) as usize],
         calibration: None,
-        dropout: [0.0, 0.0, 0.1][random.below(3) as usize],
+        dropout: [0.0, 0.0, 0.1][random.number_below(3) as usize],
     };
-    let fov_rad = [random.between(0.3, 2.5), random.between(0.3, 2.5)];
-    let resolution_px = [1 + random.below(5) as u32, 1 + random.below(5) as u32];
-    let keypoint_tolerance_m = [0.0, 0.05, 0.15, 9.0][random.below(4) as usize];
+    let fov_rad = [random.number_between(0.3, 2.5), random.number_between(0.3, 2.5)];
+    let resolution_px = [1 + random.number_below(5) as u32, 1 + random.number_below(5) as u32];
+    let keypoint_tolerance_m = [0.0, 0.05, 0.15, 9.0][random.number_below(4) as usize];
     Rgbd {
         camera: Camera { fov_rad, resolution_px },
         range,
@@ -117,10 +117,10 @@ fn expected(
                 Some(&unit) => (i64::from(unit) * i64::from(noise.std_q16[(t >> 16) as usize]) + 2048) >> 12,
             };
             let (way, end) =
-                (in_image(sensor, truly, truth, joint_m)?, |way| follow(truth, sensor, truly, way, &noise));
+                (image_ray(sensor, truly, truth, joint_m)?, |way| follow(truth, sensor, truly, way, &noise));
             let (t, hit, mut read) = end(way)?;
             if truly != pose {
-                read = along(truth, pose, truly, way, (t as i64 + noise(t)).max(0) as u64);
+                read = believed_voxel(truth, pose, truly, way, (t as i64 + noise(t)).max(0) as u64);
             }
             let squared: i128 = way.iter().map(|&w| i128::from(w).pow(2)).sum();
             let mut distance = (squared as f64).sqrt() as i128;
@@ -143,7 +143,7 @@ fn q16(metres: f64) -> i64 {
 
 /// The way to a joint in 1/65536 voxels, if it is in front and in the image: by angles, where the camera
 /// projects.
-fn in_image(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option<[i64; 3]> {
+fn image_ray(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option<[i64; 3]> {
     assert_eq!(truth.grid.origin, [0; 3]);
     let way: [i64; 3] = std::array::from_fn(|r| q16(joint_m[r]) - q16(pose.position_m[r]));
     let seen = pose.rotation.inverse() * DVec3::from_array(way.map(|w| w as f64));
@@ -155,7 +155,7 @@ fn in_image(sensor: &Rgbd, pose: &Pose, truth: &Truth, joint_m: DVec3) -> Option
 
 /// The voxel where a camera takes something to be that its true ray has met: the ray as it sees it, from
 /// where it is believed to be, after all crossings up to a distance, in the grid.
-fn along(truth: &Truth, pose: &Pose, truly: &Pose, way: [i64; 3], until: u64) -> [i32; 3] {
+fn believed_voxel(truth: &Truth, pose: &Pose, truly: &Pose, way: [i64; 3], until: u64) -> [i32; 3] {
     let way = DVec3::from_array(way.map(|w| w as f64));
     let seen = truly.optical().transpose() * way;
     let dir = (pose.optical() * seen / way.length()).to_array().map(|d| (d * 65_536.0).round() as i64);
@@ -239,17 +239,17 @@ fn the_same_joints_as_a_plain_march() {
     for case in 0..400 {
         let truth = random_cell(&mut random);
         let sensor = camera(&mut random);
-        let rays = sensor.rays(&Scale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
+        let rays = sensor.rays(&RayScale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
         assert!([0, NOISE_STEPS as usize].contains(&rays.noise.unit_q12.len()));
         let target = truth.objects[0].keypoints.unwrap().into_iter().flatten().next().unwrap_or(DVec3::ONE);
         let position = random.point([0.05; 3], [3.35, 1.95, 1.65]);
-        let [pan, tilt] = [random.between(-0.6, 0.6), random.between(-0.6, 0.6)];
+        let [pan, tilt] = [random.number_between(-0.6, 0.6), random.number_between(-0.6, 0.6)];
         let pose = Pose::facing(position, target - position, pan, tilt);
         let draws = random.bits() as u32;
         let truly = (case % 3 == 0).then(|| {
             let position_m = (position + random.point([-0.2; 3], [0.2; 3]))
                 .clamp(DVec3::splat(0.05), DVec3::new(3.35, 1.95, 1.65));
-            Pose::facing(position_m, target - position, pan + random.between(-0.1, 0.1), tilt)
+            Pose::facing(position_m, target - position, pan + random.number_between(-0.1, 0.1), tilt)
         });
         let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };
         let from = at.placement(&sensor);

@@ -6,7 +6,7 @@ use crate::sensor::kinds::lidar::{Lidar, LidarMount, ProtectiveField};
 use crate::sensor::noise::Deviation;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::{Along, Range};
-use crate::sensor::{Extent, MEASURES, SWITCHES, Scale};
+use crate::sensor::{Extent, MEASURES, RayScale, SWITCHES};
 use glam::DVec2;
 
 fn scanner(points: bool, otherwise_free: bool) -> Lidar {
@@ -35,7 +35,7 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
 fn field_says(lidar: &Lidar, pose: Pose, occupied: [i32; 3]) -> Says {
     let mut truth = empty([11, 11, 5], 1.0);
     put(&mut truth, Role::Environment, &[occupied], None);
-    let rays = lidar.rays(&Scale { voxel_size_m: 1.0, backdrop: true });
+    let rays = lidar.rays(&RayScale { voxel_size_m: 1.0, backdrop: true });
     let at = Station { rays: rays.as_ref(), ..station(&truth, Setting::Pose(pose)) };
     says(lidar, lidar.representations().len() - 1, &at)
 }
@@ -68,7 +68,7 @@ fn a_scanner_whose_mount_is_off_switches_for_things_elsewhere() {
         let mut truth = empty([11, 11, 5], 1.0);
         put(&mut truth, Role::Environment, &[occupied], None);
         let lidar = scanner(false, true);
-        let rays = lidar.rays(&Scale { voxel_size_m: 1.0, backdrop: true });
+        let rays = lidar.rays(&RayScale { voxel_size_m: 1.0, backdrop: true });
         let truly = Some(Pose::upright(DVec3::new(truly_x, 5.5, 1.2), DVec3::X, 0.0));
         says(&lidar, 0, &Station { rays: rays.as_ref(), truly, ..station(&truth, Setting::Pose(level(1.2))) })
     };
@@ -92,7 +92,7 @@ fn a_tilted_scanner_keeps_an_upright_field() {
     let field = block([5, 5, 1], [7, 6, 2]);
     let tilted = |pitch: f64| {
         let rotation = perirobot_scene::pose::from_rpy([0.0, pitch.to_radians(), 0.0]);
-        Pose::turned(DVec3::new(5.0, 5.5, 1.2), rotation, perirobot_scene::pose::Frame::Link)
+        Pose::from_rotation(DVec3::new(5.0, 5.5, 1.2), rotation, perirobot_scene::pose::RotationFrame::Link)
     };
     // Up by 30°: the ray is in layer 2 from x = 6.39 on. Down by 30°: in layer 0 from x = 5.35 on, below the
     // field.
@@ -104,7 +104,8 @@ fn a_tilted_scanner_keeps_an_upright_field() {
 #[test]
 fn a_scanner_upside_down_has_its_left_on_the_other_side() {
     let rolled = perirobot_scene::pose::from_rpy([180f64.to_radians(), 0.0, 0.0]);
-    let pose = Pose::turned(DVec3::new(5.0, 5.5, 1.2), rolled, perirobot_scene::pose::Frame::Link);
+    let pose =
+        Pose::from_rotation(DVec3::new(5.0, 5.5, 1.2), rolled, perirobot_scene::pose::RotationFrame::Link);
     // y 3.5 to 5.5: rows 3 and 4, half-open as the other way round.
     let field = block([5, 3, 1], [7, 4, 2]);
     assert_eq!(field_says(&scanner(false, true), pose, [5, 4, 1]), Says::Occupied(field.clone()));

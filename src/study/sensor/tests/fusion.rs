@@ -76,7 +76,7 @@ fn pad(pressed: bool) -> Planes {
         put(&mut truth, Role::Human, &[[2, 0, 1]], None);
     }
     let pad = Pad {
-        column: Prism::between(DVec3::ZERO, DVec3::new(3.0, 1.0, 2.0)),
+        column: Prism::from_corners(DVec3::ZERO, DVec3::new(3.0, 1.0, 2.0)),
         tare: true,
         otherwise_free: true,
     };

@@ -5,7 +5,7 @@ use crate::sensor::kinds::rays::RaySet;
 use crate::sensor::look::{self, Return};
 use crate::sensor::noise::Deviation;
 use crate::sensor::range::{Along, Range};
-use crate::sensor::{Scale, placement};
+use crate::sensor::{RayScale, placement};
 use perirobot_march::march;
 
 fn ring(range_m: [f64; 2], near_ignore_m: f64) -> RaySet {
@@ -26,7 +26,7 @@ fn ring(range_m: [f64; 2], near_ignore_m: f64) -> RaySet {
 fn directions_are_in_the_frame_of_the_sensor() {
     let truth = empty([9, 9, 9], 1.0);
     let kind = ring([0.0, 9.0], 0.0);
-    let rays = kind.rays(&Scale { voxel_size_m: 1.0, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: false }).unwrap();
     let ways = |pose: Pose| {
         let from = placement(&kind, &pose, &truth.grid, 0);
         [0, 1, 2].map(|ray| {
@@ -46,7 +46,7 @@ fn a_ray_returns_within_its_gates() {
     let mut truth = empty([9, 9, 9], 1.0);
     put(&mut truth, Role::Environment, &[[6, 4, 4], [4, 8, 4]], None);
     let returns = |kind: &RaySet| -> Vec<_> {
-        let rays = kind.rays(&Scale { voxel_size_m: 1.0, backdrop: true }).unwrap();
+        let rays = kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: true }).unwrap();
         let from = placement(kind, &Pose::upright(DVec3::splat(4.5), DVec3::X, 0.0), &truth.grid, 0);
         look::returns(&truth.blockers, &rays, &from).collect()
     };
@@ -65,7 +65,7 @@ fn what_a_true_ray_hits_is_read_on_the_believed_one() {
     let mut truth = empty([9, 9, 9], 1.0);
     put(&mut truth, Role::Environment, &[[6, 4, 4], [4, 8, 4]], None);
     let kind = ring([0.0, 9.0], 0.0);
-    let rays = kind.rays(&Scale { voxel_size_m: 1.0, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: false }).unwrap();
     let believed = Pose::upright(DVec3::splat(4.5), DVec3::X, 0.0);
     let returns = |truly: Pose| -> Vec<Return> {
         let at = Station { truly: Some(truly), ..station(&truth, Setting::Pose(believed)) };

@@ -20,7 +20,7 @@ use glam::DVec3;
 
 use super::{Kind, Setting, Station};
 use perirobot_march::backend::Planes;
-use perirobot_march::voxel::flood::enclosed;
+use perirobot_march::voxel::flood::enclosed_voxels;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_scene::pose::Pose;
 use perirobot_scene::scene::Role;
@@ -56,7 +56,7 @@ pub(crate) fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints:
             truth.robot.add(&own);
             let bounds = own.bounds();
             truth.robot_volume.add(&own);
-            truth.robot_volume.add(&enclosed(&own.over(bounds)));
+            truth.robot_volume.add(&enclosed_voxels(&own.to_window(bounds)));
         }
     }
     truth.objects.push(Arc::new(ObjectVoxels {

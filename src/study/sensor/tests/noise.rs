@@ -4,7 +4,7 @@ use super::*;
 use crate::sensor::kinds::rays::RaySet;
 use crate::sensor::noise::{self, Deviation};
 use crate::sensor::range::{Along, Range};
-use crate::sensor::{Scale, draws, look, placement};
+use crate::sensor::{RayScale, draws, look, placement};
 use perirobot_march::march;
 
 #[test]
@@ -49,7 +49,7 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
         calibration: None,
     };
     let kind = RaySet { dirs_q15: vec![[32_768, 0, 0]; RAYS], range };
-    let rays = kind.rays(&Scale { voxel_size_m: 0.02, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale { voxel_size_m: 0.02, backdrop: false }).unwrap();
     let pose = Pose::upright(DVec3::splat(0.01), DVec3::X, 0.0);
     let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
     let found: Vec<_> = look::returns(&truth.blockers, &rays, &from).collect();
@@ -92,7 +92,7 @@ fn distances_scatter_as_much_as_the_model_says_where_they_are_measured() {
     };
     let dirs_q15 = (0..RAYS as i32).map(|ray| [32_768 * (ray % 2 * 2 - 1), 0, 0]).collect();
     let kind = RaySet { dirs_q15, range };
-    let rays = kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale { voxel_size_m: 0.1, backdrop: false }).unwrap();
     let pose = Pose::upright(DVec3::new(10.05, 0.05, 0.05), DVec3::X, 0.0);
     let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
     let mut off = [Vec::new(), Vec::new()];
@@ -124,7 +124,7 @@ fn as_many_returns_are_lost_as_the_study_says_whatever_their_noise() {
     };
     let found = |dropout| {
         let kind = RaySet { dirs_q15: vec![[32_768, 0, 0]; RAYS], range: range(dropout) };
-        let rays = kind.rays(&Scale { voxel_size_m: 0.02, backdrop: false }).unwrap();
+        let rays = kind.rays(&RayScale { voxel_size_m: 0.02, backdrop: false }).unwrap();
         let pose = Pose::upright(DVec3::splat(0.01), DVec3::X, 0.0);
         let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
         let read: Vec<f64> =
@@ -153,12 +153,12 @@ fn the_noise_of_depth_is_that_of_depth_along_the_ray() {
         dropout: 0.0,
         calibration: None,
     };
-    let rays =
-        range.rays(vec![[28_378, 0, 16_384], [0, 0, 32_768]], &Scale { voxel_size_m: 0.1, backdrop: false });
+    let rays = range
+        .rays(vec![[28_378, 0, 16_384], [0, 0, 32_768]], &RayScale { voxel_size_m: 0.1, backdrop: false });
     let drawn = 0xc000_0000;
     let [slanted, straight] = [0, 1].map(|ray| {
         let slant = rays.gates.slant(rays.dirs_q15[ray][2]);
-        rays.noise.step_q16(slant, drawn, slant.along_q16(50 << 16))
+        rays.noise.step_q16(slant, drawn, slant.ray_range_q16(50 << 16))
     });
     assert_eq!(rays.gates_of(0).range_max_q16, 120 << 16);
     // 0.1005 m, at the middle of the voxel, are 1.005 voxels.

@@ -6,7 +6,11 @@ use crate::sensor::kinds::pad::Pad;
 use crate::sensor::prism::Prism;
 
 fn pad(height_m: f64, tare: bool) -> Pad {
-    Pad { column: Prism::between(DVec3::ZERO, DVec3::new(2.0, 3.0, height_m)), tare, otherwise_free: true }
+    Pad {
+        column: Prism::from_corners(DVec3::ZERO, DVec3::new(2.0, 3.0, height_m)),
+        tare,
+        otherwise_free: true,
+    }
 }
 
 /// Half a voxel up, so that its own layer is 0 and a height of 3 ends at the centres of layer 3.
@@ -105,7 +109,7 @@ fn a_pad_lies_on_the_floor_as_a_whole() {
 fn who_stands_outside_the_window_is_felt_all_the_same() {
     let mut truth = empty([10, 10, 6], 1.0);
     put(&mut truth, Role::Human, &[[1, 2, 1]], None);
-    let window = Window::between([2, 3, 2], [9, 9, 5]);
+    let window = Window::from_corners([2, 3, 2], [9, 9, 5]);
     let at = Station { window, ..facing(&truth, CORNER, [1.0, 0.0, 0.0]) };
     assert_eq!(says(&pad(3.0, true), 0, &at), Says::Occupied(block([2, 3, 2], [2, 4, 2])));
     let Extent::Only(reach) = pad(3.0, true).reach(&at) else { panic!("a pad casts no rays") };

@@ -11,7 +11,7 @@ use crate::sensor::kinds::pad::Pad;
 use crate::sensor::kinds::rgb::Rgb;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::Range;
-use crate::sensor::{Extent, Scale};
+use crate::sensor::{Extent, RayScale};
 use perirobot_march::backend::{Backend, GridPose, Rays, VoxelScene, oracle::Oracle};
 use perirobot_march::voxel::People;
 
@@ -28,18 +28,18 @@ fn a_pad_feels_feet() {
     let mut truth = empty([10, 10, 6], 1.0);
     put(&mut truth, Role::Robot, &[[2, 2, 1]], None);
     put(&mut truth, Role::Human, &[[1, 2, 1], [1, 2, 2], [5, 5, 1]], None);
-    let column = Prism::between(DVec3::ZERO, DVec3::new(2.0, 3.0, 3.0));
+    let column = Prism::from_corners(DVec3::ZERO, DVec3::new(2.0, 3.0, 3.0));
     let pad = Pad { column, tare: true, otherwise_free: true };
     let at = facing(&truth, [1.0, 2.0, 0.5], [1.0, 0.0, 0.0]);
     assert_eq!(feels(&pad, 0, &at), [[1, 2, 1]], "nothing above the first layer, and not the robot");
-    let part = Station { window: Window::between([2, 0, 0], [9, 9, 5]), ..at };
+    let part = Station { window: Window::from_corners([2, 0, 0], [9, 9, 5]), ..at };
     assert_eq!(feels(&pad, 0, &part), [[0; 3]; 0], "what is felt is felt inside the window");
 }
 
 #[test]
 fn a_gate_feels_what_is_in_its_box() {
     let mut truth = empty([8, 8, 4], 1.0);
-    let between = |low: [f64; 3], high: [f64; 3]| Prism::between(low.into(), high.into());
+    let between = |low: [f64; 3], high: [f64; 3]| Prism::from_corners(low.into(), high.into());
     let gate = Gate {
         gate: between([0.0, 0.0, 0.0], [1.0, 4.0, 2.0]),
         zone: between([1.0, 0.0, 0.0], [3.0, 4.0, 2.0]),
@@ -68,7 +68,7 @@ fn a_cover_feels_people_where_they_are_however_noisy() {
 #[test]
 fn a_field_feels_whom_its_returns_hit() {
     let field = ProtectiveField {
-        volume: Prism::between(DVec3::ZERO, DVec3::new(3.0, 2.0, 2.0)),
+        volume: Prism::from_corners(DVec3::ZERO, DVec3::new(3.0, 2.0, 2.0)),
         otherwise_free: true,
     };
     let range = Range { range_m: [0.0, 9.0], ..RANGE };
@@ -85,7 +85,7 @@ fn a_field_feels_whom_its_returns_hit() {
         let mut truth = empty([11, 11, 5], 1.0);
         put(&mut truth, Role::Human, human, None);
         put(&mut truth, Role::Environment, environment, None);
-        let rays = lidar.rays(&Scale { voxel_size_m: 1.0, backdrop: true });
+        let rays = lidar.rays(&RayScale { voxel_size_m: 1.0, backdrop: true });
         let pose = Pose::upright(DVec3::new(5.0, 5.5, 1.2), DVec3::X, 0.0);
         feels(&lidar, 1, &Station { rays: rays.as_ref(), ..station(&truth, Setting::Pose(pose)) })
     };
@@ -100,7 +100,7 @@ fn a_zone_camera_feels_where_its_rays_to_joints_end() {
     let rgb = |min_keypoints| Rgb {
         camera: CAMERA,
         range: RANGE,
-        zone: Prism::between(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0)),
+        zone: Prism::from_corners(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0)),
         min_keypoints,
         keypoint_tolerance_m: 1.5,
         otherwise_free: true,
@@ -123,8 +123,8 @@ fn stands(random: &mut DetectionRandom) -> (Pose, Option<Pose>) {
     let (low, high) = ([0.05; 3], [3.35, 1.95, 1.65]);
     let (position_m, ahead) = (random.point(low, high), random.point([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]));
     let off = position_m + random.point([-0.2; 3], [0.2; 3]);
-    let off = Pose::facing(off.clamp(low.into(), high.into()), ahead, random.between(-0.1, 0.1), 0.03);
-    (Pose::facing(position_m, ahead, 0.0, 0.0), (random.below(3) > 0).then_some(off))
+    let off = Pose::facing(off.clamp(low.into(), high.into()), ahead, random.number_between(-0.1, 0.1), 0.03);
+    (Pose::facing(position_m, ahead, 0.0, 0.0), (random.number_below(3) > 0).then_some(off))
 }
 
 /// The oracle casts the rays of a scanner one by one: where each is read, and what it hits.
@@ -142,11 +142,11 @@ fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
             range: camera(&mut random).range,
             points: false,
             field: Some(ProtectiveField {
-                volume: Prism::between(corners[0], corners[1]),
+                volume: Prism::from_corners(corners[0], corners[1]),
                 otherwise_free: true,
             }),
         };
-        let rays = lidar.rays(&Scale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
+        let rays = lidar.rays(&RayScale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
         let (pose, truly) = stands(&mut random);
         let draws = random.bits() as u32;
         let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };

@@ -12,7 +12,7 @@ fn rgb() -> Rgb {
     Rgb {
         camera: CAMERA,
         range: RANGE,
-        zone: Prism::between(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0)),
+        zone: Prism::from_corners(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0)),
         min_keypoints: 1,
         keypoint_tolerance_m: 1.5,
         otherwise_free: true,

@@ -4,7 +4,7 @@ use super::people::{CAMERA, RANGE, person};
 use super::*;
 use crate::sensor::kinds::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::range::{Along, Range};
-use crate::sensor::{Camera, Claim, MEASURES, Scale, look};
+use crate::sensor::{Camera, Claim, MEASURES, RayScale, look};
 
 const SHAPES: [KeypointShape; 4] = [
     KeypointShape::Points,
@@ -14,9 +14,9 @@ const SHAPES: [KeypointShape; 4] = [
 ];
 
 /// The voxels added in each representation, seen from x = 0.5 along x.
-fn added(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
+fn added_voxels(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
     let camera = rgbd();
-    let rays = camera.rays(&Scale { voxel_size_m: 1.0, backdrop: false });
+    let rays = camera.rays(&RayScale { voxel_size_m: 1.0, backdrop: false });
     let at = Station { rays: rays.as_ref(), ..facing(truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
     [0, 1, 2, 3].map(|representation| {
         let Claim { cast, planes } = camera.claims(&at).swap_remove(representation);
@@ -45,7 +45,7 @@ fn all(is: impl Fn([i32; 3]) -> bool) -> Vec<[i32; 3]> {
     block([0; 3], [19, 16, 16]).into_iter().filter(|&voxel| is(voxel)).collect()
 }
 
-fn squared(a: [i32; 3], b: [i32; 3]) -> i32 {
+fn squared_distance(a: [i32; 3], b: [i32; 3]) -> i32 {
     (0..3).map(|r| (a[r] - b[r]).pow(2)).sum()
 }
 
@@ -54,11 +54,11 @@ fn both_shoulders() {
     let mut truth = empty([20, 17, 17], 1.0);
     let (left, right) = ([9, 10, 8], [9, 6, 8]);
     person(&mut truth, &[(5, left), (6, right)]);
-    let [points, spheres, cylinders, cuboid] = added(&truth);
+    let [points, spheres, cylinders, cuboid] = added_voxels(&truth);
     assert_eq!(points, Vec::<[i32; 3]>::new());
     // d² < 2.25: the voxel, its 6 neighbours by faces and 12 by edges.
     assert_eq!(spheres.len(), 2 * 19);
-    assert_eq!(spheres, all(|voxel| squared(voxel, left).min(squared(voxel, right)) <= 2));
+    assert_eq!(spheres, all(|voxel| squared_distance(voxel, left).min(squared_distance(voxel, right)) <= 2));
     // Bone (5, 6): 5 slices of 3 × 3, with flat ends.
     assert_eq!(cylinders, block([8, 6, 7], [10, 10, 9]));
     assert_eq!(cuboid, block([9, 6, 8], [9, 10, 8]));
@@ -69,14 +69,17 @@ fn a_joint_that_is_not_known_or_not_seen_leaves_its_limbs_out() {
     let (shoulder, elbow, wrist) = ([9, 4, 8], [9, 8, 8], [9, 12, 8]);
     let mut known = empty([20, 17, 17], 1.0);
     person(&mut known, &[(5, shoulder), (7, elbow), (9, wrist)]);
-    assert_eq!(added(&known)[2], block([8, 4, 7], [10, 12, 9]));
+    assert_eq!(added_voxels(&known)[2], block([8, 4, 7], [10, 12, 9]));
     let mut unknown = empty([20, 17, 17], 1.0);
     person(&mut unknown, &[(5, shoulder), (9, wrist)]);
     let mut hidden = known.clone();
     put(&mut hidden, Role::Environment, &[[4, 8, 8]], None);
     for truth in [unknown, hidden] {
-        let [_, spheres, cylinders, cuboid] = added(&truth);
-        assert_eq!(spheres, all(|voxel| squared(voxel, shoulder).min(squared(voxel, wrist)) <= 2));
+        let [_, spheres, cylinders, cuboid] = added_voxels(&truth);
+        assert_eq!(
+            spheres,
+            all(|voxel| squared_distance(voxel, shoulder).min(squared_distance(voxel, wrist)) <= 2)
+        );
         assert!(cylinders.is_empty(), "no bone has both its ends");
         assert_eq!(cuboid, block(shoulder, wrist));
     }
@@ -87,7 +90,7 @@ fn two_people_are_two_boxes() {
     let mut truth = empty([20, 17, 17], 1.0);
     person(&mut truth, &[(0, [9, 4, 8]), (5, [9, 4, 6])]);
     person(&mut truth, &[(0, [9, 12, 8]), (6, [9, 14, 8])]);
-    let [_, _, cylinders, cuboid] = added(&truth);
+    let [_, _, cylinders, cuboid] = added_voxels(&truth);
     let boxes = [block([9, 4, 6], [9, 4, 8]), block([9, 12, 8], [9, 14, 8])];
     assert_eq!(cuboid, all(|voxel| boxes.iter().any(|voxels| voxels.contains(&voxel))));
     assert!(cylinders.is_empty(), "no bone joins a shoulder to a nose, and none two people");
@@ -99,7 +102,7 @@ fn nobody_detected_leaves_the_points() {
     person(&mut behind, &[(0, [9, 8, 8]), (5, [9, 9, 8])]);
     put(&mut behind, Role::Environment, &block([4, 0, 0], [4, 16, 16]), None);
     for truth in [empty([20, 17, 17], 1.0), behind] {
-        assert!(added(&truth).iter().all(Vec::is_empty));
+        assert!(added_voxels(&truth).iter().all(Vec::is_empty));
     }
 }
 
@@ -111,7 +114,7 @@ fn a_joint_is_detected_where_its_ray_ends() {
     keypoints[0] = Some(DVec3::new(10.4, 8.5, 8.5));
     put(&mut truth, Role::Human, &[[9, 8, 8]], Some(keypoints));
     let camera = Rgbd { keypoint_tolerance_m: 1.4, ..rgbd() };
-    let rays = camera.rays(&Scale { voxel_size_m: 1.0, backdrop: false });
+    let rays = camera.rays(&RayScale { voxel_size_m: 1.0, backdrop: false });
     let at = Station { rays: rays.as_ref(), ..facing(&truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
     let cuboid = camera.claims(&at).swap_remove(3).planes.unwrap().occupied;
     assert_eq!(cuboid.voxels().collect::<Vec<_>>(), [[9, 8, 8]]);
@@ -148,7 +151,7 @@ fn returns_from_a_wall(range_m: [f64; 2], along: Along) -> usize {
         range: Range { range_m, along, ..RANGE },
         ..rgbd()
     };
-    let rays = camera.rays(&Scale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let rays = camera.rays(&RayScale { voxel_size_m: 0.1, backdrop: false }).unwrap();
     let at = facing(&truth, [0.05, 3.6, 2.4], [1.0, 0.0, 0.0]);
     look::returns(&truth.blockers, &rays, &at.placement(&camera)).count()
 }

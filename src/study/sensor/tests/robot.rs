@@ -21,7 +21,7 @@ fn the_robot_is_known_inside_and_out() {
     assert_eq!(all(&truth), hull);
     block([3; 3], [5; 3]).into_iter().for_each(|voxel| truth.ignored.set(voxel));
     assert_eq!(all(&truth), block([2; 3], [6; 3]));
-    let window = Window::between([4, 0, 0], [8, 8, 8]);
+    let window = Window::from_corners([4, 0, 0], [8, 8, 8]);
     let at = Station { window, ..station(&truth, Setting::Fixed) };
     let claim = KnownRobot.claims(&at).swap_remove(0);
     let Planes { occupied, free, .. } = claim.planes.unwrap();

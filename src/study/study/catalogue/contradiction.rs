@@ -17,7 +17,7 @@ const COMPARED: [&str; 6] = ["fov_deg", "resolution_px", "range_m", "beams", "ri
 /// or more than it has.
 pub(super) fn contradictions(model: &DeviceModel, written: &Table) -> Vec<String> {
     let compared = COMPARED.iter().filter_map(|key| contradiction(model, key, written.get(*key)?));
-    compared.chain(wider(model, written)).chain(along(model, written)).collect()
+    compared.chain(wider(model, written)).chain(distance_mismatch(model, written)).collect()
 }
 
 /// Rings above or below those of the device.
@@ -35,7 +35,7 @@ fn wider(model: &DeviceModel, written: &Table) -> Option<String> {
 }
 
 /// Distances that are measured along something else.
-fn along(model: &DeviceModel, written: &Table) -> Option<String> {
+fn distance_mismatch(model: &DeviceModel, written: &Table) -> Option<String> {
     let [own, here] = [&model.keys, written].map(|keys| keys.get("range_along"));
     let (own, here) = (own?, here?);
     (own != here)
@@ -84,7 +84,7 @@ fn contradiction(model: &DeviceModel, key: &str, written: &Value) -> Option<Stri
 }
 
 /// That a sensor casts fewer rays than its device has, in words.
-pub(super) fn thinned(model: &DeviceModel, written: &Table) -> Option<String> {
+pub(super) fn describe_thinning(model: &DeviceModel, written: &Table) -> Option<String> {
     let value = |keys: &Table, key: &str| keys.get(key).and_then(numbers);
     let first = |keys: &Table, key: &str| value(keys, key)?.first().copied();
     let [fov, own_fov] = [written, &model.keys].map(|keys| first(keys, "fov_deg"));
@@ -121,10 +121,10 @@ fn numbers(value: &Value) -> Option<Vec<f64>> {
 mod tests {
     use super::*;
 
-    fn said(model: &str, keys: &str) -> (String, String) {
+    fn messages(model: &str, keys: &str) -> (String, String) {
         let model = models().iter().find(|known| known.name == model).unwrap();
         let written: Table = toml::from_str(keys).unwrap();
-        (contradictions(model, &written).join("; "), thinned(model, &written).unwrap_or_default())
+        (contradictions(model, &written).join("; "), describe_thinning(model, &written).unwrap_or_default())
     }
 
     #[test]
@@ -169,7 +169,7 @@ mod tests {
             ("ifm-o3d303", "range_along = \"axis\"", "range_along = \"axis\": not what its data sheet gives"),
             ("ifm-o3d303", "range_along = \"ray\"", ""),
         ] {
-            let (found, _) = said(model, keys);
+            let (found, _) = messages(model, keys);
             assert!(
                 if expected.is_empty() { found.is_empty() } else { found.contains(expected) },
                 "{keys}: {found}"
@@ -188,7 +188,7 @@ mod tests {
             ("hokuyo-utm-30lx", "fov_deg = 180\nbeams = 721", ""),
             ("velodyne-vlp-16", "beams = 180", "one in 10.0 "),
         ] {
-            let (_, found) = said(model, keys);
+            let (_, found) = messages(model, keys);
             assert!(
                 if expected.is_empty() { found.is_empty() } else { found.contains(expected) },
                 "{keys}: {found}"

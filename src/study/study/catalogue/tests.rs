@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::sensor::{SaidOfNoise, Scale};
+use crate::sensor::{RayScale, SaidOfNoise};
 use crate::study::sensor;
 use perirobot_scene::source::Sources;
 
@@ -13,7 +13,7 @@ fn place() -> Place<'static> {
     Place::new(Path::new(STUDY))
 }
 
-fn resolved(keys: &str) -> Result<Table, String> {
+fn resolve_keys(keys: &str) -> Result<Table, String> {
     let mut keys: Table = toml::from_str(keys).unwrap();
     resolve(&place(), &mut keys).map_err(|e| e.to_string())?;
     Ok(keys)
@@ -44,7 +44,7 @@ fn every_device_is_a_sensor_with_a_source() {
                 index: 0,
                 earlier: &[],
                 poses: 0,
-                sources: &Sources::beside(Path::new(STUDY)),
+                sources: &Sources::from_main(Path::new(STUDY)),
                 scenes: &[],
                 line_of: &|_| None,
             },
@@ -54,7 +54,7 @@ fn every_device_is_a_sensor_with_a_source() {
         let measures = ["rgbd", "lidar"].contains(&model.kind());
         assert_eq!(sensor.noise != SaidOfNoise::Nothing, measures, "{}: noise", model.name);
         assert!(model.stereo.is_none() || sensor.noise == SaidOfNoise::Model, "{}: noise", model.name);
-        if let Some(rays) = sensor.kind.rays(&Scale { voxel_size_m: 0.05, backdrop: false }) {
+        if let Some(rays) = sensor.kind.rays(&RayScale { voxel_size_m: 0.05, backdrop: false }) {
             assert!(
                 (500..1_100_000).contains(&rays.dirs_q15.len()),
                 "{}: {}",
@@ -93,7 +93,7 @@ fn known_devices_have_known_rays() {
             "name = \"s\"\nmodel = {name:?}\nposes = [{{ name = \"p\", list = [{{ position_m = [0, 0, 1], facing = [1, 0, \
              0] }}] }}]"
         );
-        let sources = Sources::beside(Path::new(STUDY));
+        let sources = Sources::from_main(Path::new(STUDY));
         let context = sensor::Context {
             seed: 0,
             noiseless: false,
@@ -105,14 +105,14 @@ fn known_devices_have_known_rays() {
             line_of: &|_| None,
         };
         let sensor = sensor::check(&place(), toml::from_str(&keys).unwrap(), &context).unwrap();
-        let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.05, backdrop: false }).unwrap();
+        let rays = sensor.kind.rays(&RayScale { voxel_size_m: 0.05, backdrop: false }).unwrap();
         assert_eq!(rays.dirs_q15.len(), expected, "{name}");
     }
 }
 
 #[test]
 fn what_a_study_writes_goes_before_the_catalogue() {
-    let keys = resolved("model = \"realsense-d435\"\nrange_m = [0.2, 9.0]").unwrap();
+    let keys = resolve_keys("model = \"realsense-d435\"\nrange_m = [0.2, 9.0]").unwrap();
     assert_eq!(keys["range_m"], Value::try_from([0.2, 9.0]).unwrap());
     assert_eq!(keys["resolution_px"], Value::try_from([848, 480]).unwrap());
     assert!(!keys.contains_key("model"));
@@ -120,7 +120,7 @@ fn what_a_study_writes_goes_before_the_catalogue() {
 
 #[test]
 fn other_ways_to_say_a_key_go_before_it_too() {
-    let has = |keys: &str| -> Vec<String> { resolved(keys).unwrap().keys().cloned().collect() };
+    let has = |keys: &str| -> Vec<String> { resolve_keys(keys).unwrap().keys().cloned().collect() };
     let vlp = "model = \"velodyne-vlp-16\"\n";
     assert_eq!(has(vlp), ["fov_deg", "kind", "noise", "range_m", "resolution_deg", "rings_deg"]);
     assert!(!has(&format!("{vlp}elevation_deg = [-10, 10]")).contains(&"rings_deg".into()));
@@ -136,10 +136,10 @@ fn other_ways_to_say_a_key_go_before_it_too() {
 #[test]
 fn a_number_of_rings_without_their_range_is_refused_with_the_rings_of_the_device() {
     let vlp = "model = \"velodyne-vlp-16\"\nrings = 32\n";
-    let said = resolved(vlp).unwrap_err().to_string();
+    let said = resolve_keys(vlp).unwrap_err().to_string();
     assert!(said.contains("rings = 32: replaces rings_deg = [-15, -13, "), "{said}");
     assert!(said.contains("] of velodyne-vlp-16: remove rings, or write elevation_deg"), "{said}");
-    assert!(resolved(&format!("{vlp}elevation_deg = [-10, 10]")).is_ok());
+    assert!(resolve_keys(&format!("{vlp}elevation_deg = [-10, 10]")).is_ok());
 }
 
 #[test]
@@ -159,10 +159,10 @@ fn unknown_devices_are_refused_with_names_that_are_near() {
             "kind = \"lidar\": the model \"zed-2\" is of kind \"rgbd\": take kind or model away",
         ),
     ] {
-        let error = resolved(keys).unwrap_err();
+        let error = resolve_keys(keys).unwrap_err();
         assert!(error.contains(expected), "no {expected:?} in {error}");
     }
-    assert!(resolved("model = \"zed-2\"\nkind = \"rgbd\"").is_ok());
+    assert!(resolve_keys("model = \"zed-2\"\nkind = \"rgbd\"").is_ok());
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use crate::keys::{Axis, Quaternion, exactly, exactly_if_given};
-use perirobot_scene::pose::Frame;
+use crate::keys::{AxisValues, QuaternionKeys, exactly, exactly_if_given};
+use perirobot_scene::pose::RotationFrame;
 
 /// Candidate poses: a lattice (x_m, y_m, z_m), a list, a table (csv), or random ones.
 #[derive(Deserialize)]
@@ -15,11 +15,11 @@ pub(crate) struct PosesFile {
     /// First part of the names of its poses.
     pub(crate) name: String,
     /// A number, a list, or { start, stop, step }.
-    pub(crate) x_m: Option<Axis>,
+    pub(crate) x_m: Option<AxisValues>,
     /// A number, a list, or { start, stop, step }.
-    pub(crate) y_m: Option<Axis>,
+    pub(crate) y_m: Option<AxisValues>,
     /// A number, a list, or { start, stop, step }.
-    pub(crate) z_m: Option<Axis>,
+    pub(crate) z_m: Option<AxisValues>,
     /// Where the sensors look: a direction, as [0, 1, 0].
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(crate) facing: Option<[f64; 3]>,
@@ -30,7 +30,7 @@ pub(crate) struct PosesFile {
     /// A table with the columns x_m,y_m,z_m,qw,qx,qy,qz and, optional, sensor and pose.
     pub(crate) csv: Option<PathBuf>,
     /// What the quaternions of the table turn. Default "link".
-    pub(crate) frame: Option<Frame>,
+    pub(crate) frame: Option<RotationFrame>,
     /// Poses drawn from a box.
     pub(crate) random: Option<RandomFile>,
 }
@@ -67,9 +67,9 @@ pub(crate) struct PoseFile {
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(crate) rpy_deg: Option<[f64; 3]>,
     /// A rotation.
-    pub(crate) quaternion: Option<Quaternion>,
+    pub(crate) quaternion: Option<QuaternionKeys>,
     /// What rpy_deg or quaternion turn. Default "link".
-    pub(crate) frame: Option<Frame>,
+    pub(crate) frame: Option<RotationFrame>,
 }
 
 /// Poses drawn from a box.

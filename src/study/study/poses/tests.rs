@@ -9,7 +9,7 @@ fn at_most(most: usize, stance: Stance, seed: u64, stream: u64, entry: &str) -> 
     let entry: PosesFile = toml::from_str(entry).unwrap();
     let at = Place::new(Path::new("study.toml"));
     let mut candidates = Vec::new();
-    let files = &Sources::beside(at.file);
+    let files = &Sources::from_main(at.file);
     let source = PoseSource { sensor: "s", stance, seed, stream, most, files };
     expand(&at, &entry, &source, &mut candidates)?;
     Ok(candidates)
@@ -51,7 +51,7 @@ fn a_lattice_has_its_stop() {
         (0.0, 0.29, 0.1, 3),
         (1.5, 1.5, 0.5, 1),
     ] {
-        let values = axis(&at, "x_m", &Some(Axis::Steps { start, stop, step })).unwrap();
+        let values = axis(&at, "x_m", &Some(AxisValues::Steps { start, stop, step })).unwrap();
         assert_eq!(values.len(), count, "{start} to {stop} by {step}");
         assert!((values[0] - start).abs() < 1e-12 && values[count - 1] <= stop + 1e-9);
     }
@@ -108,21 +108,21 @@ fn tables_give_one_sensors_poses_with_their_lines() {
     let path = folder.path().join("poses.csv");
     let read = |text: &str, frame| {
         std::fs::write(&path, text).unwrap();
-        let files = &Sources::beside(&path);
+        let files = &Sources::from_main(&path);
         let source =
             PoseSource { sensor: "s", stance: Stance::Facing, seed: 1, stream: 0, most: MAX_POSES, files };
         table(&path, frame, &source).map_err(|e| e.to_string())
     };
     let text = "sensor,pose,x_m,y_m,z_m,qw,qx,qy,qz,note\ns,a,1,2,3,1,0,0,0,\nother,b,1,2,3,1,0,0,0,\n,,4,5,6,0,0,0,1,x\n";
-    let found = read(text, Frame::Link).unwrap();
+    let found = read(text, RotationFrame::Link).unwrap();
     assert_eq!(found.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["a", "1"]);
     assert_eq!(found[1].1.position_m, DVec3::new(4.0, 5.0, 6.0));
     assert_eq!(found[1].1.rotation.to_array(), [0.0, 0.0, 1.0, 0.0], "kept as it is");
     // An identity in the optical frame looks up, with its x to the right.
-    let optical = read(text, Frame::Optical).unwrap();
+    let optical = read(text, RotationFrame::Optical).unwrap();
     assert!((optical[0].1.link().x_axis - DVec3::Z).length() < 1e-12);
     let commented = "x_m,y_m,z_m,qw,qx,qy,qz\n# one\n\n# two\n1,2,3,1,0,0,0\n# three\n1,2,oops,1,0,0,0\n";
-    let error = read(commented, Frame::Link).unwrap_err();
+    let error = read(commented, RotationFrame::Link).unwrap_err();
     assert!(error.contains("poses.csv: line 7") && error.contains("z_m"), "{error}");
 }
 

@@ -39,7 +39,7 @@ pub(crate) struct RequirementFile {
     /// What it may be at most, instead of at_least.
     at_most: Option<f64>,
     /// Under which conditions. Default ["as_planned"].
-    #[serde(default = "as_planned")]
+    #[serde(default = "planned_condition")]
     under: Vec<Condition>,
 }
 
@@ -55,12 +55,12 @@ enum AnyScore {
     Controller(ControllerScore),
 }
 
-fn as_planned() -> Vec<Condition> {
+fn planned_condition() -> Vec<Condition> {
     vec![Condition::AsPlanned]
 }
 
 /// What requirements may name.
-pub(crate) struct Known<'a> {
+pub(crate) struct RequirementNames<'a> {
     pub(crate) regions: &'a [(String, RegionSpec)],
     pub(crate) approach: &'a Approach,
     /// Whether the study has a mounting error.
@@ -75,7 +75,7 @@ pub(crate) struct Known<'a> {
 pub(crate) fn check(
     at: &Place,
     entries: Vec<RequirementFile>,
-    known: &Known,
+    known: &RequirementNames,
 ) -> Result<Vec<Requirement>, Vec<Error>> {
     let mut problems = Problems::default();
     let all: Vec<Requirement> =
@@ -84,7 +84,7 @@ pub(crate) fn check(
     problems.none().map(|()| all)
 }
 
-fn one(at: &Place, mut entry: RequirementFile, known: &Known) -> Result<Requirement> {
+fn one(at: &Place, mut entry: RequirementFile, known: &RequirementNames) -> Result<Requirement> {
     let at = &at.key(&format!("require {:?}", entry.name));
     let score = entry.score.as_str();
     let counted = Score::ALL.into_iter().find(|one| one.name() == score);
@@ -95,10 +95,10 @@ fn one(at: &Place, mut entry: RequirementFile, known: &Known) -> Result<Requirem
             (Measure::Counted(counted_in(at, &entry, score, known)?), limit(at, &entry, score)?)
         }
         (_, Some(score), _) => {
-            (Measure::Nearness(nearness(at, &entry, score, known)?), near_limit(at, &entry, score)?)
+            (Measure::Nearness(nearness(at, &entry, score, known)?), approach_limit(at, &entry, score)?)
         }
         (.., Some(score)) => {
-            (Measure::Controller(controlled(at, &entry, score)?), controller_limit(at, &entry, score)?)
+            (Measure::Controller(check_controller(at, &entry, score)?), controller_limit(at, &entry, score)?)
         }
         (None, None, None) => {
             let names = Score::ALL.map(Score::name).into_iter();
@@ -139,7 +139,12 @@ fn one(at: &Place, mut entry: RequirementFile, known: &Known) -> Result<Requirem
     Ok(Requirement { name: entry.name, measure, limit, under })
 }
 
-fn counted_in(at: &Place, entry: &RequirementFile, score: Score, known: &Known) -> Result<Counted> {
+fn counted_in(
+    at: &Place,
+    entry: &RequirementFile,
+    score: Score,
+    known: &RequirementNames,
+) -> Result<Counted> {
     for (key, name) in [("body", &entry.body), ("entry", &entry.entry)] {
         if let Some(name) = name {
             let rule =
@@ -149,15 +154,21 @@ fn counted_in(at: &Place, entry: &RequirementFile, score: Score, known: &Known) 
     }
     let Some(region) = &entry.region else {
         let names: Vec<&str> = known.regions.iter().map(|(name, _)| name.as_str()).collect();
-        return Err(at
-            .around(Issue::missing("region"))
-            .wanted(format!("say in which region of the study {} is counted: {names:?}", score.name())));
+        return Err(at.around(Issue::missing("region")).with_advice(format!(
+            "say in which region of the study {} is counted: {names:?}",
+            score.name()
+        )));
     };
     let region = region::index(at, region, known.regions)?;
-    Ok(Counted { score, region, over: entry.over.map_or(Across::Worst, AcrossName::across) })
+    Ok(Counted { score, region, over: entry.over.map_or(Across::Worst, AcrossName::to_across) })
 }
 
-fn nearness(at: &Place, entry: &RequirementFile, score: ApproachScore, known: &Known) -> Result<Nearness> {
+fn nearness(
+    at: &Place,
+    entry: &RequirementFile,
+    score: ApproachScore,
+    known: &RequirementNames,
+) -> Result<Nearness> {
     if let Some(region) = &entry.region {
         let rule = format!(
             "{} is of what bodies must not come near to, which [approach] says: leave it out",
@@ -165,15 +176,15 @@ fn nearness(at: &Place, entry: &RequirementFile, score: ApproachScore, known: &K
         );
         return Err(at.wrong("region", format!("{region:?}"), &rule));
     }
-    if let Some(over @ (Across::Mean | Across::Pooled)) = entry.over.map(AcrossName::across) {
+    if let Some(over @ (Across::Mean | Across::Pooled)) = entry.over.map(AcrossName::to_across) {
         let rule = "must be \"worst\": who is noticed at the entry never comes near, and never has no mean";
         return Err(at.wrong("over", format!("{:?}", over.name()), rule));
     }
     let bodies = &known.approach.bodies;
     let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
-    named(at, "body", &entry.body, &names, "a body")?;
+    check_name(at, "body", &entry.body, &names, "a body")?;
     let entries: Vec<&str> = known.approach.entries.iter().map(|entry| entry.name.as_str()).collect();
-    named(at, "entry", &entry.entry, &entries, "an entry")?;
+    check_name(at, "entry", &entry.entry, &entries, "an entry")?;
     let is_asked = |name: &str| entry.body.as_deref().is_none_or(|asked| asked == name);
     let stands = bodies.iter().any(|body| body.on_floor && is_asked(&body.name));
     if score.is_area() && !stands {
@@ -184,7 +195,7 @@ fn nearness(at: &Place, entry: &RequirementFile, score: ApproachScore, known: &K
 }
 
 /// Fails unless a name is among those of `[approach]`, or none is given.
-fn named(at: &Place, key: &str, name: &Option<String>, known: &[&str], what: &str) -> Result<()> {
+fn check_name(at: &Place, key: &str, name: &Option<String>, known: &[&str], what: &str) -> Result<()> {
     match name {
         Some(name) if !known.contains(&name.as_str()) => {
             let rule = format!("must be {what} of [approach]: {known:?}");
@@ -195,14 +206,14 @@ fn named(at: &Place, key: &str, name: &Option<String>, known: &[&str], what: &st
 }
 
 fn limit(at: &Place, entry: &RequirementFile, score: Score) -> Result<Limit> {
-    let (key, value) = given(at, entry)?;
+    let (key, value) = given_limit(at, entry)?;
     let least = if score == Score::Kappa { -1.0 } else { 0.0 };
     at.number(key, value, least..=1.0, &format!("a number from {least} to 1"))?;
     exact(at, key, value)
 }
 
-fn near_limit(at: &Place, entry: &RequirementFile, score: ApproachScore) -> Result<Limit> {
-    let (key, value) = given(at, entry)?;
+fn approach_limit(at: &Place, entry: &RequirementFile, score: ApproachScore) -> Result<Limit> {
+    let (key, value) = given_limit(at, entry)?;
     let (wanted, unit) = match score.is_area() {
         true => ("at_most", "square metres"),
         false => ("at_least", "metres"),
@@ -213,7 +224,7 @@ fn near_limit(at: &Place, entry: &RequirementFile, score: ApproachScore) -> Resu
 }
 
 /// Checks what is asked of a controller besides the limit.
-fn controlled(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Result<ControllerScore> {
+fn check_controller(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Result<ControllerScore> {
     for (key, name) in [("region", &entry.region), ("body", &entry.body), ("entry", &entry.entry)] {
         if let Some(name) = name {
             let rule = format!("{} is of all people in all of the grid: leave it out", score.name());
@@ -224,7 +235,7 @@ fn controlled(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Re
         ControllerScore::MissedM => (Across::Worst, "one person who is missed is one too many"),
         ControllerScore::NeedlessStops => (Across::Mean, "it is a share of moments"),
     };
-    match entry.over.map(AcrossName::across) {
+    match entry.over.map(AcrossName::to_across) {
         Some(other) if other != over => {
             let rule = format!("must be {:?}: {why}", over.name());
             Err(at.wrong("over", format!("{:?}", other.name()), &rule))
@@ -234,7 +245,7 @@ fn controlled(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Re
 }
 
 fn controller_limit(at: &Place, entry: &RequirementFile, score: ControllerScore) -> Result<Limit> {
-    let (key, value) = given(at, entry)?;
+    let (key, value) = given_limit(at, entry)?;
     given_as(at, "at_most", key, value, score.name())?;
     let (most, what) = match score {
         ControllerScore::MissedM => (FARTHEST, "a number of metres"),
@@ -253,7 +264,7 @@ fn given_as(at: &Place, wanted: &str, key: &str, value: f64, score: &str) -> Res
 }
 
 /// The limit that is given, by its key.
-fn given(at: &Place, entry: &RequirementFile) -> Result<(&'static str, f64)> {
+fn given_limit(at: &Place, entry: &RequirementFile) -> Result<(&'static str, f64)> {
     let limits = vec![
         ("at_least", entry.at_least.map(|value| ("at_least", value))),
         ("at_most", entry.at_most.map(|value| ("at_most", value))),

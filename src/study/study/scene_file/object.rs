@@ -48,7 +48,7 @@ fn pose(at: &Place, entry: &ObjectFile, surface: &SurfaceSpec) -> Result<(DVec3,
     match is_moved && matches!(surface, SurfaceSpec::Octomap(_)) {
         true => Err(at
             .says("an octomap stays where it is")
-            .wanted("its voxels are the grid's; take its pose away")),
+            .with_advice("its voxels are the grid's; take its pose away")),
         false => Ok((position_m, rotation)),
     }
 }
@@ -57,7 +57,7 @@ fn pose(at: &Place, entry: &ObjectFile, surface: &SurfaceSpec) -> Result<(DVec3,
 fn interior(at: &Place, said: Option<Interior>, surface: &SurfaceSpec) -> Result<Option<Interior>> {
     match (surface, said) {
         (SurfaceSpec::Room { .. }, Some(_)) => {
-            Err(at.says("interior does not belong to a room").wanted("it is the cell"))
+            Err(at.says("interior does not belong to a room").with_advice("it is the cell"))
         }
         // The cell is inside the room, so a room has no interior of its own. A map mostly shows a whole cell: its closed
         // walls are no body either, unless `interior` says so.
@@ -86,12 +86,14 @@ fn refuse_strange_keypoints(
     let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
     let has_keypoints = moving || entry.keypoints.is_some();
     if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
-        return Err(at.around(Issue::says("a mannequin's are its own; take them away").at("keypoints")));
+        return Err(
+            at.around(Issue::says("a mannequin's are its own; take them away").with_place("keypoints"))
+        );
     }
     person.belong(at, surface, has_keypoints)?;
     let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
     match has_keypoints && !human {
-        true => Err(at.says("keypoints are a human's joints").wanted("add role = \"human\"")),
+        true => Err(at.says("keypoints are a human's joints").with_advice("add role = \"human\"")),
         false => Ok(()),
     }
 }

@@ -9,13 +9,13 @@ use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_scene::scene::Up;
 use perirobot_scene::scene::bvh::{BONES, MotionFile};
-use perirobot_scene::scene::keypoints::{KeypointFile, Layout};
+use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile};
 use perirobot_scene::scene::spec::{PersonFile, SurfaceSpec};
 use perirobot_scene::source::ending;
 
 /// The keys beside a file of a person's joints.
 pub(crate) struct PersonKeys<'a> {
-    pub(crate) layout: Option<Layout>,
+    pub(crate) layout: Option<JointLayout>,
     pub(crate) unit: Option<Unit>,
     pub(crate) up: Option<UpFile>,
     pub(crate) bones: Option<&'a BTreeMap<String, String>>,
@@ -26,18 +26,18 @@ impl PersonKeys<'_> {
     pub(crate) fn check(&self, at: &Place, key: &str, path: &Path) -> Result<PersonFile> {
         if !is_motion(path) {
             if self.bones.is_some() {
-                return Err(at.says("bones belong to motion capture").wanted("a .bvh file"));
+                return Err(at.says("bones belong to motion capture").with_advice("a .bvh file"));
             }
             return self.joints(at, key, path).map(PersonFile::Joints);
         }
         if self.layout.is_some() {
             return Err(at
                 .says("layout belongs to tables of joints")
-                .wanted("a .bvh file has bones, with names"));
+                .with_advice("a .bvh file has bones, with names"));
         }
         let Some(Unit(scale)) = self.unit else {
             let cure = "add unit = \"cm\", \"m\", \"in\", or how many metres it is";
-            return Err(at.says("a .bvh file does not say its unit").wanted(cure));
+            return Err(at.says("a .bvh file does not say its unit").with_advice(cure));
         };
         let bones = self.bones.cloned().unwrap_or_default();
         if let Some(joint) = bones.keys().find(|joint| !BONES.contains(&joint.as_str())) {
@@ -83,12 +83,12 @@ impl PersonKeys<'_> {
     pub(super) fn belong(&self, at: &Place, surface: &SurfaceSpec, has_keypoints: bool) -> Result<()> {
         let is_mannequin = matches!(surface, SurfaceSpec::Mannequin(_));
         if self.bones.is_some() && !is_mannequin {
-            return Err(at.says("bones belong to a mannequin").wanted("one from motion capture (.bvh)"));
+            return Err(at.says("bones belong to a mannequin").with_advice("one from motion capture (.bvh)"));
         }
         if self.layout.is_some() && !is_mannequin && !has_keypoints {
             return Err(at
                 .says("layout belongs to mannequin or keypoints")
-                .wanted("give one, or take it away"));
+                .with_advice("give one, or take it away"));
         }
         Ok(())
     }

@@ -87,7 +87,7 @@ fn octomap(at: &Place, path: &Path) -> Result<SurfaceSpec> {
 
 fn sdf(at: &Place, entry: &ObjectFile) -> Result<Option<SdfFile>> {
     if entry.sdf.is_none() && entry.models.is_some() {
-        return Err(at.says("models belong to an sdf").wanted("give one, or take them away"));
+        return Err(at.says("models belong to an sdf").with_advice("give one, or take them away"));
     }
     let world = entry.sdf.as_ref().map(|path| SdfFile {
         path: at.folder().join(path),
@@ -135,13 +135,13 @@ pub(crate) fn unit_and_up_belong(
     match file.map(|file| file.format) {
         _ if unit.is_none() && up.is_none() => Ok(()),
         Some(MeshFormat::Stl | MeshFormat::Obj | MeshFormat::Gltf) => Ok(()),
-        Some(MeshFormat::Collada) => Err(at.says("unit and up do not belong to a .dae mesh").wanted(
+        Some(MeshFormat::Collada) => Err(at.says("unit and up do not belong to a .dae mesh").with_advice(
             "COLLADA says both itself and is turned to z up; if it was exported lying, \
                 turn it with rpy_deg",
         )),
-        None => {
-            Err(at.says("unit and up belong to a mesh").wanted("all other lengths are metres, and z is up"))
-        }
+        None => Err(at
+            .says("unit and up belong to a mesh")
+            .with_advice("all other lengths are metres, and z is up")),
     }
 }
 

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::person::PersonKeys;
 use super::rotation;
 use crate::diagnostics::Place;
-use crate::keys::{Axis, NameOrNumber, Quaternion, exactly, numbers};
+use crate::keys::{AxisValues, NameOrNumber, QuaternionKeys, exactly, numbers};
 use crate::study::urdf::joints;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -29,7 +29,7 @@ pub(super) struct SnapshotsFile {
     /// How it is turned, instead of its own rotation.
     rpy_deg: Option<Vec<Triple>>,
     /// The same as quaternions.
-    quaternion: Option<Vec<Quaternion>>,
+    quaternion: Option<Vec<QuaternionKeys>>,
     /// Files with the joints of a mannequin.
     pub(super) mannequin: Option<Vec<PathBuf>>,
     /// Files with the joints of another person.
@@ -69,7 +69,7 @@ struct AnimationFile {
     /// In what that file's angles are; what slides is in metres.
     angles: Option<AngleUnit>,
     /// A list of seconds, or { start, stop, step }.
-    times_s: Axis,
+    times_s: AxisValues,
 }
 
 impl From<NameOrNumber> for WhichClip {
@@ -92,22 +92,26 @@ pub(super) fn check(
     if entry.cycle && entry.cross {
         return Err(at
             .says("both cycle and cross")
-            .wanted("its lists repeat, or are crossed with the others"));
+            .with_advice("its lists repeat, or are crossed with the others"));
     }
     let turned = entry.rpy_deg.is_some() || entry.quaternion.is_some();
     if matches!(surface, SurfaceSpec::Octomap(_)) && (entry.position_m.is_some() || turned) {
         return Err(at
             .says("an octomap stays where it is")
-            .wanted("its voxels are the grid's; it can only have keypoints"));
+            .with_advice("its voxels are the grid's; it can only have keypoints"));
     }
-    let joint_table =
-        entry.animation.as_ref().map(|animation| animated(at, animation, surface)).transpose()?.flatten();
+    let joint_table = entry
+        .animation
+        .as_ref()
+        .map(|animation| check_animation(at, animation, surface))
+        .transpose()?
+        .flatten();
     let (joints_deg, joints_m) = (entry.joints_deg, entry.joints_m);
     if (joints_deg.is_some() || joints_m.is_some()) && !matches!(surface, SurfaceSpec::Urdf(_)) {
         return Err(at.says("joints_deg and joints_m belong to a urdf"));
     }
     if (joints_deg.is_some() || joints_m.is_some()) && joint_table.is_some() {
-        return Err(at.says("both animation.joints and a list of joints").wanted("give one"));
+        return Err(at.says("both animation.joints and a list of joints").with_advice("give one"));
     }
     if let (Some(deg), Some(m)) = (&joints_deg, &joints_m)
         && deg.len() != m.len()
@@ -115,30 +119,31 @@ pub(super) fn check(
         let (deg, m) = (deg.len(), m.len());
         return Err(at
             .says(format!("joints_deg has {deg} entries and joints_m {m}"))
-            .wanted("give both for each snapshot"));
+            .with_advice("give both for each snapshot"));
     }
     if entry.rpy_deg.is_some() && entry.quaternion.is_some() {
-        return Err(at.says("both rpy_deg and quaternion").wanted("give one rotation"));
+        return Err(at.says("both rpy_deg and quaternion").with_advice("give one rotation"));
     }
     let files = |key, list: Option<Vec<PathBuf>>| {
-        let list = filled(at, key, list)?.into_iter().enumerate();
+        let list = check_filled(at, key, list)?.into_iter().enumerate();
         list.map(|(i, path)| person.joints(at, &format!("{key}[{i}]"), &path)).collect::<Result<_>>()
     };
-    let position_m = filled(at, "position_m", entry.position_m)?;
-    let rpy_deg = filled(at, "rpy_deg", entry.rpy_deg)?.into_iter().map(|Triple(rpy)| (Some(rpy), None));
-    let quaternion = filled(at, "quaternion", entry.quaternion)?.into_iter().map(|q| (None, Some(q)));
+    let position_m = check_filled(at, "position_m", entry.position_m)?;
+    let rpy_deg =
+        check_filled(at, "rpy_deg", entry.rpy_deg)?.into_iter().map(|Triple(rpy)| (Some(rpy), None));
+    let quaternion = check_filled(at, "quaternion", entry.quaternion)?.into_iter().map(|q| (None, Some(q)));
     let times_s = entry
         .animation
         .as_ref()
         .map(|animation| numbers(&at.key("animation"), "times_s", &animation.times_s));
-    let joints_deg = filled(at, "joints_deg", joints_deg)?;
-    let joints_m = filled(at, "joints_m", joints_m)?;
+    let joints_deg = check_filled(at, "joints_deg", joints_deg)?;
+    let joints_m = check_filled(at, "joints_m", joints_m)?;
     let states = 0..joints_deg.len().max(joints_m.len());
     let joints =
-        in_order(states, |i, _| joints(&at.key(&format!("[{i}]")), joints_deg.get(i), joints_m.get(i)))?;
+        check_each(states, |i, _| joints(&at.key(&format!("[{i}]")), joints_deg.get(i), joints_m.get(i)))?;
     let motion = MotionSpec {
-        position_m: in_order(position_m, |i, Triple(p)| at.vector(&format!("position_m[{i}]"), p))?,
-        rotation: in_order(rpy_deg.chain(quaternion), |i, (rpy, quaternion)| {
+        position_m: check_each(position_m, |i, Triple(p)| at.vector(&format!("position_m[{i}]"), p))?,
+        rotation: check_each(rpy_deg.chain(quaternion), |i, (rpy, quaternion)| {
             rotation(at, &format!("[{i}]"), rpy, quaternion)
         })?,
         mannequin: files("mannequin", entry.mannequin)?,
@@ -147,14 +152,14 @@ pub(super) fn check(
         clip: entry.animation.and_then(|animation| animation.clip).map_or(WhichClip::Only, WhichClip::from),
         joint_table,
         times_s: times_s.transpose()?.unwrap_or_default(),
-        dwell_s: in_order(filled(at, "dwell_s", entry.dwell_s)?, |i, seconds| {
+        dwell_s: check_each(check_filled(at, "dwell_s", entry.dwell_s)?, |i, seconds| {
             at.number(&format!("dwell_s[{i}]"), seconds, 0.0..=1e9, "seconds from 0 to 1000000000")
         })?,
         cycle: entry.cycle,
         cross: entry.cross,
     };
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
-        _ if motion.lists().iter().all(|(key, _)| *key == "dwell_s") => Err(at.says("no list").wanted(
+        _ if motion.lists().iter().all(|(key, _)| *key == "dwell_s") => Err(at.says("no list").with_advice(
             "give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, \
                 joints_deg, joints_m, animation",
         )),
@@ -166,7 +171,11 @@ pub(super) fn check(
 }
 
 /// Checks `animation` of an object with this surface; of a robot it is a table of joints.
-fn animated(at: &Place, entry: &AnimationFile, surface: &SurfaceSpec) -> Result<Option<JointTableFile>> {
+fn check_animation(
+    at: &Place,
+    entry: &AnimationFile,
+    surface: &SurfaceSpec,
+) -> Result<Option<JointTableFile>> {
     let of = &at.key("animation");
     match (surface, &entry.joints, entry.angles) {
         (SurfaceSpec::Urdf(_), Some(joints), Some(angles)) => {
@@ -174,14 +183,14 @@ fn animated(at: &Place, entry: &AnimationFile, surface: &SurfaceSpec) -> Result<
         }
         (SurfaceSpec::Urdf(_), Some(_), None) => Err(of
             .around(Issue::missing("angles"))
-            .wanted("add angles = \"rad\" (as ROS records them) or \"deg\"")),
-        (SurfaceSpec::Urdf(_), None, _) => {
-            Err(of.around(Issue::missing("joints")).wanted("name a table of its joints over time (.csv)"))
-        }
+            .with_advice("add angles = \"rad\" (as ROS records them) or \"deg\"")),
+        (SurfaceSpec::Urdf(_), None, _) => Err(of
+            .around(Issue::missing("joints"))
+            .with_advice("name a table of its joints over time (.csv)")),
         (_, None, None) if surface.gltf().is_some() => Ok(None),
         (SurfaceSpec::Mannequin(PersonFile::Motion(_)), None, None) if entry.clip.is_none() => Ok(None),
         (SurfaceSpec::Mannequin(PersonFile::Motion(_)), None, None) => {
-            Err(of.says("clip belongs to a .glb or .gltf mesh").wanted("a .bvh file has one motion"))
+            Err(of.says("clip belongs to a .glb or .gltf mesh").with_advice("a .bvh file has one motion"))
         }
         (_, None, None) => {
             let what = "animation belongs to a .glb or .gltf mesh, a .bvh mannequin or a urdf with a table of joints";
@@ -191,7 +200,7 @@ fn animated(at: &Place, entry: &AnimationFile, surface: &SurfaceSpec) -> Result<
     }
 }
 
-fn in_order<T, U>(
+fn check_each<T, U>(
     list: impl IntoIterator<Item = T>,
     check: impl Fn(usize, T) -> Result<U>,
 ) -> Result<Vec<U>> {
@@ -199,7 +208,7 @@ fn in_order<T, U>(
 }
 
 /// A list that has entries if it is given.
-fn filled<T>(at: &Place, key: &str, list: Option<Vec<T>>) -> Result<Vec<T>> {
+fn check_filled<T>(at: &Place, key: &str, list: Option<Vec<T>>) -> Result<Vec<T>> {
     match list {
         Some(list) if list.is_empty() => {
             Err(at.wrong(key, "[]", "must have one entry a snapshot, or be left out"))
@@ -218,20 +227,22 @@ pub(super) fn count(at: &Place, objects: &mut [ObjectSpec]) -> Result<usize> {
         return Ok(count);
     }
     // Lists that repeat begin again with each entry that is crossed.
-    rest.into_iter().for_each(|object| write_out(&mut object.motion, Written::Again(count)));
+    rest.into_iter().for_each(|object| write_out(&mut object.motion, ListExpansion::Again(count)));
     for object in crossed {
         let lists = object.motion.lists();
         let (first_key, entries) = lists[0];
         let at = at.key(&format!("object {:?}", object.name)).key("snapshots");
         if let Some((key, length)) = lists.iter().find(|(_, length)| *length != entries) {
             let what = format!("{key} has {length} entries, but {first_key} has {entries}");
-            return Err(at.says(what).wanted("all lists of an object that is crossed must be equally long"));
+            return Err(at
+                .says(what)
+                .with_advice("all lists of an object that is crossed must be equally long"));
         }
         if count * entries > MAX_SNAPSHOTS {
             let what = format!("its {entries} entries make {} snapshots with the rest", count * entries);
-            return Err(at.says(what).wanted(format!("at most {MAX_SNAPSHOTS} can be")));
+            return Err(at.says(what).with_advice(format!("at most {MAX_SNAPSHOTS} can be")));
         }
-        write_out(&mut object.motion, Written::Long(count));
+        write_out(&mut object.motion, ListExpansion::Long(count));
         count *= entries;
     }
     Ok(count)
@@ -244,9 +255,9 @@ pub(super) fn dwell_s(at: &Place, objects: &[ObjectSpec], snapshots: usize) -> R
     let mut alone = say().filter(|object| !object.motion.cross);
     if let (Some(first), Some(second)) = (alone.next(), alone.next()) {
         let what = format!("objects {:?} and {:?} both have snapshots.dwell_s", first.name, second.name);
-        return Err(at
-            .says(what)
-            .wanted("they pass through their snapshots together: let one of them say how long each lasts"));
+        return Err(at.says(what).with_advice(
+            "they pass through their snapshots together: let one of them say how long each lasts",
+        ));
     }
     if say().next().is_none() {
         return Ok(None);
@@ -259,39 +270,39 @@ pub(super) fn dwell_s(at: &Place, objects: &[ObjectSpec], snapshots: usize) -> R
         true => Ok(Some(all)),
         false => Err(at
             .says("snapshots.dwell_s is 0 for every snapshot")
-            .wanted("give the time at one of them at least")),
+            .with_advice("give the time at one of them at least")),
     }
 }
 
 /// How a list is written out.
 #[derive(Clone, Copy)]
-enum Written {
+enum ListExpansion {
     /// From the beginning again, until it has so many entries.
     Again(usize),
     /// Each entry so many times.
     Long(usize),
 }
 
-impl Written {
-    fn out<T: Clone>(self, list: &mut Vec<T>) {
+impl ListExpansion {
+    fn expand<T: Clone>(self, list: &mut Vec<T>) {
         *list = match self {
-            Written::Again(count) => {
+            ListExpansion::Again(count) => {
                 list.iter().cycle().take(if list.is_empty() { 0 } else { count }).cloned().collect()
             }
-            Written::Long(count) => list.iter().flat_map(|entry| vec![entry.clone(); count]).collect(),
+            ListExpansion::Long(count) => list.iter().flat_map(|entry| vec![entry.clone(); count]).collect(),
         };
     }
 }
 
 /// Writes out all lists of a motion.
-fn write_out(motion: &mut MotionSpec, how: Written) {
-    how.out(&mut motion.position_m);
-    how.out(&mut motion.rotation);
-    how.out(&mut motion.mannequin);
-    how.out(&mut motion.keypoints);
-    how.out(&mut motion.joints);
-    how.out(&mut motion.times_s);
-    how.out(&mut motion.dwell_s);
+fn write_out(motion: &mut MotionSpec, how: ListExpansion) {
+    how.expand(&mut motion.position_m);
+    how.expand(&mut motion.rotation);
+    how.expand(&mut motion.mannequin);
+    how.expand(&mut motion.keypoints);
+    how.expand(&mut motion.joints);
+    how.expand(&mut motion.times_s);
+    how.expand(&mut motion.dwell_s);
 }
 
 /// How many snapshots the objects make that are not crossed: the common length of all lists that do not repeat, else
@@ -308,7 +319,7 @@ fn count_of_rest(at: &Place, objects: &[ObjectSpec]) -> Result<usize> {
     let says = |name: &str, key: &str, length: usize, cure: &str| {
         let at = at.key(&format!("object {name:?}")).key("snapshots");
         let other = format!("object {first:?}.snapshots.{first_key} has {count}");
-        Err(at.says(format!("{key} has {length} entries, but {other}")).wanted(cure))
+        Err(at.says(format!("{key} has {length} entries, but {other}")).with_advice(cure))
     };
     if let Some((name, key, length)) = lists(false).find(|&(_, _, length)| length != count) {
         let cure =

@@ -13,7 +13,7 @@ use crate::study::file::StudyFile;
 use crate::study::scene_file::SceneFile;
 
 /// The schemas of a study and of a scene.
-fn made() -> [String; 2] {
+fn make_schemas() -> [String; 2] {
     [text::<StudyFile>("perirobot study"), text::<SceneFile>("perirobot scene")]
 }
 
@@ -23,13 +23,13 @@ fn text<T: JsonSchema>(title: &str) -> String {
     let mut settings = SchemaSettings::draft07();
     settings.inline_subschemas = true;
     let mut schema = settings.into_generator().into_root_schema_for::<T>();
-    RecursiveTransform(without_null).transform(&mut schema);
+    RecursiveTransform(remove_null).transform(&mut schema);
     schema.insert("title".into(), title.into());
     format!("{:#}\n", schema.as_value())
 }
 
 /// A key that may be left out may be null to JSON; TOML has no null.
-fn without_null(schema: &mut Schema) {
+fn remove_null(schema: &mut Schema) {
     let null = Value::from("null");
     let no_type = |value: &Value| value.get("type") == Some(&null);
     if let Some(Value::Array(types)) = schema.get_mut("type") {
@@ -61,7 +61,7 @@ fn without_null(schema: &mut Schema) {
 
 #[test]
 fn the_schemas_that_ship_are_those_of_the_structs() {
-    let [study, scene] = made();
+    let [study, scene] = make_schemas();
     for (name, ships, made) in [("study", super::study(), study), ("scene", super::scene(), scene)] {
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
             .join(format!("scenes/schemas/{name}.schema.json"));
@@ -76,7 +76,7 @@ fn the_schemas_that_ship_are_those_of_the_structs() {
 
 #[test]
 fn keys_may_be_left_out_and_are_never_null() {
-    for text in made() {
+    for text in make_schemas() {
         assert!(!text.contains("null"), "{text}");
         assert!(!text.contains("$ref"), "{text}");
     }
@@ -84,7 +84,7 @@ fn keys_may_be_left_out_and_are_never_null() {
 
 #[test]
 fn every_key_is_explained() {
-    fn unexplained(place: &str, schema: &Value, found: &mut Vec<String>) {
+    fn find_unexplained(place: &str, schema: &Value, found: &mut Vec<String>) {
         if let Some(Value::Object(properties)) = schema.get("properties") {
             for (key, value) in properties {
                 let short = ["start", "stop", "step", "w", "x", "y", "z"].contains(&key.as_str());
@@ -95,15 +95,15 @@ fn every_key_is_explained() {
         }
         match schema {
             Value::Object(map) => {
-                map.iter().for_each(|(k, v)| unexplained(&format!("{place}.{k}"), v, found))
+                map.iter().for_each(|(k, v)| find_unexplained(&format!("{place}.{k}"), v, found))
             }
-            Value::Array(list) => list.iter().for_each(|value| unexplained(place, value, found)),
+            Value::Array(list) => list.iter().for_each(|value| find_unexplained(place, value, found)),
             _ => {}
         }
     }
-    for text in made() {
+    for text in make_schemas() {
         let mut found = Vec::new();
-        unexplained("", &serde_json::from_str(&text).unwrap(), &mut found);
+        find_unexplained("", &serde_json::from_str(&text).unwrap(), &mut found);
         assert_eq!(found, Vec::<String>::new());
     }
 }

@@ -11,7 +11,7 @@ use super::poses::{self, PosesFile};
 use crate::diagnostics::{LineOf, Place, Problems, Step, Unread, Unreadable, describe, read};
 use crate::sensor::kinds::shared::range::noise_in;
 use crate::sensor::kinds::{self, Checked, EXAMPLES, KindEntry, LARGEST_M};
-use crate::sensor::{Candidate, Cost, Kind, MountLink, Sensor, Setting, Spread, Terms};
+use crate::sensor::{Candidate, Cost, CostTerms, Kind, MountLink, PoseSpread, Sensor, Setting};
 use perirobot_march::{Error, Result};
 use perirobot_scene::scene::spec::SceneSpec;
 use perirobot_scene::source::Sources;
@@ -106,7 +106,8 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
     let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
     if on.is_some() && !kind.takes_poses() {
         return Err(vec![
-            at.says(format!("on does not belong to a {}", kind.name())).wanted("it is where the robot is"),
+            at.says(format!("on does not belong to a {}", kind.name()))
+                .with_advice("it is where the robot is"),
         ]);
     }
     let like = common.same_poses_as.as_deref();
@@ -127,12 +128,12 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Se
 }
 
 /// What one of them costs, and how many a set may have.
-fn terms(at: &Place, common: &CommonFile) -> Result<Terms> {
+fn terms(at: &Place, common: &CommonFile) -> Result<CostTerms> {
     if common.at_most == Some(0) {
         return Err(at.wrong("at_most", 0, "must be 1 or more; take the sensor away if there is to be none"));
     }
     let cost = common.cost.map(|cost| Cost::check(at, "cost", cost)).transpose()?;
-    Ok(Terms { cost, at_most: common.at_most })
+    Ok(CostTerms { cost, at_most: common.at_most })
 }
 
 /// The sensor that the keys of its kind describe, with warnings.
@@ -163,12 +164,12 @@ fn candidates(
     kind: &dyn Kind,
     groups: &[PosesFile],
     source: &CandidateSource,
-) -> Result<(Vec<Candidate>, Vec<Spread>), Vec<Error>> {
+) -> Result<(Vec<Candidate>, Vec<PoseSpread>), Vec<Error>> {
     let one = |e: Error| vec![e];
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
         return Err(one(at
             .says(format!("poses do not belong to a {}", kind.name()))
-            .wanted("take them away")));
+            .with_advice("take them away")));
     }
     let most = poses::MAX_POSES.saturating_sub(source.context.poses);
     if let Some(like) = source.like {
@@ -201,9 +202,9 @@ fn same_poses(
     like: &str,
     earlier: &[Sensor],
     most: usize,
-) -> Result<(Vec<Candidate>, Vec<Spread>)> {
+) -> Result<(Vec<Candidate>, Vec<PoseSpread>)> {
     if !groups.is_empty() {
-        return Err(at.says("both poses and same_poses_as").wanted("give one"));
+        return Err(at.says("both poses and same_poses_as").with_advice("give one"));
     }
     let posed = || earlier.iter().filter(|sensor| has_poses(sensor));
     let found = posed().find(|sensor| sensor.name == like).ok_or_else(|| {
@@ -214,10 +215,10 @@ fn same_poses(
     // The same pose turns sensors of different stances differently.
     if found.kind.stance() != kind.stance() {
         let what = format!("{:?} is not mounted as a {} is", like, kind.name());
-        return Err(at.around(Error::input("same_poses_as", what).wanted("write out its poses")));
+        return Err(at.around(Error::input("same_poses_as", what).with_advice("write out its poses")));
     }
     if found.candidates.len() > most {
-        return Err(at.around(poses::too_many().at("same_poses_as")));
+        return Err(at.around(poses::too_many().with_place("same_poses_as")));
     }
     Ok((found.candidates.clone(), found.spreads.clone()))
 }

@@ -25,21 +25,21 @@ impl JsonSchema for AnySensor {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let common = CommonFile::json_schema(generator);
         let all: Vec<Value> =
-            KINDS.iter().map(|kind| of_kind(kind.name, &(kind.schema)(generator), &common)).collect();
+            KINDS.iter().map(|kind| kind_schema(kind.name, &(kind.schema)(generator), &common)).collect();
         json_schema!({ "anyOf": all })
     }
 }
 
-fn of_kind(kind: &str, own: &Schema, common: &Schema) -> Value {
+fn kind_schema(kind: &str, own: &Schema, common: &Schema) -> Value {
     let keys = |schema: &Schema| schema.get("properties").and_then(Value::as_object).cloned();
     let mut properties: Map<String, Value> = keys(common).unwrap_or_default();
     properties.extend(keys(own).unwrap_or_default());
     properties.insert("kind".into(), json!({ "const": kind, "description": "What it is." }));
-    let mut ways = vec![required(own, &[], &["name", "kind"])];
+    let mut ways = vec![required_keys(own, &[], &["name", "kind"])];
     if camera_info::GIVES.iter().all(|key| properties.contains_key(*key)) {
         let about = "A sensor_msgs/CameraInfo of ROS as YAML, instead of fov_deg and resolution_px.";
         properties.insert(camera_info::KEY.into(), json!({ "type": "string", "description": about }));
-        ways.push(required(own, &camera_info::GIVES, &["name", "kind", camera_info::KEY]));
+        ways.push(required_keys(own, &camera_info::GIVES, &["name", "kind", camera_info::KEY]));
     }
     let devices: Vec<_> = models().iter().filter(|model| model.kind() == kind).collect();
     if !devices.is_empty() {
@@ -48,7 +48,7 @@ fn of_kind(kind: &str, own: &Schema, common: &Schema) -> Value {
             "A device of the catalogue (`perirobot sensors`), which gives all keys that are not written.";
         properties.insert("model".into(), json!({ "enum": names, "description": about }));
         let given: Vec<&str> = devices[0].keys.keys().map(String::as_str).collect();
-        ways.push(required(own, &given, &["name", "model"]));
+        ways.push(required_keys(own, &given, &["name", "model"]));
     }
     let mut schema = json!({
         "type": "object",
@@ -63,7 +63,7 @@ fn of_kind(kind: &str, own: &Schema, common: &Schema) -> Value {
 }
 
 /// The keys that must be there: those of the kind, without what is given otherwise, and some more.
-fn required(own: &Schema, given: &[&str], more: &[&str]) -> Value {
+fn required_keys(own: &Schema, given: &[&str], more: &[&str]) -> Value {
     let own = own.get("required").and_then(Value::as_array).into_iter().flatten();
     let own = own.filter(|key| !given.iter().any(|given| *key == given)).cloned();
     let more = more.iter().map(|key| Value::from(*key));

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::*;
-use crate::sensor::Scale;
+use crate::sensor::RayScale;
 use perirobot_march::backend::Rays;
 
 fn read(keys: &str, noiseless: bool) -> Sensor {
     let at = Place::new(Path::new("study.toml"));
-    let sources = Sources::beside(at.file);
+    let sources = Sources::from_main(at.file);
     let context = Context {
         seed: 1,
         noiseless,
@@ -110,7 +110,7 @@ fn noise_is_switched_off_for_all() {
     for keys in [format!("{RGBD}\n{pose}"), format!("{LIDAR}\n{pose}"), cover] {
         let noisy = |noiseless| {
             let sensor = read(&format!("name = \"s\"\nnoise = {{ std_m = 0.02 }}\n{keys}"), noiseless);
-            let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false });
+            let rays = sensor.kind.rays(&RayScale { voxel_size_m: 0.1, backdrop: false });
             let drawn = rays.map_or(sensor.kind.is_noisy(), |rays: Rays| !rays.noise.unit_q12.is_empty());
             assert_eq!(sensor.kind.is_noisy(), drawn);
             drawn
@@ -128,7 +128,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
     let at = Place::new(&file);
     let keys = "name = \"s\"\nkind = \"rays\"\ndirections = \"ring.csv\"\nrange_m = [0, 1]\n\
                 poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
-    let sources = Sources::beside(&file);
+    let sources = Sources::from_main(&file);
     let context = Context {
         seed: 1,
         noiseless: false,
@@ -140,7 +140,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
         line_of: &|_| None,
     };
     let sensor = check(&at, toml::from_str(keys).unwrap(), &context).unwrap();
-    let rays = sensor.kind.rays(&Scale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let rays = sensor.kind.rays(&RayScale { voxel_size_m: 0.1, backdrop: false }).unwrap();
     // 0.6 · 2¹⁵ = 19660.8 and 0.8 · 2¹⁵ = 26214.4.
     assert_eq!(rays.dirs_q15, [[32_768, 0, 0], [0, -32_768, 0], [19_661, 0, 26_214]]);
     assert_eq!(rays.gates.range_max_q16, 10 << 16);
@@ -153,7 +153,7 @@ fn poses_of_another_sensor_are_the_same_poses() {
         "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0], tilt_deg = -30 }] }]";
     let first = read(&format!("name = \"first\"\n{RGBD}\n{pose}"), false);
     let like = format!("name = \"second\"\n{RGBD}\nsame_poses_as = \"first\"");
-    let (earlier, sources) = (std::slice::from_ref(&first), Sources::beside(at.file));
+    let (earlier, sources) = (std::slice::from_ref(&first), Sources::from_main(at.file));
     let context = Context {
         seed: 1,
         noiseless: false,

@@ -12,7 +12,7 @@ use std::fmt;
 
 use glam::DVec3;
 
-use crate::sensor::{Approached, Scale, Sensor, Setting};
+use crate::sensor::{Approached, RayScale, Sensor, Setting};
 use perirobot_march::voxel::rounded_down;
 
 /// What an arm reaches through before its owner is noticed, in metres.
@@ -28,7 +28,7 @@ const PARALLEL_RAD: f64 = PI / 6.0;
 
 /// The direction in which a person approaches what a sensor watches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Approach {
+enum ApproachDirection {
     /// At a right angle, as far as is known.
     Normal,
     /// Along a plane at this height above the floor, in metres.
@@ -39,16 +39,18 @@ enum Approach {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Intrusion {
     sensor: String,
-    approach: Approach,
+    approach: ApproachDirection,
 }
 
 impl Intrusion {
     /// Of a sensor that may notice people who walk at a height in the world; `None` of one that does not.
     pub(super) fn new(sensor: &Sensor, floor_m: f64) -> Option<Intrusion> {
         let approach = match sensor.kind.approached()? {
-            Approached::AtRightAngle => Approach::Normal,
-            Approached::OnFloor => Approach::Parallel(0.0),
-            Approached::AlongRays => plane_m(sensor, floor_m).map_or(Approach::Normal, Approach::Parallel),
+            Approached::AtRightAngle => ApproachDirection::Normal,
+            Approached::OnFloor => ApproachDirection::Parallel(0.0),
+            Approached::AlongRays => {
+                plane_m(sensor, floor_m).map_or(ApproachDirection::Normal, ApproachDirection::Parallel)
+            }
         };
         Some(Intrusion { sensor: sensor.name.clone(), approach })
     }
@@ -56,24 +58,24 @@ impl Intrusion {
     /// In metres, of the edition of 2010.
     pub(super) fn metres(&self) -> f64 {
         match self.approach {
-            Approach::Normal => NORMAL_M,
-            Approach::Parallel(height_m) => (PARALLEL_M - BY_HEIGHT * height_m).max(NORMAL_M),
+            ApproachDirection::Normal => NORMAL_M,
+            ApproachDirection::Parallel(height_m) => (PARALLEL_M - BY_HEIGHT * height_m).max(NORMAL_M),
         }
     }
 
     /// Whether a person approaches along what it watches.
     pub(super) fn is_parallel(&self) -> bool {
-        self.approach != Approach::Normal
+        self.approach != ApproachDirection::Normal
     }
 }
 
 impl fmt::Display for Intrusion {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self.approach {
-            Approach::Normal => {
+            ApproachDirection::Normal => {
                 write!(f, "{:?}, which an arm passes unnoticed (approach at a right angle)", self.sensor)
             }
-            Approach::Parallel(height_m) => write!(
+            ApproachDirection::Parallel(height_m) => write!(
                 f,
                 "{:?}, which is approached along its plane {} m above the floor",
                 self.sensor,
@@ -102,7 +104,7 @@ fn plane_m(sensor: &Sensor, floor_m: f64) -> Option<f64> {
 
 /// The normal of the plane in which all rays of a sensor lie, in the frame of its rays.
 fn normal(sensor: &Sensor) -> Option<DVec3> {
-    let rays = sensor.kind.rays(&Scale { voxel_size_m: 1.0, backdrop: false })?;
+    let rays = sensor.kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: false })?;
     let unit = |q15: &[i32; 3]| DVec3::from_array(q15.map(f64::from)).normalize_or_zero();
     let first = unit(rays.dirs_q15.first()?);
     let across = rays.dirs_q15.iter().map(|ray| first.cross(unit(ray)));

@@ -4,7 +4,7 @@ use super::*;
 use crate::study::sensor::{self, Context};
 use perirobot_scene::source::Sources;
 
-fn checked(text: &str) -> Result<Stopping, String> {
+fn check_text(text: &str) -> Result<Stopping, String> {
     checked_for(text, &[])
 }
 
@@ -27,7 +27,7 @@ fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
     let at = Place::new(Path::new("study.toml"));
     let poses =
         format!("poses = [{{ name = \"p\", x_m = 0, y_m = 0, z_m = {heights_m}, facing = {facing} }}]");
-    let sources = Sources::beside(at.file);
+    let sources = Sources::from_main(at.file);
     let context = Context {
         seed: 1,
         noiseless: false,
@@ -43,7 +43,7 @@ fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
 }
 
 fn needed_m(text: &str) -> Vec<f64> {
-    checked(text).unwrap().speeds.iter().map(|at| at.needed_m).collect()
+    check_text(text).unwrap().speeds.iter().map(|at| at.needed_m).collect()
 }
 
 #[track_caller]
@@ -87,7 +87,7 @@ fn what_is_wrong_is_named() {
         "formula = \"speed_and_separation\"\nrobot_speeds_m_s = [0.5, 1.0]\n{TIMES}robot_deceleration_m_s2 = 2.0\n\
          person_uncertainty_m = 0.1\nrobot_uncertainty_m = 0.01\n"
     );
-    assert!(checked(&good).is_ok());
+    assert!(check_text(&good).is_ok());
     let iso = "formula = \"iso13855\"";
     for (from, to, expected) in [
         ("[0.5, 1.0]", "[0, 1.0]", "stopping.robot_speeds_m_s = 0: must be speeds in m/s above 0"),
@@ -151,7 +151,7 @@ fn what_is_wrong_is_named() {
         ),
     ] {
         assert!(good.contains(from), "{from}");
-        let what = checked(&good.replacen(from, to, 1)).unwrap_err();
+        let what = check_text(&good.replacen(from, to, 1)).unwrap_err();
         assert!(what.starts_with("study.toml: stopping") && what.contains(expected), "{to:?}: {what}");
     }
 }
@@ -161,7 +161,7 @@ fn what_was_assumed_names_each_default_and_each_distance() {
     let text = format!(
         "formula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [0.5, 1]\n{TIMES}robot_stopping_s = 0.3\n"
     );
-    let said = checked(&text).unwrap().assumptions().join("\n");
+    let said = check_text(&text).unwrap().assumptions().join("\n");
     for part in ["1.570 m at 0.5 m/s, 1.570 m at 1 m/s", "ISO 13855:2010", "stop 0.150 s after"] {
         assert!(said.contains(part), "{part}: {said}");
     }
@@ -169,7 +169,7 @@ fn what_was_assumed_names_each_default_and_each_distance() {
     for part in ["at most 0.5 m it is 2", "for a device that an arm passes unnoticed"] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    let said = checked(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions();
+    let said = check_text(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions();
     assert!(!said.join("\n").contains("To be checked"), "what is written is nobody's default");
 }
 
@@ -246,7 +246,7 @@ fn intrusions_are_those_of_the_direction_of_approach() {
     // A scanner at the height where C of 2010 is that of a camera is approached along its plane all the same.
     let both = [camera.clone(), high.clone()];
     assert_eq!(checked_for(&format!("{newer}1.1"), &both).unwrap().warnings.len(), 1);
-    let said = checked(&format!("{newer}0")).unwrap().assumptions().join("\n");
+    let said = check_text(&format!("{newer}0")).unwrap().assumptions().join("\n");
     assert!(said.contains("device_distance_m = 0 is less than the 0.85 m"), "{said}");
 }
 
@@ -261,7 +261,7 @@ fn arms_are_faster_than_people_walk() {
             needed_m(&format!("{iso}intrusion_m = {intrusion_m}\nhuman_speed_m_s = 1.6")),
             &[0.16 + intrusion_m],
         );
-        let walks = checked(&format!("{iso}intrusion_m = {intrusion_m}\nhuman_speed_m_s = 1.6")).unwrap();
+        let walks = check_text(&format!("{iso}intrusion_m = {intrusion_m}\nhuman_speed_m_s = 1.6")).unwrap();
         let is_told = walks.to_be_checked().any(|line| line.contains("human_speed_m_s = 1.6 makes"));
         assert_eq!(is_told, intrusion_m < 0.34, "{intrusion_m}");
     }

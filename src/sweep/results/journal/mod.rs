@@ -90,8 +90,8 @@ impl Journal {
         let path = folder.join(JOURNAL);
         let file = open_regular(&path, u64::MAX)?;
         let busy = "a run is still at work in this folder: wait until it has ended";
-        locked(&path, file.try_lock_shared(), busy)?;
-        let wrong = |what: String| Error::from(Issue::damaged(what).cure("sweep again").at(&path));
+        check_lock(&path, file.try_lock_shared(), busy)?;
+        let wrong = |what: String| Error::from(Issue::damaged(what).cure("sweep again").with_place(&path));
         let header = read_header(&path, &file)?.map_err(|unfit| wrong(unfit.to_string()))?;
         let header = header.ok_or_else(|| wrong("holds nothing".into()))?;
         Ok(Journal { path, file, header, unsynced_since: None })
@@ -236,12 +236,12 @@ pub fn open_alone(path: &Path) -> Result<File> {
         return Err(Error::input(path, what));
     }
     let busy = "another run is at work in this folder: wait for it, or name another folder";
-    locked(path, file.try_lock(), busy)?;
+    check_lock(path, file.try_lock(), busy)?;
     Ok(file)
 }
 
 /// Fails unless a file could be locked: with `busy` where somebody else holds it.
-fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<()> {
+fn check_lock(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<()> {
     match outcome {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => Err(Error::Busy(Issue::says(format!("{}: {busy}", path.display())))),
@@ -251,12 +251,12 @@ fn locked(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<
 
 /// The error of a file that could not be locked: the user's if its file system has no locks.
 fn cannot_lock(path: &Path, source: &std::io::Error) -> Error {
-    let issue = Issue::io("cannot be locked", source).at(path);
+    let issue = Issue::io("cannot be locked", source).with_place(path);
     match source.kind() == ErrorKind::Unsupported || !Error::may_pass(source) {
         true => issue
-            .wanted("Without a lock two runs could write to it: name a folder on another file system")
+            .with_advice("Without a lock two runs could write to it: name a folder on another file system")
             .into(),
-        false => Error::Storage(issue.wanted(
+        false => Error::Storage(issue.with_advice(
             "That may pass: run the same command again; if it does not, name a folder on another file system",
         )),
     }

@@ -176,6 +176,6 @@ impl JournalHeader {
         let counts = std::array::from_fn(|i| number(i).into());
         let found = std::array::from_fn(|i| number(COUNTERS + i).into());
         let detection = Detection::from_counts(found, number(COUNTERS + DETECTION_COUNTERS));
-        State::Finished(Confusion::from_counts(counts).with(detection))
+        State::Finished(Confusion::from_counts(counts).with_detection(detection))
     }
 }

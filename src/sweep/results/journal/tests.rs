@@ -21,7 +21,7 @@ fn header() -> JournalHeader {
 fn counts(row: u64) -> Confusion {
     let labels = Confusion::from_counts(std::array::from_fn(|i| 100 * row + i as u64));
     let found = std::array::from_fn(|i| 100 * row + 50 + i as u64);
-    labels.with(Detection::from_counts(found, row as u32 % (1 << BODY_PARTS)))
+    labels.with_detection(Detection::from_counts(found, row as u32 % (1 << BODY_PARTS)))
 }
 
 #[cfg(target_os = "linux")]

@@ -15,16 +15,16 @@ const SHORT: usize = 60;
 /// The differences of all that decides the counts; effects only where there is no cause.
 pub fn changes(was: &Map<String, Value>, is: &Map<String, Value>) -> Vec<String> {
     let mut told = Vec::new();
-    let mut tell = |key: &str| differences(key, at(was, key), at(is, key), &mut told);
+    let mut tell = |key: &str| differences(key, get(was, key), get(is, key), &mut told);
     CAUSES.iter().for_each(|key| tell(key));
     if told.is_empty() {
         let effects = is.keys().filter(|key| !CAUSES.contains(&key.as_str()));
-        effects.for_each(|key| differences(key, at(was, key), at(is, key), &mut told));
+        effects.for_each(|key| differences(key, get(was, key), get(is, key), &mut told));
     }
     told
 }
 
-fn at<'a>(map: &'a Map<String, Value>, key: &str) -> &'a Value {
+fn get<'a>(map: &'a Map<String, Value>, key: &str) -> &'a Value {
     map.get(key).unwrap_or(&Value::Null)
 }
 
@@ -35,7 +35,7 @@ fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
         (Value::Object(a), Value::Object(b)) => {
             let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
             for key in keys {
-                differences(&format!("{place}.{key}"), at(a, key), at(b, key), told);
+                differences(&format!("{place}.{key}"), get(a, key), get(b, key), told);
             }
         }
         (Value::Array(a), Value::Array(b)) if a.len() == b.len() && a.iter().any(|v| v.is_object()) => {
@@ -61,7 +61,7 @@ mod tests {
 
     use super::*;
 
-    fn told(was: Value, is: Value) -> Vec<String> {
+    fn describe_changes(was: Value, is: Value) -> Vec<String> {
         let [was, is] = [was, is].map(|json| json.as_object().unwrap().clone());
         changes(&was, &is)
     }
@@ -70,26 +70,33 @@ mod tests {
     fn changes_name_the_key_and_both_values() {
         let was = json!({ "seed": 7, "study": { "sensor": [{ "fov_deg": [60, 40], "name": "a" }] } });
         let is = json!({ "seed": 8, "study": { "sensor": [{ "fov_deg": [70, 40], "name": "a" }] } });
-        assert_eq!(told(was, is), ["study.sensor[0].fov_deg was [60,40], is [70,40]", "seed was 7, is 8"]);
         assert_eq!(
-            told(
+            describe_changes(was, is),
+            ["study.sensor[0].fov_deg was [60,40], is [70,40]", "seed was 7, is 8"]
+        );
+        assert_eq!(
+            describe_changes(
                 json!({ "files": { "a.stl": "0".repeat(64) } }),
                 json!({ "files": { "a.stl": "1".repeat(64) } })
             ),
             ["files.a.stl is another"]
         );
         assert_eq!(
-            told(json!({ "study": { "a": 1 } }), json!({ "study": { "b": true } })),
+            describe_changes(json!({ "study": { "a": 1 } }), json!({ "study": { "b": true } })),
             ["study.a was 1, is null", "study.b was null, is true"]
         );
         // Numbers of sensors differ: the array is told as a whole.
-        assert_eq!(told(json!({ "sensors": [] }), json!({ "sensors": [{}] })), ["sensors was [], is [{}]"]);
+        assert_eq!(
+            describe_changes(json!({ "sensors": [] }), json!({ "sensors": [{}] })),
+            ["sensors was [], is [{}]"]
+        );
     }
 
     #[test]
     fn some_of_many_changes_are_told() {
         let all = |value: u32| (0..1000).map(|i| (format!("key{i:04}"), json!(value))).collect::<Map<_, _>>();
-        let changes = told(json!({ "files": all(1), "seed": 1 }), json!({ "files": all(2), "seed": 2 }));
+        let changes =
+            describe_changes(json!({ "files": all(1), "seed": 1 }), json!({ "files": all(2), "seed": 2 }));
         assert_eq!(changes.len(), MOST_TOLD);
         assert_eq!(changes[5], "files.key0005 was 1, is 2");
     }

@@ -16,7 +16,7 @@ impl Identity {
         let ways: Option<Vec<usize>> = study.sensors.iter().map(way).collect();
         let sets: Option<Vec<Combination>> =
             self.combinations.iter().map(|entry| set(study, entry)).collect();
-        Some(study.of_sets(&ways?, sets?))
+        Some(study.with_combinations(&ways?, sets?))
     }
 }
 

@@ -25,12 +25,13 @@ impl<'b> CsvRows<'b> {
     /// The bytes of a file that must have these columns; others are passed over.
     pub(super) fn new(path: &Path, bytes: &'b [u8], columns: &[&str]) -> Result<Self> {
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(bytes);
-        let unreadable = |e: csv::Error| Error::from(Issue::damaged(e.to_string()).cure(CURE).at(path));
+        let unreadable =
+            |e: csv::Error| Error::from(Issue::damaged(e.to_string()).cure(CURE).with_place(path));
         let header = reader.headers().map_err(unreadable)?.clone();
         let place = |column: &&str| {
             let at = header.iter().position(|name| name == *column);
-            let what = || Issue::says(format!("there is no column {column:?}")).at("line 1");
-            at.ok_or_else(|| what().cure(CURE).at(path).into())
+            let what = || Issue::says(format!("there is no column {column:?}")).with_place("line 1");
+            at.ok_or_else(|| what().cure(CURE).with_place(path).into())
         };
         let at = columns.iter().map(place).collect::<Result<_>>()?;
         let columns = columns.iter().map(|name| name.to_string()).collect();
@@ -44,13 +45,13 @@ impl<'b> CsvRows<'b> {
         match self.reader.read_record(&mut self.record) {
             Ok(false) => return Ok(None),
             Ok(true) => self.line = self.record.position().map_or(self.line + 1, csv::Position::line),
-            Err(e) => return Err(Issue::damaged(e.to_string()).cure(CURE).at(place).into()),
+            Err(e) => return Err(Issue::damaged(e.to_string()).cure(CURE).with_place(place).into()),
         }
         let (fields, columns) = (self.record.len(), self.reader.headers().map_or(0, csv::StringRecord::len));
         if fields != columns {
             let what = format!("has {fields} fields, the header {columns}");
             let line = format!("line {}", self.line);
-            return Err(Issue::damaged(what).cure(CURE).at(line).at(place).into());
+            return Err(Issue::damaged(what).cure(CURE).with_place(line).with_place(place).into());
         }
         Ok(Some(CsvRow(self)))
     }
@@ -58,7 +59,7 @@ impl<'b> CsvRows<'b> {
     /// The next row, which must be there.
     pub(super) fn next(&mut self) -> Result<CsvRow<'_>> {
         let what = format!("ends after line {}, and manifest.json promises more rows", self.line);
-        let ends = Issue::damaged(what).cure(CURE).at(&self.path);
+        let ends = Issue::damaged(what).cure(CURE).with_place(&self.path);
         self.next_if_any()?.ok_or(ends.into())
     }
 
@@ -82,6 +83,6 @@ impl CsvRow<'_> {
         let CsvRows { path, columns, line, .. } = self.0;
         let (name, value) = (&columns[column], self.text(column));
         let issue = Issue::says(format!("{value:?} {what}")).cure(CURE);
-        issue.at(format!("line {line}, column {name}")).at(path).into()
+        issue.with_place(format!("line {line}, column {name}")).with_place(path).into()
     }
 }

@@ -33,7 +33,7 @@ struct Posed<'m> {
 /// What was swept.
 pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let path = folder.join(MANIFEST);
-    let says = |issue: Issue| Error::from(issue.cure(CURE).at(&path));
+    let says = |issue: Issue| Error::from(issue.cure(CURE).with_place(&path));
     let file = &manifest.identity;
     plain_names(file).map_err(says)?;
     let dwell_s = swept::dwell_s(file.scenes.iter().map(|scene| scene.dwell_s).collect());
@@ -46,7 +46,7 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let sensors = sensors(&poses, &bytes, &file.sensors)?;
     if sha256([&bytes]) != file.poses_sha256 {
         let what = format!("is not the table that {MANIFEST} beside it was written with");
-        return Err(Issue::damaged(what).cure(CURE).at(poses).into());
+        return Err(Issue::damaged(what).cure(CURE).with_place(poses).into());
     }
     // Their numbers are kept, and each stands in a row at least.
     let ranges = file.combinations.iter().flat_map(|combination| combination.poses.iter().flatten());
@@ -111,7 +111,7 @@ fn scenes(files: &[Described]) -> Result<Scenes, Issue> {
             }
             _ => {
                 return Err(Issue::says(format!("scene {:?}", scene.name))
-                    .wanted(format!("snapshot {} is alone", scene.snapshot)));
+                    .with_advice(format!("snapshot {} is alone", scene.snapshot)));
             }
         }
         all.push(scene.regions.iter().map(baselines).collect::<Result<_, _>>()?);
@@ -164,7 +164,9 @@ fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [SensorIdentity]) -> Result
 /// A combination; its representations are every one of each sensor with every one of the others, those of the
 /// last sensor varying fastest. `room` is how many bytes their names may take.
 fn combination(entry: &Sensors, sensors: &[Posed], room: &mut usize) -> Result<CombinationResults, Issue> {
-    let says = |what: &str| Err(Issue::says(what).at(Site::Subject(format!("combination {:?}", entry.name))));
+    let says = |what: &str| {
+        Err(Issue::says(what).with_place(Site::Subject(format!("combination {:?}", entry.name))))
+    };
     if entry.sensors.is_empty() || entry.sensors.len() != entry.poses.len() {
         return says("must have sensors, and poses of each");
     }

@@ -144,10 +144,10 @@ impl TableFile {
     /// # Errors
     /// `Error::Input` that names the file if it cannot be written; so for all methods.
     pub fn create(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
-        TableFile::over(WholeFile::create(path)?, path, format, columns)
+        TableFile::start(WholeFile::create(path)?, path, format, columns)
     }
 
-    fn over(file: WholeFile, path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
+    fn start(file: WholeFile, path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
         let begin = || -> io::Result<Box<dyn RowWriter>> {
             Ok(match format {
                 TableFormat::Csv => Box::new(csv::CsvWriter::new(file, columns)?),

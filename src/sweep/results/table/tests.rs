@@ -213,7 +213,7 @@ fn a_full_disk_is_named_and_nothing_stays() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table");
         let full = WholeFile::create(&path).unwrap().on_full_disk();
-        let mut table = TableFile::over(full, &path, format, &columns()).unwrap();
+        let mut table = TableFile::start(full, &path, format, &columns()).unwrap();
         let written = many(3 * GROUP_ROWS).try_for_each(|row| table.row(&fields(row)));
         let error = written.unwrap_err().to_string();
         assert!(

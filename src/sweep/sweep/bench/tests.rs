@@ -5,7 +5,7 @@ use super::*;
 use perirobot_march::backend::cpu::Cpu;
 
 /// Three of the tiny study's camera poses on the oracle and the liar, in two snapshots that are the same.
-fn raced(lie: Lie) -> Result<Race> {
+fn run_race(lie: Lie) -> Result<Race> {
     let ((study, first), (_, again)) = (tiny(), tiny());
     let backend = Box::new(Liar(Cpu::new(Some(1))?, lie));
     let mut contenders = [Contender { name: "a liar".into(), backend, threads: 1 }];
@@ -14,7 +14,7 @@ fn raced(lie: Lie) -> Result<Race> {
 
 #[test]
 fn a_race_counts_what_it_did() {
-    let race = raced(Lie::None).unwrap();
+    let race = run_race(Lie::None).unwrap();
     assert_eq!((race.combination.as_str(), race.poses, race.rays), ("camera", 6, 6 * 64 * 36));
     let lines: Vec<_> = race.lines.iter().map(|line| (line.name.as_str(), line.rounds)).collect();
     assert_eq!(lines, [("oracle, 1 thread", 1), ("a liar", 1)]);
@@ -24,10 +24,10 @@ fn a_race_counts_what_it_did() {
 
 #[test]
 fn a_wrong_count_is_named() {
-    let first = raced(Lie::Count).unwrap().first_difference.unwrap_or_default();
+    let first = run_race(Lie::Count).unwrap().first_difference.unwrap_or_default();
     let place = "scene tiny, repeat 0, poses camera:wall/0/0, points in region human, a liar against the oracle: counts [";
     assert!(first.contains(place), "{first}");
-    let error = raced(Lie::FewerPoses).map(drop).unwrap_err().to_string();
+    let error = run_race(Lie::FewerPoses).map(drop).unwrap_err().to_string();
     assert!(error.contains("backend liar: answered for 1 of "), "{error}");
 }
 

@@ -37,14 +37,15 @@ pub(super) fn explain(
     if expected.ends.len() != got.ends.len() {
         return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
     }
-    let planes = expected.planes.named().into_iter().zip(got.planes.named());
+    let planes = expected.planes.planes_with_names().into_iter().zip(got.planes.planes_with_names());
     for (number, ((plane, a), (_, b))) in planes.enumerate() {
         let (mut only_a, mut only_b) = (a.clone(), b.clone());
         only_a.remove(b);
         only_b.remove(a);
         let lost = only_a.voxels().next().map(|v| (v, "is missing from"));
         if let Some((voxel, what)) = lost.or(only_b.voxels().next().map(|v| (v, "should not be in"))) {
-            let ray = marking_ray(scene, rays, placement, |e| e.planes.named()[number].1.get(voxel))?;
+            let ray =
+                marking_ray(scene, rays, placement, |e| e.planes.planes_with_names()[number].1.get(voxel))?;
             let ray = ray.map_or("the oracle's rays do not mark it".into(), |r| {
                 format!("ray {r} is the first that marks it")
             });

@@ -22,18 +22,18 @@ const BOXES: &str = "interior = \"free\"\n\
     [[object]]\nname = \"box\"\nbox = { size_m = [0.5, 0.5, 0.5] }\nposition_m = [7.5, 1.5, 1.5]\n";
 
 /// What is overlooked in the corridor, at these x of its middle: `FREE` where nothing else is said.
-fn in_corridor(said: &[(i32, u8)], places: &[[f64; 3]]) -> Vec<(&'static str, String, Vec<i32>)> {
+fn overlooked_in_corridor(said: &[(i32, u8)], places: &[[f64; 3]]) -> Vec<(&'static str, String, Vec<i32>)> {
     let (study, worlds) = ready(CORRIDOR, BOXES, &[]);
     let label = |[x, y, z]: [usize; 3]| {
         let here = said.iter().find(|(at, _)| [*at, 1, 1] == [x as i32, y as i32, z as i32]);
         here.map_or(FREE, |(_, label)| *label)
     };
-    let recording = Recording::of_labels([10, 3, 3], &label, DVec3::ZERO, 1.0).unwrap();
+    let recording = Recording::from_labels([10, 3, 3], &label, DVec3::ZERO, 1.0).unwrap();
     let mut map = RecordedMap::new(&study, &worlds[0], recording, Anchor::new(DVec3::ZERO, 0.0)).unwrap();
     map.places_m = places.iter().map(|place| DVec3::from_array(*place)).collect();
     let view = map.view().unwrap();
     let name = |object: Option<usize>| object.map_or("", |index| &view.truth.objects[index].name).to_string();
-    let told = map.overlooked(&view).into_iter().map(|Overlooked { reason, object, voxels }| {
+    let told = map.find_overlooked(&view).into_iter().map(|Overlooked { reason, object, voxels }| {
         (reason.name(), name(object), voxels.voxels().map(|[x, ..]| x).collect())
     });
     told.collect()
@@ -44,8 +44,8 @@ fn each_reason_in_a_corridor() {
     let found = |reason: &'static str, object: &str, at: &[i32]| (reason, object.to_string(), at.to_vec());
     let (nothing, all) =
         ([(3, UNKNOWN), (4, UNKNOWN), (7, UNKNOWN)], [(3, OCCUPIED), (4, OCCUPIED), (7, OCCUPIED)]);
-    assert_eq!(in_corridor(&all, &[]), []);
-    assert_eq!(in_corridor(&nothing, &[]), [found("not_measured", "", &[3, 4, 7])]);
+    assert_eq!(overlooked_in_corridor(&all, &[]), []);
+    assert_eq!(overlooked_in_corridor(&nothing, &[]), [found("not_measured", "", &[3, 4, 7])]);
     // From the near end, inside of the grid and outside, the first voxel of the wall is in sight.
     for near in [[0.5, 1.5, 1.5], [-5.5, 1.5, 1.5], [3.5, 1.5, 1.5]] {
         let expected = match near[0] < 3.0 {
@@ -53,27 +53,30 @@ fn each_reason_in_a_corridor() {
             // In the wall there is nothing between it and what is behind.
             false => vec![found("hidden", "wall, behind", &[7]), found("not_measured", "", &[3, 4])],
         };
-        assert_eq!(in_corridor(&nothing, &[near]), expected, "{near:?}");
+        assert_eq!(overlooked_in_corridor(&nothing, &[near]), expected, "{near:?}");
     }
     // From both ends only the middle is hidden from all; the first place says by what.
     let ends = [[0.5, 1.5, 1.5], [9.5, 1.5, 1.5]];
     assert_eq!(
-        in_corridor(&nothing, &ends),
+        overlooked_in_corridor(&nothing, &ends),
         [found("hidden", "wall", &[4]), found("not_measured", "", &[3, 7])]
     );
     let [near, far] = ends;
-    assert_eq!(in_corridor(&nothing, &[far, near])[0], found("hidden", "box", &[4]));
+    assert_eq!(overlooked_in_corridor(&nothing, &[far, near])[0], found("hidden", "box", &[4]));
     // A voxel before the wall is called occupied: it is the wall's, whatever hides it. One that rightly is so says nothing of
     // the unknown one behind it, but tells that the thing is there which the free one is part of.
     assert_eq!(
-        in_corridor(&[(2, OCCUPIED), (3, UNKNOWN), (4, OCCUPIED), (7, OCCUPIED)], &[near]),
+        overlooked_in_corridor(&[(2, OCCUPIED), (3, UNKNOWN), (4, OCCUPIED), (7, OCCUPIED)], &[near]),
         [found("beside", "", &[3])]
     );
     assert_eq!(
-        in_corridor(&[(3, OCCUPIED), (4, UNKNOWN), (7, FREE)], &[near]),
+        overlooked_in_corridor(&[(3, OCCUPIED), (4, UNKNOWN), (7, FREE)], &[near]),
         [found("said_free", "", &[7]), found("hidden", "wall", &[4])]
     );
-    assert_eq!(in_corridor(&[(3, FREE), (4, OCCUPIED), (7, OCCUPIED)], &[near]), [found("beside", "", &[3])]);
+    assert_eq!(
+        overlooked_in_corridor(&[(3, FREE), (4, OCCUPIED), (7, OCCUPIED)], &[near]),
+        [found("beside", "", &[3])]
+    );
 }
 
 /// Why a voxel is overlooked, by single steps; nothing is shared with what is tested but how a ray steps.
@@ -132,12 +135,12 @@ fn in_random_cells_reasons_are_those_of_a_plain_search() {
         let size = grid.size.map(|n| n as i32);
         let [wide, deep, high] = size;
         // A map that is mostly right, and says little.
-        let share = 2 + random.below(20);
+        let share = 2 + random.number_below(20);
         let labels: Vec<u8> = (0..wide * deep * high)
             .map(|n| {
                 let is_there = truth.occupied.get([n % wide, n / wide % deep, n / wide / deep]);
-                match random.below(share) {
-                    0 if random.below(8) == 0 => OCCUPIED,
+                match random.number_below(share) {
+                    0 if random.number_below(8) == 0 => OCCUPIED,
                     0 => FREE,
                     1 if is_there => OCCUPIED,
                     _ => UNKNOWN,
@@ -148,11 +151,11 @@ fn in_random_cells_reasons_are_those_of_a_plain_search() {
             true => labels[(voxel[0] + wide * (voxel[1] + deep * voxel[2])) as usize],
             false => UNKNOWN,
         };
-        let places: Vec<[f64; 3]> = (0..random.below(4))
-            .map(|_| size.map(|n| f64::from(random.below(16 * n as u32 - 1) + 1) / 16.0 + 1.0 / 64.0))
+        let places: Vec<[f64; 3]> = (0..random.number_below(4))
+            .map(|_| size.map(|n| f64::from(random.number_below(16 * n as u32 - 1) + 1) / 16.0 + 1.0 / 64.0))
             .collect();
         let corner_m = grid.corner_m([0; 3]);
-        let recording = Recording::of_labels(
+        let recording = Recording::from_labels(
             grid.size.map(|n| n as usize),
             &|voxel| label(voxel.map(|n| n as i32)),
             corner_m,
@@ -163,7 +166,7 @@ fn in_random_cells_reasons_are_those_of_a_plain_search() {
         map.places_m =
             places.iter().map(|place| corner_m + DVec3::from_array(*place) * grid.voxel_size_m).collect();
         let view = map.view().unwrap();
-        let told = map.overlooked(&view);
+        let told = map.find_overlooked(&view);
         let missed: u64 = (0..view.world.regions.len())
             .map(|region| {
                 let counts = view.counts(region);

@@ -17,7 +17,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
         return (Reason::Cancelled, None);
     }
     let (true, Some(rays)) = (member.casts, &view.tables[member.sensor]) else {
-        return (without_rays(view, member, voxel), None);
+        return (reason_without_rays(view, member, voxel), None);
     };
     let from = &member.placement;
     let way = [0, 1, 2].map(|r| f64::from(voxel[r]) + 0.5 - f64::from(from.origin_q16[r]) / 65_536.0);
@@ -94,7 +94,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
     }
 }
 
-fn without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Reason {
+fn reason_without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Reason {
     let (truth, sensor) = (&view.truth, &view.study.sensors[member.sensor]);
     let (window, setting) = (truth.grid.window(), view.world.settings[member.sensor][member.candidate]);
     let station = perirobot_study::sensor::Station {
@@ -194,7 +194,11 @@ fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u
                         let choice = Choice { combination: number, choice, representation, repeat };
                         let view = viewer.view(world, choice).unwrap();
                         check(&view, every[1], met, rerun);
-                        same_in_regions(&view, viewer.in_regions(world, &[choice]).unwrap().remove(0), rerun);
+                        same_in_regions(
+                            &view,
+                            viewer.view_regions(world, &[choice]).unwrap().remove(0),
+                            rerun,
+                        );
                     }
                 }
             }
@@ -233,37 +237,42 @@ fn every_kind_of_sensor_has_its_reasons() {
 pub(crate) struct CaseRandom(pub(crate) u32);
 
 impl CaseRandom {
-    pub(crate) fn below(&mut self, n: u32) -> u32 {
+    pub(crate) fn number_below(&mut self, n: u32) -> u32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9);
         pcg(pcg(self.0)) % n
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * f64::from(self.below(1 << 20)) / f64::from(1 << 20)
+    fn number_between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * f64::from(self.number_below(1 << 20)) / f64::from(1 << 20)
     }
 
-    fn of<'a>(&mut self, all: &[&'a str]) -> &'a str {
-        all[self.below(all.len() as u32) as usize]
+    fn pick<'a>(&mut self, all: &[&'a str]) -> &'a str {
+        all[self.number_below(all.len() as u32) as usize]
     }
 
     fn place(&mut self) -> String {
-        format!("[{}, {}, {}]", self.between(-1.0, 1.0), self.between(-0.8, 0.8), self.between(0.1, 1.4))
+        format!(
+            "[{}, {}, {}]",
+            self.number_between(-1.0, 1.0),
+            self.number_between(-0.8, 0.8),
+            self.number_between(0.1, 1.4)
+        )
     }
 }
 
 /// Boxes anywhere, some of them in others, see-through or tags; a person and a robot.
 pub(crate) fn random_scene(random: &mut CaseRandom) -> String {
     let mut scene = String::from("interior = \"free\"\n");
-    for number in 0..2 + random.below(5) {
+    for number in 0..2 + random.number_below(5) {
         let more =
-            random.of(&["", "", "interior = \"occupied\"", "optical = \"see_through\"", "tag_only = true"]);
-        let [x, y, z] = [(); 3].map(|()| random.between(0.05, 0.7));
+            random.pick(&["", "", "interior = \"occupied\"", "optical = \"see_through\"", "tag_only = true"]);
+        let [x, y, z] = [(); 3].map(|()| random.number_between(0.05, 0.7));
         scene += &format!(
             "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{x}, {y}, {z}] }}\nposition_m = {}\n{more}\n",
             random.place()
         );
     }
-    if random.below(3) > 0 {
+    if random.number_below(3) > 0 {
         scene +=
             "[[object]]\nname = \"room\"\nroom = { size_m = [2.4, 2.0, 1.6] }\nposition_m = [0, 0, 0.8]\n";
     }
@@ -285,53 +294,57 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
          bounds_m = {{ min = [-1.25, -1.05, -0.05], max = [1.25, 1.05, 1.65] }}\n[[scene]]\nfile = \"cell.toml\"\n\
          [[region]]\nname = \"all\"\nbox = {{ min_m = [-2, -2, -2], max_m = [2, 2, 2] }}\n\
          [[region]]\nname = \"human\"\nhuman_box = {{ margin_m = 0.3 }}\n",
-        random.below(1000),
-        random.of(&["0.1", "0.13", "0.2"]),
-        random.of(&["nothing", "nothing", "backdrop"]),
+        random.number_below(1000),
+        random.pick(&["0.1", "0.13", "0.2"]),
+        random.pick(&["nothing", "nothing", "backdrop"]),
     );
     for (name, keys) in [
         (
             "camera",
             format!(
                 "kind = \"rgbd\"\nfov_deg = [{}, {}]\nresolution_px = [{}, {}]",
-                random.between(20.0, 150.0),
-                random.between(20.0, 150.0),
-                1 + random.below(40),
-                1 + random.below(30)
+                random.number_between(20.0, 150.0),
+                random.number_between(20.0, 150.0),
+                1 + random.number_below(40),
+                1 + random.number_below(30)
             ),
         ),
         (
             "lidar",
             format!(
                 "kind = \"lidar\"\nfov_deg = {}\nresolution_deg = {}\nrings_deg = {}\nmount = \"{}\"",
-                random.between(10.0, 360.0),
-                random.between(2.0, 20.0),
-                random.of(&["[0]", "[-20, -5, 0, 3, 60]", "[45, 60, 75, 90]", "[-89, -30]"]),
-                random.of(&["facing", "upright"]),
+                random.number_between(10.0, 360.0),
+                random.number_between(2.0, 20.0),
+                random.pick(&["[0]", "[-20, -5, 0, 3, 60]", "[45, 60, 75, 90]", "[-89, -30]"]),
+                random.pick(&["facing", "upright"]),
             ),
         ),
         ("ring", "kind = \"rays\"\ndirections = \"ring.csv\"".into()),
     ] {
-        let near = random.below(2) * random.below(6);
+        let near = random.number_below(2) * random.number_below(6);
         study += &format!(
             "[[sensor]]\nname = \"{name}\"\n{keys}\nrange_m = [{}, {}]\nnear_ignore_m = {}\nnoise = {}\ndropout = {}\n{}\nno_return = \"{}\"\n\
              [[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = {}, rpy_deg = [{}, {}, {}] }}]\n",
             f64::from(near) * 0.1,
-            f64::from(near) * 0.1 + random.between(0.6, 3.0),
-            random.of(&["0", "0", "0.25"]),
-            random.of(&["{ std_m = 0 }", "{ std_m = 0.08 }", "{ std_m = 0.3, per_m = 0.05, per_m2 = 0.03 }"]),
-            random.of(&["0", "0", "0.2"]),
-            random.of(&[
+            f64::from(near) * 0.1 + random.number_between(0.6, 3.0),
+            random.pick(&["0", "0", "0.25"]),
+            random.pick(&[
+                "{ std_m = 0 }",
+                "{ std_m = 0.08 }",
+                "{ std_m = 0.3, per_m = 0.05, per_m2 = 0.03 }"
+            ]),
+            random.pick(&["0", "0", "0.2"]),
+            random.pick(&[
                 "",
                 "",
                 "calibration = { position_m = 0.1, angle_deg = 3 }",
                 "calibration = { angle_deg = 20 }"
             ]),
-            random.of(&["unknown", "unknown", "free"]),
+            random.pick(&["unknown", "unknown", "free"]),
             random.place(),
-            random.between(-180.0, 180.0),
-            random.between(-90.0, 90.0),
-            random.between(-180.0, 180.0),
+            random.number_between(-180.0, 180.0),
+            random.number_between(-90.0, 90.0),
+            random.number_between(-180.0, 180.0),
         );
     }
     study
@@ -344,18 +357,18 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
          [[combination]]\nsensors = [\"gate\", \"lidar\", \"camera\"]\n\
          [[combination]]\nsensors = [\"cover\", \"robot\"]\n\
          [[combination]]\nsensors = [\"ring\", \"camera\", \"cover\", \"robot\", \"lidar\"]\n",
-            random.of(&["unknown", "free"]),
-            random.between(0.1, 0.5),
-            random.of(&["0", "0.1"]),
+            random.pick(&["unknown", "free"]),
+            random.number_between(0.1, 0.5),
+            random.pick(&["0", "0.1"]),
         )
 }
 
 /// Directions in no order.
 pub(crate) fn random_ring(random: &mut CaseRandom) -> String {
     let mut csv = String::from("x,y,z\n");
-    for _ in 0..1 + random.below(60) {
-        let [y, z] = [(); 2].map(|()| random.between(-1.0, 1.0));
-        csv += &format!("{},{y},{z}\n", random.of(&["0.5", "1", "0.001"]));
+    for _ in 0..1 + random.number_below(60) {
+        let [y, z] = [(); 2].map(|()| random.number_between(-1.0, 1.0));
+        csv += &format!("{},{y},{z}\n", random.pick(&["0.5", "1", "0.001"]));
     }
     csv
 }

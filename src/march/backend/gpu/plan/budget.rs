@@ -6,26 +6,26 @@ use crate::error::{Argument, Issue, Words};
 
 /// Bytes in the processor's memory and in a GPU's: for the evidence that is kept, and for what a batch needs
 /// meanwhile (the ends of its rays, or its fused planes).
-pub(super) const EVIDENCE_BYTES: Budget = Budget { software: 256 << 20, hardware: 1 << 30 };
-pub(super) const BATCH_BYTES: Budget = Budget { software: 64 << 20, hardware: 512 << 20 };
+pub(super) const EVIDENCE_BYTES: DeviceBudget = DeviceBudget { software: 256 << 20, hardware: 1 << 30 };
+pub(super) const BATCH_BYTES: DeviceBudget = DeviceBudget { software: 64 << 20, hardware: 512 << 20 };
 /// The same of first hits in a still layer.
-pub(super) const FIRST_HIT_BYTES: Budget = Budget { software: 256 << 20, hardware: 4 << 30 };
+pub(super) const FIRST_HIT_BYTES: DeviceBudget = DeviceBudget { software: 256 << 20, hardware: 4 << 30 };
 
 /// How much of something there may be, by where it is.
-pub(super) struct Budget {
+pub(super) struct DeviceBudget {
     pub(super) software: u64,
     pub(super) hardware: u64,
 }
 
-impl Budget {
-    fn of(&self, adapter: &AdapterReport) -> u64 {
+impl DeviceBudget {
+    fn limit(&self, adapter: &AdapterReport) -> u64 {
         if adapter.software { self.software } else { self.hardware }
     }
 
     /// How many items this holds and the adapter binds, each with so many bytes in each of some buffers.
     pub(super) fn holds(&self, adapter: &AdapterReport, bytes: &[u64]) -> u64 {
         let largest = bytes.iter().max().copied().unwrap_or(0);
-        (self.of(adapter) / bytes.iter().sum::<u64>().max(1)).min(binding(adapter) / largest.max(1))
+        (self.limit(adapter) / bytes.iter().sum::<u64>().max(1)).min(binding(adapter) / largest.max(1))
     }
 }
 
@@ -46,6 +46,6 @@ pub(in crate::backend::gpu) fn fits(
         return Ok(());
     }
     let what = format!("{what} {bytes} bytes, but adapter {} binds at most {limit}", adapter.label());
-    let cure = Words::from(format!("use {cure}, or ")) + Argument("backend").quoted("cpu");
-    Err(Issue::too_large(what).wanted(cure).into())
+    let cure = Words::from(format!("use {cure}, or ")) + Argument("backend").quote("cpu");
+    Err(Issue::too_large(what).with_advice(cure).into())
 }

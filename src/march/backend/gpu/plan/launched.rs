@@ -24,7 +24,7 @@ impl Launched {
         let (groups, whole) = done.split_at(self.0.len());
         let distrusted = |what: String| {
             Issue::damaged(format!("{what}, so its counts cannot be trusted"))
-                .cure(Words::from("use another adapter, or ") + Argument("backend").quoted("cpu"))
+                .cure(Words::from("use another adapter, or ") + Argument("backend").quote("cpu"))
         };
         for stage in Stage::ALL {
             let (name, launched, ended) = (stage.name(), self.0[stage as usize], groups[stage as usize]);

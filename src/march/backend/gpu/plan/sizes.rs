@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::budget::{BATCH_BYTES, Budget, EVIDENCE_BYTES, FIRST_HIT_BYTES, fits};
+use super::budget::{BATCH_BYTES, DeviceBudget, EVIDENCE_BYTES, FIRST_HIT_BYTES, fits};
 use super::{CARVE_BOXES_COST, CARVE_VOXELS_COST, PYRAMID_COST};
 use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
-use crate::backend::gpu::loop_bounds::{most_tiles, near_voxels};
+use crate::backend::gpu::loop_bounds::{last_near_voxels, most_tiles};
 use crate::backend::gpu::types::{BOX_EDGE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE, place_of_pixel};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::voxel::Bricks;
@@ -41,7 +41,7 @@ impl TableSizes {
         fits(adapter, "the sensor's table of rays takes", count * 8, "fewer rays")?;
         // A noisy return may be read behind its blocker, and behind the range.
         let noise = rays.farthest_q16();
-        let range = rays.most_slant().along_q16(rays.gates.range_max_q16) >> 16;
+        let range = rays.most_slant().ray_range_q16(rays.gates.range_max_q16) >> 16;
         let sizes = TableSizes {
             rays: count as u32,
             reach: range + (noise >> 16) + 3,
@@ -81,7 +81,7 @@ impl TableSizes {
     }
 
     /// The ends of a placement in the order of its rays, as they were carved.
-    pub(in crate::backend::gpu) fn in_order(&self, mut words: Vec<u32>, carving: Carving) -> Vec<u32> {
+    pub(in crate::backend::gpu) fn order_ends(&self, mut words: Vec<u32>, carving: Carving) -> Vec<u32> {
         let Some(image) = self.image.filter(|_| carving == Carving::ByVoxel) else {
             words.truncate(self.rays as usize);
             return words;
@@ -140,17 +140,17 @@ impl TableSizes {
     /// The distance in 1/65536 voxels up to which rays can pass near voxels, so that rays need be followed no
     /// farther: a near voxel begins at most `near` deep, is less than two voxels deep, and the rays of the
     /// corners take the longest way there.
-    pub(super) fn near_until_q16(&self) -> u32 {
+    pub(super) fn last_near_q16(&self) -> u32 {
         let Some(image) = self.image else { return FARTHEST_READ_Q16 };
         let corner = |a: usize| f64::from(image.size_px[a]) / 2.0 / image.focal_px[a];
         let slant = (1.0 + corner(0).powi(2) + corner(1).powi(2)).sqrt();
-        let until = (near_voxels(&image) + 2.2) * slant * 1.01 + 1.0;
+        let until = (last_near_voxels(&image) + 2.2) * slant * 1.01 + 1.0;
         ((until * 65_536.0) as u64).min(FARTHEST_READ_Q16 as u64) as u32
     }
 
     /// Whether a placement may be so near to boxes of voxels that some of their voxels are near.
     pub(in crate::backend::gpu) fn is_near(&self, origin_q16: [i32; 3], boxes: &[[i32; 3]]) -> bool {
-        let until = (self.near_until_q16() >> 16) as i32 + 2;
+        let until = (self.last_near_q16() >> 16) as i32 + 2;
         let near = |corner: &[i32; 3]| {
             (0..3).all(|r| {
                 let from = corner[r] - (origin_q16[r] >> 16);
@@ -224,7 +224,7 @@ impl SceneSizes {
     /// How many pieces of evidence are kept: as many as the budget, half of the memory if that was said, and
     /// a binding hold, at least one.
     pub(in crate::backend::gpu) fn slots(&self, adapter: &AdapterReport, memory_bytes: Option<u64>) -> usize {
-        let told = memory_bytes.map(|bytes| Budget { software: bytes / 2, hardware: bytes / 2 });
+        let told = memory_bytes.map(|bytes| DeviceBudget { software: bytes / 2, hardware: bytes / 2 });
         let planes = [2 * self.plane_bytes(), self.plane_bytes()];
         told.unwrap_or(EVIDENCE_BYTES).holds(adapter, &planes).clamp(1, MOST_SLOTS) as usize
     }

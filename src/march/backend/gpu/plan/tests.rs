@@ -198,8 +198,8 @@ fn the_ends_of_a_camera_come_back_in_the_order_of_its_rays() {
         assert_eq!(*place, u32::MAX, "two pixels have one place: {pixel:?}");
         *place = ray as u32;
     }
-    assert_eq!(sizes.in_order(words, Carving::ByVoxel), (0..x * y).collect::<Vec<_>>());
-    assert_eq!(sizes.in_order((0..300).collect(), Carving::ByRay), (0..x * y).collect::<Vec<_>>());
+    assert_eq!(sizes.order_ends(words, Carving::ByVoxel), (0..x * y).collect::<Vec<_>>());
+    assert_eq!(sizes.order_ends((0..300).collect(), Carving::ByRay), (0..x * y).collect::<Vec<_>>());
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn rays_by_tiles_of_plain_placements_are_cast_as_plain() {
 #[test]
 fn boxes_with_regions_come_first() {
     use crate::voxel::{BitGrid, Window};
-    let window = Window::between([3, 4, 5], [3 + 16, 4 + 8, 5]);
+    let window = Window::from_corners([3, 4, 5], [3 + 16, 4 + 8, 5]);
     let mut region = BitGrid::new(window);
     region.set([3 + 16, 4 + 7, 5]);
     region.set([3 + 8, 4 + 8, 5]);
@@ -281,7 +281,7 @@ fn submissions_are_the_dispatches_in_order() {
 fn placements_are_near_where_near_voxels_are() {
     // Near is 4.0 voxels deep; corner rays are 1.486 times as long, so rays are walked for 1 + 1.01 · 1.486 ·
     // 6.2 voxels.
-    let until = camera().near_until_q16();
+    let until = camera().last_near_q16();
     assert_eq!(until >> 16, 10, "{until}");
     let corner = [100, 0, 0];
     let near = |x: i32| camera().is_near([x << 16, 3 << 16, 3 << 16], &[corner]);
@@ -340,7 +340,7 @@ fn rays(number: usize) -> Rays {
 #[test]
 fn what_cannot_be_bound_is_refused_with_its_size() {
     use crate::voxel::{BitGrid, Window};
-    let grid = BitGrid::new(Window::between([0; 3], [1022, 19, 0]));
+    let grid = BitGrid::new(Window::from_corners([0; 3], [1022, 19, 0]));
     let [blockers, truth, human, robot] = std::array::from_fn(|_| grid.clone());
     let scene = VoxelScene {
         window: grid.window(),

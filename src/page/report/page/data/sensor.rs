@@ -9,7 +9,7 @@ use crate::report::page::surroundings::{Around, Surroundings, key};
 use perirobot_scene::pose::Pose;
 use perirobot_study::sensor::prism::Prism;
 use perirobot_study::sensor::turned::Turned;
-use perirobot_study::sensor::{Candidate, Scale, Sensor, Setting, Stance};
+use perirobot_study::sensor::{Candidate, RayScale, Sensor, Setting, Stance};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
@@ -91,7 +91,7 @@ pub(super) fn sensor_data<'a>(
         _ => None,
     };
     let positions = sensor.candidates.iter().filter_map(pose_of).map(|pose| pose.position_m);
-    let around = surroundings.around_all(positions.filter(|_| sensor.on.is_none()));
+    let around = surroundings.measure_all(positions.filter(|_| sensor.on.is_none()));
     let places = Places::new(study, &worlds[0]);
     let poses = sensor.candidates.iter().enumerate().map(|(index, candidate)| {
         let pose = pose_of(candidate);
@@ -144,7 +144,7 @@ fn frame_data(pose: &Pose) -> FrameData {
 }
 
 fn rays_data(study: &Study, sensor: &Sensor) -> Option<RaysData> {
-    let scale = Scale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+    let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
     let rays = sensor.kind.rays(&scale)?;
     let link_from_rays: DMat3 = sensor.kind.frame(&Pose::ORIGIN);
     let metres = |q16: u32| f64::from(q16) / 65536.0 * study.voxel_size_m;

@@ -4,7 +4,7 @@ use maud::{Markup, PreEscaped, html};
 
 use super::first_screen::ShownPlan;
 use crate::report::page::Findings;
-use crate::report::page::cells::Asked;
+use crate::report::page::cells::ExplainedVoxels;
 use crate::report::page::leaders::{Leader, leaders};
 use crate::report::page::missed::{MissedVoxels, missed};
 
@@ -22,10 +22,11 @@ impl<'a> Blind<'a> {
         let missed_of = |asked| missed(results, findings.cells, asked);
         let leaders = leaders(results, findings.rankings).into_iter();
         Blind {
-            missed: missed_of(Asked::Recommended),
+            missed: missed_of(ExplainedVoxels::Recommended),
             of_leaders: leaders
                 .map(|leader| {
-                    let missed = missed_of(Asked::Best { best: leader.best, region: leader.region });
+                    let missed =
+                        missed_of(ExplainedVoxels::Best { best: leader.best, region: leader.region });
                     (leader, missed)
                 })
                 .collect(),

@@ -14,7 +14,7 @@ use crate::report::wording::extent;
 use perirobot_decide::approach::Way;
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
-use tile::{Tile, tiles};
+use tile::{BigNumber, tiles};
 
 /// The first screen.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ pub(super) struct FirstScreen {
     thinned: Vec<String>,
     /// In which region, and over what.
     counted: String,
-    tiles: Vec<Tile>,
+    tiles: Vec<BigNumber>,
     /// That of the scene where the choice is the worst first.
     pub(super) plans: Vec<ShownPlan>,
 }
@@ -67,7 +67,7 @@ impl FirstScreen {
         let series = rankings[recommended.series].series;
         let combination = &results.combinations[series.combination];
         let (choice, region) = (recommended.choice, recommended.region);
-        let looked = recommended.looked(rankings);
+        let looked = recommended.choice(rankings);
         let plan = |scene: usize| plan(sweep, looked, (scene, recommended.moments[scene]), ways.get(scene));
         let others = (0..results.scenes.len()).filter(|scene| *scene != recommended.scene);
         let plans: Vec<(FloorPlan, ShownPlan)> =
@@ -132,7 +132,7 @@ impl FirstScreen {
                         @for one in &good.required {
                             li.(one.verdict()) {
                                 b { (one.verdict()) }
-                                span { strong { (one.name) } " " span.note { (one.asked) ": " (one.found()) } }
+                                span { strong { (one.name) } " " span.note { (one.asked) ": " (one.describe_found()) } }
                             }
                         }
                     }

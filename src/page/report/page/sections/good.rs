@@ -6,13 +6,13 @@ mod near;
 
 use maud::{Markup, html};
 
-use crate::report::page::judged::Judged;
+use crate::report::page::judged::JudgedChoice;
 use crate::report::page::plain_table::{Titled, plain};
 use crate::report::page::recommended::Recommended;
 use crate::report::page::verdicts::{ShownRequirement, not_judged, parted_by_now};
 use crate::report::page::{Findings, ReportedSweep};
 use crate::report::table::Table;
-use near::near;
+use near::read_approach;
 use perirobot_decide::judge::{ConditionScore, Number};
 use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
@@ -119,7 +119,7 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     let ReportedSweep { results, study, folder, .. } = *sweep;
     let series = rankings[recommended.series].series;
     let combination = &results.combinations[series.combination];
-    let looked = recommended.looked(rankings);
+    let looked = recommended.choice(rankings);
     let own = recommended.names(results, rankings);
     let of_own = judged.iter().find(|one| one.names == own);
     let (note, required) = match of_own {
@@ -128,7 +128,7 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     };
     let mut good = Good { notes: vec![note], required, ..Good::default() };
     let others = judged.iter().any(|one| one.names != own);
-    good.judged = judged.iter().filter(|_| others).map(of_judged).collect();
+    good.judged = judged.iter().filter(|_| others).map(judged_good).collect();
     let [conditions, old] = parted_by_now(study, of_own.map_or(&[], |one| &one.conditions));
     if !old.is_empty() {
         good.notes.push(format!(
@@ -139,7 +139,7 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     if !conditions.is_empty() {
         good.tables.push(("What if: each score under each condition".into(), table(&conditions)));
     }
-    let near = near(folder, &own)?;
+    let near = read_approach(folder, &own)?;
     good.notes.extend(near.note);
     good.tables.extend(near.tables);
     good.plans = near.plans;
@@ -194,7 +194,7 @@ fn shortened(score: &str, Number(value): Number) -> String {
 }
 
 /// A choice that was judged, by name.
-fn of_judged(one: &Judged) -> (String, Good) {
+fn judged_good(one: &JudgedChoice) -> (String, Good) {
     let [combination, poses, representation] = &one.names;
     let good = Good { required: one.required.clone(), ..Good::default() };
     (format!("{combination} · {poses} · {representation}"), good)

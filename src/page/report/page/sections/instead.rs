@@ -117,7 +117,7 @@ fn best_sets(chosen: &Chosen) -> Vec<Titled> {
     let score = chosen.asked.objective.title();
     let mut sets = Vec::new();
     if let Some(best) = chosen.report.best() {
-        let title = format!("The best set: {}", chosen_sets::scored(&best.best, score));
+        let title = format!("The best set: {}", chosen_sets::describe_score(&best.best, score));
         sets.push((title, chosen_sets::set(&best.best, score)));
     }
     for refined in chosen.report.refined.iter().flatten() {
@@ -126,7 +126,7 @@ fn best_sets(chosen: &Chosen) -> Vec<Titled> {
         }
     }
     for tie in &chosen.report.ties {
-        let title = format!("Nearly as good elsewhere: {}", chosen_sets::scored(tie, score));
+        let title = format!("Nearly as good elsewhere: {}", chosen_sets::describe_score(tie, score));
         sets.push((title, chosen_sets::set(tie, score)));
     }
     sets
@@ -134,7 +134,7 @@ fn best_sets(chosen: &Chosen) -> Vec<Titled> {
 
 /// The best of a region.
 fn best_of_region<'a>(results: &'a Results, rankings: &[Ranking], region: usize) -> Result<RegionBest<'a>> {
-    let baselines = measure::of_baselines(results, results.moments(), region);
+    let baselines = measure::baseline_measures(results, results.moments(), region);
     let mut bests = Vec::new();
     for (best, by) in BESTS.into_iter().enumerate() {
         let firsts = firsts(rankings, region, best);
@@ -150,9 +150,9 @@ fn best_of_region<'a>(results: &'a Results, rankings: &[Ranking], region: usize)
         name: &results.regions[region],
         number: region,
         best: bests,
-        below: below(rankings, region, &baselines),
+        below: baselines_note(rankings, region, &baselines),
         near_side: NEAR_SIDE,
-        baselines: baselines.into_iter().map(|(name, values)| (name, in_columns(&values))).collect(),
+        baselines: baselines.into_iter().map(|(name, values)| (name, score_columns(&values))).collect(),
     })
 }
 
@@ -163,7 +163,7 @@ fn row(
     region: usize,
     baselines: &[Baseline],
 ) -> Result<BestRow> {
-    let over = measure::of_choice(results, results.moments(), series.key(choice, region))?;
+    let over = measure::choice_measures(results, results.moments(), series.key(choice, region))?;
     // The answer `occupied` everywhere claims all people: only F1 and κ count both kinds of error.
     let better = (0..2).filter_map(|measure| {
         let (name, to_beat) = measure::to_beat(baselines, measure)?;
@@ -193,7 +193,7 @@ fn row(
 }
 
 /// The scores of an answer without a sensor, which has no worst value of its own.
-fn in_columns(values: &[Option<f64>; SCORES]) -> Vec<(String, String)> {
+fn score_columns(values: &[Option<f64>; SCORES]) -> Vec<(String, String)> {
     let each = Score::ALL.into_iter().zip(values).flat_map(|(score, value)| {
         let worst =
             measure::has_worst(score).then(|| (format!("worst {}", measure::title(score)), String::new()));
@@ -202,10 +202,10 @@ fn in_columns(values: &[Option<f64>; SCORES]) -> Vec<(String, String)> {
     each.collect()
 }
 
-fn below(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {
+fn baselines_note(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {
     let Some((name, to_beat)) = measure::to_beat(baselines, 0) else { return String::new() };
-    let all: usize = rankings.iter().map(|ranking| ranking.by(0)[region].len()).sum();
-    let values = rankings.iter().flat_map(|ranking| &ranking.by(0)[region]);
+    let all: usize = rankings.iter().map(|ranking| ranking.choices_by(0)[region].len()).sum();
+    let values = rankings.iter().flat_map(|ranking| &ranking.choices_by(0)[region]);
     let below = values.filter(|(_, value)| *value < to_beat).count();
     format!(
         "{below} of {all} choices of poses have a mean F1 below {to_beat:.3}, that of a sensor which always says “{name}” and is \

@@ -4,12 +4,12 @@ use maud::{Markup, PreEscaped, html};
 
 use crate::report::page::Findings;
 use crate::report::page::leaders::{Leader, leaders};
-use crate::report::page::mount::{Sheet, sheets};
+use crate::report::page::mount::{MountSheet, sheets};
 
 /// How to mount what is recommended, and the best placements by each score.
 pub(super) struct Whereabouts<'a> {
-    sheets: Vec<Sheet>,
-    of_leaders: Vec<(Leader<'a>, Vec<Sheet>)>,
+    sheets: Vec<MountSheet>,
+    of_leaders: Vec<(Leader<'a>, Vec<MountSheet>)>,
 }
 
 impl<'a> Whereabouts<'a> {

@@ -18,7 +18,7 @@ pub struct RankedPlacement {
 
 /// Which combination and representation placements are of.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Among<'a> {
+pub struct PlacementFilter<'a> {
     /// The combination; any, where it is not named.
     pub combination: Option<&'a str>,
     /// The representation.
@@ -27,10 +27,14 @@ pub struct Among<'a> {
 
 impl Sweeps {
     /// The placements of these names in every sweep that has them, each once, and why a sweep has none.
-    pub fn named(&self, poses: &[String], among: Among) -> Result<(Vec<RankedPlacement>, Vec<Error>)> {
+    pub fn find_all(
+        &self,
+        poses: &[String],
+        among: PlacementFilter,
+    ) -> Result<(Vec<RankedPlacement>, Vec<Error>)> {
         let (mut found, mut left_out): (Vec<RankedPlacement>, Vec<Error>) = (Vec::new(), Vec::new());
         for poses in poses {
-            let each = self.all.iter().enumerate().map(|(sweep, _)| self.of_name(sweep, poses, among));
+            let each = self.all.iter().enumerate().map(|(sweep, _)| self.find_by_name(sweep, poses, among));
             let (those, mut errors): (Vec<_>, Vec<_>) = each.partition(|one| one.is_ok());
             if those.is_empty()
                 && let Some(Err(error)) = errors.pop()
@@ -47,10 +51,15 @@ impl Sweeps {
         Ok((found, left_out))
     }
 
-    fn of_name(&self, sweep: usize, poses: &str, among: Among) -> Result<Vec<RankedPlacement>> {
+    fn find_by_name(
+        &self,
+        sweep: usize,
+        poses: &str,
+        among: PlacementFilter,
+    ) -> Result<Vec<RankedPlacement>> {
         let FinishedSweep { folder, results, .. } = &self.all[sweep];
         let names: Vec<ChoiceNames> = results.combinations.iter().map(choice_names).collect();
-        let found = find_choices(&names, poses, among.combination).map_err(|e| e.at(folder))?;
+        let found = find_choices(&names, poses, among.combination).map_err(|e| e.with_place(folder))?;
         let placement = |(combination, choice): (usize, usize)| {
             let known = &results.combinations[combination].representations;
             let representation =
@@ -70,14 +79,14 @@ impl Sweeps {
         region: &str,
         score: Score,
         count: usize,
-        among: Among,
+        among: PlacementFilter,
     ) -> Result<Vec<RankedPlacement>> {
         let mut placements = Vec::new();
         for (sweep, FinishedSweep { results, .. }) in self.all.iter().enumerate() {
             let Some(at) = results.regions.iter().position(|name| name == region) else { continue };
             let moments = self.scopes[0].moments[sweep].iter().copied();
             let mut best: Vec<(RankedPlacement, f64)> = Vec::new();
-            for series in self.among(sweep, among)? {
+            for series in self.select(sweep, among)? {
                 let few = series.best(results, &moments, at, score)?.into_iter().take(count);
                 best.extend(few.map(|(choice, value)| (RankedPlacement { sweep, series, choice }, value)));
             }
@@ -88,7 +97,7 @@ impl Sweeps {
     }
 
     /// The series of a sweep that are asked for.
-    fn among(&self, sweep: usize, among: Among) -> Result<Vec<Series>> {
+    fn select(&self, sweep: usize, among: PlacementFilter) -> Result<Vec<Series>> {
         let results = &self.all[sweep].results;
         let known: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
         if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
@@ -110,7 +119,7 @@ impl Sweeps {
     }
 
     /// A score of a placement.
-    pub(super) fn over(
+    pub(super) fn score(
         &self,
         placement: &RankedPlacement,
         scope: &Scope,
@@ -120,6 +129,6 @@ impl Sweeps {
         let RankedPlacement { sweep, series, choice } = *placement;
         let results = &self.all[sweep].results;
         let Some(region) = results.regions.iter().position(|name| name == region) else { return Ok(None) };
-        results.over(scope.moments[sweep].iter().copied(), series.key(choice, region), score)
+        results.summarize(scope.moments[sweep].iter().copied(), series.key(choice, region), score)
     }
 }

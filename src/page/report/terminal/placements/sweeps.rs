@@ -38,9 +38,8 @@ impl Sweeps {
         let (mut all, mut notes): (Vec<FinishedSweep>, Vec<String>) = (Vec::new(), Vec::new());
         for folder in folders {
             if all.iter().any(|sweep| is_same(&sweep.folder, folder)) {
-                return Err(
-                    Error::input(folder, "is named twice").wanted("name another sweep, or this one once")
-                );
+                return Err(Error::input(folder, "is named twice")
+                    .with_advice("name another sweep, or this one once"));
             }
             let (results, warnings) = Results::read(folder)?;
             notes.extend(warnings);
@@ -55,7 +54,7 @@ impl Sweeps {
     /// left out.
     pub fn regions(&self, name: Option<&str>) -> Result<(Vec<String>, Option<String>)> {
         let names = |sweep: &FinishedSweep| sweep.results.regions.clone();
-        let shared = shared(self.all.iter().map(names));
+        let shared = intersect(self.all.iter().map(names));
         if let Some(name) = name {
             let found = shared.iter().find(|region| *region == name).cloned();
             return found
@@ -106,7 +105,7 @@ fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -
     let names = |sweep: &FinishedSweep| {
         sweep.results.scenes.iter().map(|scene| scene.name.clone()).collect::<Vec<_>>()
     };
-    let shared = shared(all.iter().map(names));
+    let shared = intersect(all.iter().map(names));
     let scope = |title: &str, of: &[String]| {
         let scenes = |sweep: &FinishedSweep| {
             let asked = sweep.results.scenes.iter().filter(|scene| of.contains(&scene.name));
@@ -130,7 +129,7 @@ fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -
 }
 
 /// The names that all lists have, in the order of the first.
-fn shared(mut all: impl Iterator<Item = Vec<String>>) -> Vec<String> {
+fn intersect(mut all: impl Iterator<Item = Vec<String>>) -> Vec<String> {
     let first = all.next().unwrap_or_default();
     all.fold(first, |shared, names| shared.into_iter().filter(|name| names.contains(name)).collect())
 }

@@ -17,12 +17,12 @@ fn face() -> Draft {
 }
 
 /// Where the corners are with these weights.
-fn blended([lift, stretch]: [f64; 2]) -> [[f64; 3]; 3] {
+fn blend([lift, stretch]: [f64; 2]) -> [[f64; 3]; 3] {
     [[0., 0., 2. * lift], [1. + 10. * stretch, 0., 0.], [0., 1. + 100. * stretch, 0.]]
 }
 
 #[track_caller]
-fn near(file: &Draft, time_s: Option<f64>, expected: [[f64; 3]; 3]) {
+fn assert_near(file: &Draft, time_s: Option<f64>, expected: [[f64; 3]; 3]) {
     let found = file.vertices(time_s).unwrap();
     let off =
         found.iter().zip(expected).map(|(f, e)| (*f - DVec3::from_array(e)).length()).fold(0.0, f64::max);
@@ -32,22 +32,22 @@ fn near(file: &Draft, time_s: Option<f64>, expected: [[f64; 3]; 3]) {
 #[test]
 fn weights_are_the_nodes_else_the_meshes_else_zero() {
     let file = face();
-    near(&file, None, blended([0., 0.]));
-    let of_mesh = file.with("/meshes/0/weights", json!([0.5, 1.0]));
-    near(&of_mesh, None, blended([0.5, 1.0]));
-    near(&of_mesh.with("/nodes/0/weights", json!([-1.0, 0.25])), None, blended([-1.0, 0.25]));
+    assert_near(&file, None, blend([0., 0.]));
+    let of_mesh = file.with_value("/meshes/0/weights", json!([0.5, 1.0]));
+    assert_near(&of_mesh, None, blend([0.5, 1.0]));
+    assert_near(&of_mesh.with_value("/nodes/0/weights", json!([-1.0, 0.25])), None, blend([-1.0, 0.25]));
     // Targets that move no corner, and accessors without bytes, are zero everywhere.
     let targets = json!([{"NORMAL": 1}, {"POSITION": 2}]);
-    near(&of_mesh.with("/meshes/0/primitives/0/targets", targets), None, blended([0., 1.]));
+    assert_near(&of_mesh.with_value("/meshes/0/primitives/0/targets", targets), None, blend([0., 1.]));
     let bare = json!({"componentType": 5126, "type": "VEC3", "count": 3});
-    near(&of_mesh.with("/accessors/1", bare), None, blended([0., 1.]));
+    assert_near(&of_mesh.with_value("/accessors/1", bare), None, blend([0., 1.]));
 }
 
 #[test]
 fn animated_weights_follow_their_interpolation() {
     let keys = [0., 0.2, 1., 0.6];
     let with = |interpolation: &str, values: &[f32]| {
-        let mut file = face().with("/meshes/0/weights", json!([9.0, 9.0]));
+        let mut file = face().with_value("/meshes/0/weights", json!([9.0, 9.0]));
         file.channel(0, "weights", interpolation, &[1., 3.], values);
         file
     };
@@ -55,13 +55,13 @@ fn animated_weights_follow_their_interpolation() {
     for (time_s, weights) in
         [(0., [0., 0.2]), (1., [0., 0.2]), (1.5, [0.25, 0.3]), (3., [1., 0.6]), (7., [1., 0.6])]
     {
-        near(&linear, Some(time_s), blended(weights));
+        assert_near(&linear, Some(time_s), blend(weights));
     }
     // Without the clip, the file's own.
-    near(&linear, None, blended([9., 9.]));
+    assert_near(&linear, None, blend([9., 9.]));
     let step = with("STEP", &keys);
-    near(&step, Some(2.999), blended([0., 0.2]));
-    near(&step, Some(3.0), blended([1., 0.6]));
+    assert_near(&step, Some(2.999), blend([0., 0.2]));
+    assert_near(&step, Some(3.0), blend([1., 0.6]));
     // Of each key the tangents coming in, the values, the tangents going out; at the middle of two seconds ½·a + ½·b
     // + 2·⅛·(out − into).
     #[rustfmt::skip]
@@ -69,15 +69,15 @@ fn animated_weights_follow_their_interpolation() {
         7., 8.,  0., 0.2,  2., 0.4,
         1., 0.,  1., 0.6,  9., 9.,
     ]);
-    near(&spline, Some(2.0), blended([0.5 + 0.25, 0.4 + 0.1]));
-    near(&spline, Some(1.0), blended([0., 0.2]));
+    assert_near(&spline, Some(2.0), blend([0.5 + 0.25, 0.4 + 0.1]));
+    assert_near(&spline, Some(1.0), blend([0., 0.2]));
     // Fractions of integers.
     let mut file = with("LINEAR", &keys);
     let bytes = file.accessor(5121, "SCALAR", 4, &[0, 51, 255, 153]);
     let small = file
-        .with("/animations/0/samplers/0/output", json!(bytes))
-        .with(&format!("/accessors/{bytes}/normalized"), json!(true));
-    near(&small, Some(1.5), blended([0.25, 0.3]));
+        .with_value("/animations/0/samplers/0/output", json!(bytes))
+        .with_value(&format!("/accessors/{bytes}/normalized"), json!(true));
+    assert_near(&small, Some(1.5), blend([0.25, 0.3]));
 }
 
 /// The arm's tip, moved from (0, 2, 0) to (3, 2, 0), turns with its bone: a quarter about (0, 1, 0).
@@ -87,14 +87,14 @@ fn joints_place_what_was_blended() {
     let move_tip = file.floats("VEC3", &[0., 0., 0., 3., 0., 0., 0., 0., 0.]);
     file.document["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": move_tip}]);
     file.document["meshes"][0]["weights"] = json!([1.0]);
-    near(&file, Some(1.0), [[0., 0., 0.], [-1., 4., 0.], [0.5, 1.5, 0.]]);
+    assert_near(&file, Some(1.0), [[0., 0., 0.], [-1., 4., 0.], [0.5, 1.5, 0.]]);
 }
 
 /// Blender writes targets so: only the corners that move.
 #[test]
 fn targets_may_be_sparse() {
     let sparse = |base: bool, component: u32, places: &[u8]| {
-        let mut file = face().with("/meshes/0/weights", json!([1.0, 0.0]));
+        let mut file = face().with_value("/meshes/0/weights", json!([1.0, 0.0]));
         let values = file.floats("VEC3", &[0., 0., 5., 7., 0., 0.]);
         let places = file.accessor(component, "SCALAR", 2, places);
         let sparse = json!({
@@ -106,14 +106,14 @@ fn targets_may_be_sparse() {
         if base {
             accessor["bufferView"] = json!(1);
         }
-        file.with("/accessors/1", accessor)
+        file.with_value("/accessors/1", accessor)
     };
     for (component, places) in
         [(5121, &[1u8, 2][..]), (5123, &[1, 0, 2, 0]), (5125, &[1, 0, 0, 0, 2, 0, 0, 0])]
     {
         // The base lifts the first corner by 2; without it that is zero.
-        near(&sparse(true, component, places), None, [[0., 0., 2.], [1., 0., 5.], [7., 1., 0.]]);
-        near(&sparse(false, component, places), None, [[0., 0., 0.], [1., 0., 5.], [7., 1., 0.]]);
+        assert_near(&sparse(true, component, places), None, [[0., 0., 2.], [1., 0., 5.], [7., 1., 0.]]);
+        assert_near(&sparse(false, component, places), None, [[0., 0., 0.], [1., 0., 5.], [7., 1., 0.]]);
     }
     let refused = |file: &Draft, expected: &str| {
         let error = file.vertices(None).expect_err(expected).to_string();
@@ -124,56 +124,57 @@ fn targets_may_be_sparse() {
         refused(&sparse(true, 5121, &places), rule);
     }
     let good = sparse(true, 5121, &[1, 2]);
-    let with = |key: &str, value: Value| good.with(&format!("/accessors/1/sparse{key}"), value);
+    let with = |key: &str, value: Value| good.with_value(&format!("/accessors/1/sparse{key}"), value);
     refused(&with("/count", json!(5)), "sparse: indices: needs 5 bytes: bufferViews[");
     refused(&with("/count", json!(u64::MAX)), "sparse: indices: needs");
     refused(&with("/values/byteOffset", json!(1)), "sparse: values: needs 25 bytes");
     refused(&with("/indices/componentType", json!(5126)), "sparse: indices: must be unsigned byte");
     refused(&with("/indices/bufferView", json!(99)), "bufferViews[99]: no such");
-    near(&with("/count", json!(0)), None, [[0., 0., 2.], [1., 0., 0.], [0., 1., 0.]]);
+    assert_near(&with("/count", json!(0)), None, [[0., 0., 2.], [1., 0., 0.], [0., 1., 0.]]);
     // A few bytes that stand for very many elements.
     let bare = json!({"componentType": 5126, "type": "VEC3", "count": 3_999_999_999u64,
         "sparse": good.document["accessors"][1]["sparse"]});
-    let good = good.with("/meshes/0/weights", json!([0, 0]));
-    refused(&good.with("/accessors/0", bare.clone()), "unfolds to far more than its size");
+    let good = good.with_value("/meshes/0/weights", json!([0, 0]));
+    refused(&good.with_value("/accessors/0", bare.clone()), "unfolds to far more than its size");
     let mut more = bare;
     more["count"] = json!(u64::MAX);
-    refused(&good.with("/accessors/0", more), "accessors[0]: has no bufferView");
+    refused(&good.with_value("/accessors/0", more), "accessors[0]: has no bufferView");
 }
 
 #[test]
 fn what_is_wrong_is_named() {
-    let good = face().with("/meshes/0/weights", json!([0.5, 1.0]));
+    let good = face().with_value("/meshes/0/weights", json!([0.5, 1.0]));
     let refused = |file: &Draft, expected: &str| {
         let error = file.vertices(None).expect_err(expected).to_string();
         assert!(error.contains("part.glb: ") && error.contains(expected), "{error:?} lacks {expected:?}");
     };
     let rule = "nodes[0]: meshes[0] \"\": has 1 weights: must be finite, one for each of its 2 morph targets";
-    refused(&good.with("/meshes/0/weights", json!([0.5])), rule);
+    refused(&good.with_value("/meshes/0/weights", json!([0.5])), rule);
     refused(
-        &good.with("/meshes/0/primitives/0/targets/0/POSITION", json!(77)),
+        &good.with_value("/meshes/0/primitives/0/targets/0/POSITION", json!(77)),
         "targets[0]: accessors[77]: no such",
     );
-    let short = good.with("/accessors/1/count", json!(2));
+    let short = good.with_value("/accessors/1/count", json!(2));
     refused(&short, "primitives[0]: targets[0]: moves 2 positions: there are 3");
     let other = json!([good.document["meshes"][0]["primitives"][0], {"attributes": {"POSITION": 0}}]);
     refused(
-        &good.with("/meshes/0/primitives", other),
+        &good.with_value("/meshes/0/primitives", other),
         "its primitives have 2 and 0 morph targets: all must have",
     );
     let mut animated = good.clone();
     animated.channel(0, "weights", "LINEAR", &[0., 1.], &[0., 0., 1.]);
-    animated.refused("samplers[0]: output has 3 values: its 2 times of 2 morph targets need 4");
-    let mut bare = good.with("/nodes", json!([{"mesh": 0}, {}]));
+    animated.assert_refused("samplers[0]: output has 3 values: its 2 times of 2 morph targets need 4");
+    let mut bare = good.with_value("/nodes", json!([{"mesh": 0}, {}]));
     bare.channel(1, "weights", "LINEAR", &[0.], &[0., 0.]);
-    bare.refused("animations[0].channels[0]: blends shapes of nodes[1]: that node must have a mesh");
+    bare.assert_refused("animations[0].channels[0]: blends shapes of nodes[1]: that node must have a mesh");
     // Of targets that were taken away, the channel may be left.
     let mut left =
         Draft::triangle(json!([{"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,5,0,1]}]), &[0]);
     left.channel(0, "weights", "LINEAR", &[0.], &[1.]);
-    left.refused("animations[0] moves no node");
+    left.assert_refused("animations[0] moves no node");
     // A node's own matrix is no hindrance: it is its mesh that changes.
-    let mut placed = face().with("/nodes/0/matrix", json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]));
+    let mut placed =
+        face().with_value("/nodes/0/matrix", json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]));
     placed.channel(0, "weights", "LINEAR", &[0.], &[1., 0.]);
-    near(&placed, Some(0.0), [[0., 0., 7.], [1., 0., 5.], [0., 1., 5.]]);
+    assert_near(&placed, Some(0.0), [[0., 0., 7.], [1., 0., 5.], [0., 1., 5.]]);
 }

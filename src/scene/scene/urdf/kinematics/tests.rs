@@ -88,7 +88,7 @@ fn axes_may_point_anywhere() {
 }
 
 #[track_caller]
-fn refused(model: &RobotModel, values: &JointValues, expected: &str) {
+fn assert_refused(model: &RobotModel, values: &JointValues, expected: &str) {
     assert_eq!(model.pose(values).unwrap_err().to_string(), expected);
 }
 
@@ -96,32 +96,32 @@ fn refused(model: &RobotModel, values: &JointValues, expected: &str) {
 fn wrong_joint_values_say_what_would_be_right() {
     let arm = planar();
     let slide = [("slide", 0.2)];
-    refused(
+    assert_refused(
         &arm,
         &values(&[("shoulder", 200.0)], &slide),
         "joints_deg.shoulder = 200: must be from -90.0002 to 179.9998 degrees, its limits in arm.urdf",
     );
-    refused(
+    assert_refused(
         &arm,
         &values(&[], &[("slide", 0.51)]),
         "joints_m.slide = 0.51: must be from 0.1 to 0.5 metres, its limits in arm.urdf",
     );
-    refused(
+    assert_refused(
         &arm,
         &values(&[], &[]),
         "no joints_m.slide: the joint cannot be at 0, its limits in arm.urdf are 0.1 to 0.5 metres; give it a value",
     );
-    refused(
+    assert_refused(
         &arm,
         &values(&[("wrist", 1.0)], &slide),
         "joints_deg.wrist = 1: arm.urdf has no such joint; there are shoulder, elbow, slide",
     );
-    refused(
+    assert_refused(
         &arm,
         &values(&[("slide", 1.0)], &[]),
         "joints_deg.slide = 1: slides: write its metres under joints_m",
     );
-    refused(
+    assert_refused(
         &arm,
         &values(&[], &[("elbow", 1.0)]),
         "joints_m.elbow = 1: turns: write its degrees under joints_deg",
@@ -131,12 +131,12 @@ fn wrong_joint_values_say_what_would_be_right() {
     assert!(arm.pose(&values(&[("elbow", 180.0)], &slide)).is_ok());
     assert!(arm.pose(&values(&[("elbow", 180.01)], &slide)).is_err());
     let stiff = model(&[link("a"), link("b"), joint("weld", "fixed", ["a", "b"], "")]);
-    refused(
+    assert_refused(
         &stiff,
         &values(&[("weld", 0.0)], &[]),
         "joints_deg.weld = 0: is a fixed joint; take its value away",
     );
-    refused(
+    assert_refused(
         &stiff,
         &values(&[("x", 0.0)], &[]),
         "joints_deg.x = 0: arm.urdf has no such joint; none of its joints move",
@@ -172,8 +172,11 @@ fn links_follow_the_robot_into_the_world() {
     let arm = planar();
     let placed = arm.pose(&values(&[("shoulder", 90.0)], &[("slide", 0.5)])).unwrap();
     // A quarter turn about z, on top of the shoulder's.
-    let world_from_root =
-        Pose::turned(DVec3::new(1.0, 2.0, 3.0), about(DVec3::Z, 90f64.to_radians()), Frame::Link);
+    let world_from_root = Pose::from_rotation(
+        DVec3::new(1.0, 2.0, 3.0),
+        about(DVec3::Z, 90f64.to_radians()),
+        RotationFrame::Link,
+    );
     let linkage = arm.linkage(&placed, &world_from_root);
     let hand = linkage.link("hand").unwrap();
     assert!((hand.position_m - DVec3::new(-1.0, 2.0, 3.2)).length() < 1e-12, "{}", hand.position_m);
@@ -185,7 +188,7 @@ fn links_follow_the_robot_into_the_world() {
 /// The shipped arm.
 fn ur10() -> RobotModel {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/paper/ur10.urdf");
-    load(&path, &Default::default(), &Default::default(), &Sources::beside(&path)).unwrap()
+    load(&path, &Default::default(), &Default::default(), &Sources::from_main(&path)).unwrap()
 }
 
 fn ur10_values(angles_deg: [f64; 6]) -> JointValues {

@@ -25,7 +25,7 @@ pub(super) fn azimuths(at: &Place, entry: &LidarFile, span: f64) -> Result<Vec<f
             let rule = "and resolution_deg: give one of them; with beams, rings gives the number of rings";
             Err(at.wrong("beams", beams, rule))
         }
-        (None, None) => Err(at.says("neither resolution_deg nor beams").wanted(
+        (None, None) => Err(at.says("neither resolution_deg nor beams").with_advice(
             "give the step between rays, as in resolution_deg = 0.5, or their number with both ends, as in beams = 1081",
         )),
     }
@@ -63,7 +63,7 @@ pub(super) fn elevations(at: &Place, entry: &LidarFile) -> Result<Vec<f64>> {
 }
 
 fn elevation_error(at: &Place, what: &str) -> Error {
-    at.says(what).wanted(
+    at.says(what).with_advice(
         "give one of fov_deg = [horizontal, vertical], elevation_deg = [from, to], \
             rings_deg; the last two go with one angle, as in fov_deg = 270 and rings_deg = \
             [0] for a scanner of one plane",
@@ -85,7 +85,7 @@ fn rings(at: &Place, entry: &LidarFile, [from, to]: [f64; 2]) -> Result<Vec<f64>
         (None, Some((horizontal, vertical))) => Ok(angles(from, to - from, vertical.unwrap_or(horizontal))),
         (None, None) => Err(at
             .says("neither rings nor a vertical step")
-            .wanted("give the number of rings with both ends, as in rings = 16, or rings_deg")),
+            .with_advice("give the number of rings with both ends, as in rings = 16, or rings_deg")),
     }
 }
 

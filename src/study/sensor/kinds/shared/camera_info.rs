@@ -36,7 +36,7 @@ const CURE: &str =
 
 /// A `sensor_msgs/CameraInfo`, as `camera_calibration` writes it and as `ros2 topic echo` prints it.
 #[derive(Deserialize)]
-struct CameraInfo {
+struct CameraInfoFile {
     #[serde(alias = "width")]
     image_width: u32,
     #[serde(alias = "height")]
@@ -78,13 +78,13 @@ pub(crate) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result
     };
     if let Some(twice) = GIVES.iter().find(|key| keys.contains_key(**key)) {
         let both = Issue::says(format!("both {KEY} and {twice}"));
-        return Err(at.around(both.wanted("the file gives it; take one away")));
+        return Err(at.around(both.with_advice("the file gives it; take one away")));
     }
     let path = at.folder().join(name);
-    let wrong = |error: Error| at.around(error.at(KEY));
+    let wrong = |error: Error| at.around(error.with_place(KEY));
     let info = read(&path, sources).map_err(wrong)?;
-    let pinhole = pinhole(&info).map_err(|issue| wrong(issue.at(&path).into()))?;
-    let odd = oddities(&info, &pinhole).map_err(|issue| wrong(issue.at(&path).into()))?;
+    let pinhole = pinhole(&info).map_err(|issue| wrong(issue.with_place(&path).into()))?;
+    let odd = oddities(&info, &pinhole).map_err(|issue| wrong(issue.with_place(&path).into()))?;
     let angle = |axis: usize| {
         Value::from(2.0 * libm::atan(pinhole.size_px[axis] / 2.0 / pinhole.focal_px[axis]).to_degrees())
     };
@@ -94,13 +94,13 @@ pub(crate) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result
     Ok(odd.into_iter().map(|what| format!("{KEY} = {name:?}: {what}")).collect())
 }
 
-fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
+fn read(path: &Path, sources: &Sources) -> Result<CameraInfoFile> {
     let keys = "a camera_info has image_width, image_height and camera_matrix (or width, height and k)";
-    let wrong = |issue: Issue| issue.cure(keys).at(path);
+    let wrong = |issue: Issue| issue.cure(keys).with_place(path);
     let text = sources.text(path)?;
     if text.len() > LARGEST {
         let large = Issue::too_large(format!("has {} bytes", text.len()));
-        return Err(wrong(large.wanted(format!("must have at most {LARGEST}"))).into());
+        return Err(wrong(large.with_advice(format!("must have at most {LARGEST}"))).into());
     }
     let mut table = first_document(&text).map_err(wrong)?;
     // Numbers stand as a list, or as a matrix with its size.
@@ -111,7 +111,7 @@ fn read(path: &Path, sources: &Sources) -> Result<CameraInfo> {
     }
     let info = diagnostics::read(table).map_err(|e| {
         let issue = Issue::damaged(e.message.as_str());
-        wrong(if e.keys().is_empty() { issue } else { issue.at(e.keys().join(".")) })
+        wrong(if e.keys().is_empty() { issue } else { issue.with_place(e.keys().join(".")) })
     })?;
     Ok(info)
 }
@@ -157,22 +157,21 @@ fn value_of(json: Json) -> Option<Value> {
     })
 }
 
-fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
+fn pinhole(info: &CameraInfoFile) -> Result<Pinhole, Issue> {
     let [fx, skew, cx, _, fy, cy, _, _, _] = info.camera_matrix[..] else {
         return Err(Issue::says(format!("camera_matrix has {} numbers", info.camera_matrix.len()))
-            .wanted("must have 9"));
+            .with_advice("must have 9"));
     };
     let size_px = [info.image_width, info.image_height].map(f64::from);
     if [info.image_width, info.image_height].contains(&0) {
         let [x, y] = size_px;
-        return Err(
-            Issue::says(format!("image_width and image_height are {x} and {y}")).wanted("must be above 0")
-        );
+        return Err(Issue::says(format!("image_width and image_height are {x} and {y}"))
+            .with_advice("must be above 0"));
     }
     // The reader lets no number in that is not finite.
     if !(fx > 0.0 && fy > 0.0) {
         return Err(Issue::says(format!("camera_matrix has fx = {fx}, fy = {fy}"))
-            .wanted("focal lengths must be above 0; a camera that was never calibrated has zeros"));
+            .with_advice("focal lengths must be above 0; a camera that was never calibrated has zeros"));
     }
     if skew != 0.0 {
         return Err(Issue::value("camera_matrix[1]", skew, format!("must be 0; {CURE}")));
@@ -180,19 +179,19 @@ fn pinhole(info: &CameraInfo) -> Result<Pinhole, Issue> {
     if info.binning_x > 1 || info.binning_y > 1 {
         let (x, y) = (info.binning_x, info.binning_y);
         return Err(Issue::says(format!("binning_x = {x}, binning_y = {y}"))
-            .wanted("must be 0 or 1; give the numbers of the binned image"));
+            .with_advice("must be 0 or 1; give the numbers of the binned image"));
     }
     let whole = |part: u32, all: u32| part == 0 || part == all;
     if !whole(info.roi.width, info.image_width) || !whole(info.roi.height, info.image_height) {
         let (x, y) = (info.roi.width, info.roi.height);
         return Err(Issue::says(format!("roi is {x} x {y}"))
-            .wanted("must be the whole image; give the numbers of the part"));
+            .with_advice("must be the whole image; give the numbers of the part"));
     }
     Ok(Pinhole { size_px, focal_px: [fx, fy], center_px: [cx, cy] })
 }
 
 /// How the camera differs from an ideal pinhole, where that is worth a warning.
-fn oddities(info: &CameraInfo, pinhole: &Pinhole) -> Result<Vec<String>, Issue> {
+fn oddities(info: &CameraInfoFile, pinhole: &Pinhole) -> Result<Vec<String>, Issue> {
     let Pinhole { size_px: [width, _], .. } = pinhole;
     let mut odd = Vec::new();
     // ROS counts pixels by their centres.
@@ -223,12 +222,12 @@ fn judge(part: f64, said: String, odd: &mut Vec<String>) -> Result<(), Issue> {
             Ok(())
         }
         _ => Err(Issue::too_large(said)
-            .wanted(format!("more than {:.0} % of the width is too far; {CURE}", 100.0 * TOO_FAR))),
+            .with_advice(format!("more than {:.0} % of the width is too far; {CURE}", 100.0 * TOO_FAR))),
     }
 }
 
 /// The farthest that the lens moves a pixel on the border of the image, where it moves them most.
-fn distortion(info: &CameraInfo, pinhole: &Pinhole) -> Result<f64, Issue> {
+fn distortion(info: &CameraInfoFile, pinhole: &Pinhole) -> Result<f64, Issue> {
     let given = &info.distortion_coefficients;
     let model = info.distortion_model.as_deref().unwrap_or("plumb_bob");
     if !["", "none", "plumb_bob", "rational_polynomial"].contains(&model) {
@@ -236,7 +235,7 @@ fn distortion(info: &CameraInfo, pinhole: &Pinhole) -> Result<f64, Issue> {
     }
     if given.len() > 8 && given[8..].iter().any(|&coefficient| coefficient != 0.0) {
         return Err(Issue::too_large(format!("distortion_coefficients has {} numbers", given.len()))
-            .wanted(format!("at most 8 are known; {CURE}")));
+            .with_advice(format!("at most 8 are known; {CURE}")));
     }
     let [k1, k2, p1, p2, k3, k4, k5, k6] = std::array::from_fn(|i| given.get(i).copied().unwrap_or_default());
     let moved = |u: f64, v: f64| {

@@ -23,14 +23,16 @@ pub(crate) enum Silence {
 /// A box of keys as a volume in the sensor's frame.
 pub(crate) fn prism(at: &Place, key: &str, file: &BoxFile) -> Result<Prism> {
     let [min, max] = file.corners(&at.key(key))?;
-    Ok(Prism::between(min, max))
+    Ok(Prism::from_corners(min, max))
 }
 
 /// Checks that there are representations, and none twice.
 pub(crate) fn each_once<T: PartialEq>(at: &Place, names: &[T], example: &str) -> Result<()> {
     at.some("representations", names, example)?;
     match (0..names.len()).find(|&i| names[..i].contains(&names[i])) {
-        Some(i) => Err(at.says(format!("representations[{i}] is there already")).wanted("name each once")),
+        Some(i) => {
+            Err(at.says(format!("representations[{i}] is there already")).with_advice("name each once"))
+        }
         None => Ok(()),
     }
 }

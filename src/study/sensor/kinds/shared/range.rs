@@ -41,7 +41,7 @@ impl RangeKeys {
             dropout: at.number("dropout", self.dropout.unwrap_or(0.0), 0.0..1.0, SHARE)?,
             calibration: self.calibration.map(|file| file.check(at)).transpose()?,
         };
-        Ok(if noiseless { range.without_noise() } else { range })
+        Ok(if noiseless { range.to_noiseless() } else { range })
     }
 }
 

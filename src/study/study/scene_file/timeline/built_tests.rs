@@ -20,7 +20,7 @@ fn scene_of(toml: &str, files: &[(&str, String)]) -> Result<Vec<Scene>> {
     }
     let path = folder.path().join("cell.toml");
     std::fs::write(&path, toml).unwrap();
-    let sources = Sources::beside(&path);
+    let sources = Sources::from_main(&path);
     build(&load_scene(&path, &sources)?, &sources, 0.1)
 }
 
@@ -31,7 +31,7 @@ fn bounds(object: &Object) -> [DVec3; 2] {
 }
 
 #[track_caller]
-fn near(found: DVec3, expected: [f64; 3]) {
+fn assert_near(found: DVec3, expected: [f64; 3]) {
     assert!((found - DVec3::from_array(expected)).length() < 1e-6, "{found}, expected {expected:?}");
 }
 
@@ -56,7 +56,7 @@ fn what_stands_still_is_shared_and_what_moves_lands_where_it_should() {
     let truths = voxelize_all(&scenes, grid).unwrap();
     for (truth, x) in truths.iter().zip([0, 2, 0]) {
         // The grid's lowest voxel is the wall's on y and z, and the cart's on x.
-        assert_eq!(truth.robot.bounds(), perirobot_march::voxel::Window::between([x, 5, 5], [x, 5, 5]));
+        assert_eq!(truth.robot.bounds(), perirobot_march::voxel::Window::from_corners([x, 5, 5], [x, 5, 5]));
         assert!(Arc::ptr_eq(&truth.objects[0], &truths[0].objects[0]));
     }
     assert!(Arc::ptr_eq(&truths[0].objects[1], &truths[2].objects[1]));
@@ -73,8 +73,8 @@ fn rotations_come_as_angles_or_quaternions() {
              rpy_deg = [0, 45, 0]\n[object.snapshots]\n{list}\n"
         );
         let scenes = scene_of(&toml, &[]).unwrap();
-        near(bounds(&scenes[0].objects[0])[1], [1.2, 0.1, 0.1]);
-        near(bounds(&scenes[1].objects[0])[1], [1.1, 0.2, 0.1]);
+        assert_near(bounds(&scenes[0].objects[0])[1], [1.2, 0.1, 0.1]);
+        assert_near(bounds(&scenes[1].objects[0])[1], [1.1, 0.2, 0.1]);
     }
 }
 
@@ -113,7 +113,7 @@ fn people_move_by_their_keypoints() {
     for (scene, x) in scenes.iter().zip([0.0, 0.5]) {
         let walker = &scene.objects[0];
         assert_eq!(walker.role, Role::Human);
-        near(walker.keypoints.unwrap()[15].unwrap(), [x, 3.1, 0.1]);
+        assert_near(walker.keypoints.unwrap()[15].unwrap(), [x, 3.1, 0.1]);
         // Its toes lie 19 cm before the ankle's spot: 15 cm to the last centre, 4 cm around it.
         assert!((bounds(walker)[1].x - (x + 0.19)).abs() < 1e-3, "{:?}", bounds(walker));
     }
@@ -121,8 +121,8 @@ fn people_move_by_their_keypoints() {
     let toml = "[[object]]\nname = \"doll\"\nrole = \"human\"\nsphere = { radius_m = 0.2 }\n[object.snapshots]\n\
                 keypoints = [\"a.csv\", \"b.csv\"]\nposition_m = [[0, 0, 0], [0, 0, 1]]\n";
     let scenes = scene_of(toml, &files).unwrap();
-    near(scenes[0].objects[0].keypoints.unwrap()[15].unwrap(), [0.0, 0.1, 0.1]);
-    near(scenes[1].objects[0].keypoints.unwrap()[15].unwrap(), [0.5, 0.1, 1.1]);
+    assert_near(scenes[0].objects[0].keypoints.unwrap()[15].unwrap(), [0.0, 0.1, 0.1]);
+    assert_near(scenes[1].objects[0].keypoints.unwrap()[15].unwrap(), [0.5, 0.1, 1.1]);
     assert!((bounds(&scenes[1].objects[0])[1].z - 1.2).abs() < 1e-3);
 }
 
@@ -170,8 +170,8 @@ fn an_animation_moves_its_nodes_and_shares_the_others() {
             let [still, slide] = &scene.objects[..] else { panic!("two parts") };
             assert!(Arc::ptr_eq(still, &scenes[0].objects[0]));
             assert_eq!((slide.name.as_str(), slide.role), ("cart/slide", Role::Robot));
-            near(bounds(slide)[0], [x, 0.0, 0.0]);
-            near(bounds(slide)[1], [x + 1.0, 0.0, 1.0]);
+            assert_near(bounds(slide)[0], [x, 0.0, 0.0]);
+            assert_near(bounds(slide)[1], [x + 1.0, 0.0, 1.0]);
             assert_eq!(still.warnings, [""; 0]);
         }
     }
@@ -180,7 +180,7 @@ fn an_animation_moves_its_nodes_and_shares_the_others() {
         "{SLIDE}snapshots = {{ position_m = [[0, 5, 0], [0, 6, 0]], animation = {{ times_s = [0, 9] }} }}\n"
     );
     let scenes = scene_of(&toml, &[("cart.gltf", sliding())]).unwrap();
-    near(bounds(&scenes[1].objects[1])[0], [4.0, 6.0, 0.0]);
+    assert_near(bounds(&scenes[1].objects[1])[0], [4.0, 6.0, 0.0]);
     assert_eq!(scenes[1].objects[0].warnings, [""; 0], "one time is inside");
 }
 
@@ -193,8 +193,8 @@ fn times_that_are_all_outside_the_clip_are_told() {
         warnings[0].contains("from 0 to 2 s, and all of snapshots.animation.times_s are outside"),
         "{warnings:?}"
     );
-    near(bounds(&scenes[0].objects[1])[0], [0.0, 0.0, 0.0]);
-    near(bounds(&scenes[2].objects[1])[0], [4.0, 0.0, 0.0]);
+    assert_near(bounds(&scenes[0].objects[1])[0], [0.0, 0.0, 0.0]);
+    assert_near(bounds(&scenes[2].objects[1])[0], [4.0, 0.0, 0.0]);
     assert!(Arc::ptr_eq(&scenes[1].objects[1], &scenes[2].objects[1]), "held at the end");
 }
 
@@ -249,9 +249,9 @@ fn a_recorded_walk_moves_a_person_and_its_joints() {
         assert_eq!((person.role, person.warnings.len()), (Role::Human, 0));
         // Who walks along the file's z walks along −y, and turned by 90° along +x, with the left at +y.
         let joints = person.keypoints.unwrap();
-        near(joints[15].unwrap(), [5.0 + z, 0.1, 0.1]);
-        near(joints[5].unwrap(), [5.0 + z, 0.2, 1.4]);
-        near(joints[0].unwrap(), [5.1 + z, 0.0, 1.6]);
+        assert_near(joints[15].unwrap(), [5.0 + z, 0.1, 0.1]);
+        assert_near(joints[5].unwrap(), [5.0 + z, 0.2, 1.4]);
+        assert_near(joints[0].unwrap(), [5.1 + z, 0.0, 1.6]);
         let [low, high] = bounds(person);
         assert!(low.z < 0.1 && high.z > 1.6 && low.x < 5.0 + z && high.x > 5.0 + z, "{low} {high}");
     }
@@ -264,7 +264,7 @@ fn a_recorded_walk_moves_a_person_and_its_joints() {
         "{warnings:?}"
     );
     // Without times it is the first frame.
-    near(
+    assert_near(
         scene_of(walker, &[("walk.bvh", walking())]).unwrap()[0].objects[0].keypoints.unwrap()[15].unwrap(),
         [0.0, 0.1, 0.1],
     );
@@ -297,14 +297,14 @@ fn a_robot_stands_as_it_was_recorded() {
     let tip = |scene: &Scene| scene.objects[0].linkage.as_ref().unwrap().link("tip").unwrap().position_m;
     let scenes = scene_of(&toml("rad", "[10, 11, 99]"), &files(table)).unwrap();
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    near(tip(&scenes[0]), [2.0, 0.0, 0.0]);
-    near(tip(&scenes[1]), [2.0 + half, half, 0.0]);
-    near(tip(&scenes[2]), [3.0, 1.0, 0.0]);
+    assert_near(tip(&scenes[0]), [2.0, 0.0, 0.0]);
+    assert_near(tip(&scenes[1]), [2.0 + half, half, 0.0]);
+    assert_near(tip(&scenes[2]), [3.0, 1.0, 0.0]);
     let in_degrees = table.replace("1.5707963267948966", "90");
-    near(tip(&scene_of(&toml("deg", "[12]"), &files(&in_degrees)).unwrap()[0]), [3.0, 1.0, 0.0]);
+    assert_near(tip(&scene_of(&toml("deg", "[12]"), &files(&in_degrees)).unwrap()[0]), [3.0, 1.0, 0.0]);
     // A joint that the table does not have is as the object says.
     let only = "time_s,turn\n0,0\n";
-    near(tip(&scene_of(&toml("deg", "[0]"), &files(only)).unwrap()[0]), [9.0, 0.0, 0.0]);
+    assert_near(tip(&scene_of(&toml("deg", "[0]"), &files(only)).unwrap()[0]), [9.0, 0.0, 0.0]);
     let refused = |angles: &str, table: &str, expected: &[&str]| {
         let error = scene_of(&toml(angles, "[12]"), &files(table)).unwrap_err().to_string();
         for fragment in [&["cell.toml: object \"arm\": "], expected].concat() {
@@ -338,7 +338,7 @@ fn models_of_a_world_take_roles_by_their_names() {
     let [rest, arm] = &scenes[0].objects[..] else { panic!("two parts") };
     assert_eq!((rest.name.as_str(), rest.role), ("cell", Role::Environment));
     assert_eq!((arm.name.as_str(), arm.role), ("cell/arm_*", Role::Robot));
-    near(bounds(rest)[1], [0.5, 0.5, 5.5]);
-    near(bounds(arm)[0], [1.5, -0.5, 4.5]);
+    assert_near(bounds(rest)[1], [0.5, 0.5, 5.5]);
+    assert_near(bounds(arm)[0], [1.5, -0.5, 4.5]);
     assert_eq!(rest.warnings, ["is an SDF world of which this is left out: sensor (3)"]);
 }

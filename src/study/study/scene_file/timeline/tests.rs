@@ -6,7 +6,7 @@ use super::super::parse_scene;
 use super::*;
 use perirobot_scene::scene::Up;
 use perirobot_scene::scene::bvh::MotionFile;
-use perirobot_scene::scene::keypoints::{KeypointFile, Layout};
+use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile};
 use perirobot_scene::scene::spec::SceneSpec;
 
 const BOX: &str = "box = { size_m = [1, 1, 1] }";
@@ -20,7 +20,7 @@ fn scene(objects: &[(&str, &str, &str)]) -> Result<SceneSpec> {
 }
 
 #[track_caller]
-fn refused(objects: &[(&str, &str, &str)], expected: &str) {
+fn assert_refused(objects: &[(&str, &str, &str)], expected: &str) {
     let error = scene(objects).expect_err(expected).to_string();
     assert!(error.starts_with("cell.toml: ") && error.contains(expected), "no {expected:?} in {error}");
 }
@@ -69,7 +69,12 @@ fn crossed_lists_meet_every_moment_of_the_rest() {
     assert_eq!((crossed.snapshots, by_hand.snapshots), (12, 12));
     for snapshot in 0..12 {
         for (crossed, by_hand) in crossed.objects.iter().zip(&by_hand.objects) {
-            assert_eq!(crossed.at(snapshot), by_hand.at(snapshot), "snapshot {snapshot} of {}", by_hand.name);
+            assert_eq!(
+                crossed.snapshot(snapshot),
+                by_hand.snapshot(snapshot),
+                "snapshot {snapshot} of {}",
+                by_hand.name
+            );
         }
     }
     // Alone it is a list like any other.
@@ -83,14 +88,14 @@ fn crossed_lists_meet_every_moment_of_the_rest() {
 fn lists_that_cannot_be_crossed_are_told() {
     let two = "position_m = [[0, 0, 0], [1, 0, 0]]";
     let unequal = format!("cross = true\n{two}\nrpy_deg = [[0, 0, 0]]");
-    refused(
+    assert_refused(
         &[("a", BOX, &unequal)],
         "object \"a\".snapshots: rpy_deg or quaternion has 1 entries, but position_m has 2: all lists of an object \
          that is crossed",
     );
-    refused(&[("a", BOX, &format!("cross = true\ncycle = true\n{two}"))], "both cycle and cross");
+    assert_refused(&[("a", BOX, &format!("cross = true\ncycle = true\n{two}"))], "both cycle and cross");
     let many = |key: &str| format!("{key}position_m = [{}]", vec!["[0, 0, 0]"; 200].join(", "));
-    refused(
+    assert_refused(
         &[("a", BOX, &many("")), ("b", BOX, &many("cross = true\n"))],
         "object \"b\".snapshots: its 200 entries make 40000 snapshots with the rest: at most 10000 can be",
     );
@@ -99,21 +104,21 @@ fn lists_that_cannot_be_crossed_are_told() {
 #[test]
 fn lists_of_unequal_length_name_both_and_the_cure() {
     let (two, three) = ("position_m = [[0, 0, 0], [1, 0, 0]]", "rpy_deg = [[0, 0, 0], [0, 0, 1], [0, 0, 2]]");
-    refused(
+    assert_refused(
         &[("a", BOX, two), ("b", BOX, three)],
         "object \"b\".snapshots: rpy_deg or quaternion has 3 entries, but object \"a\".snapshots.position_m has 2: \
          all lists of a scene must be equally long, or those of an object repeat with cycle = true",
     );
-    refused(
+    assert_refused(
         &[("a", BOX, &format!("{two}\n{three}"))],
         "object \"a\".snapshots: rpy_deg or quaternion has 3 entries",
     );
     let times = "animation = { times_s = [0.5] }";
-    refused(
+    assert_refused(
         &[("a", BOX, two), ("walk", "mesh = \"walk.glb\"", times)],
         "object \"walk\".snapshots: animation.times_s has 1 entries, but",
     );
-    refused(
+    assert_refused(
         &[("a", BOX, two), ("b", BOX, &format!("cycle = true\n{three}"))],
         "object \"b\".snapshots: rpy_deg or quaternion has 3 entries, but object \"a\".snapshots.position_m has 2: the \
          rest of a list that repeats would never be seen",
@@ -169,7 +174,7 @@ fn wrong_entries_are_named_by_their_place() {
             "animation.times_s = (100001 entries): must have at most 10000",
         ),
     ] {
-        refused(&[("a", surface, lists)], expected);
+        assert_refused(&[("a", surface, lists)], expected);
     }
 }
 
@@ -177,27 +182,27 @@ fn wrong_entries_are_named_by_their_place() {
 fn an_octomap_of_a_human_may_have_joints_that_move() {
     let lists = "keypoints = [\"a.csv\", \"b.csv\"]";
     let spec = scene(&[("a", "role = \"human\"\noctomap = \"a.bt\"", lists)]).unwrap();
-    let second = KeypointFile { path: "b.csv".into(), layout: Layout::Coco17 };
-    assert_eq!(spec.objects[0].at(1).keypoints, Some(second));
-    assert_eq!(spec.objects[0].at(1).surface, spec.objects[0].surface);
+    let second = KeypointFile { path: "b.csv".into(), layout: JointLayout::Coco17 };
+    assert_eq!(spec.objects[0].snapshot(1).keypoints, Some(second));
+    assert_eq!(spec.objects[0].snapshot(1).surface, spec.objects[0].surface);
 }
 
 #[test]
 fn people_are_read_in_their_layout_or_their_unit() {
     let table = |path: &str, layout| PersonFile::Joints(KeypointFile { path: path.into(), layout });
     let person = |keys: &str, lists: &str, snapshot: usize| {
-        let object = scene(&[("a", keys, lists)]).unwrap().objects[0].at(snapshot);
+        let object = scene(&[("a", keys, lists)]).unwrap().objects[0].snapshot(snapshot);
         let SurfaceSpec::Mannequin(person) = object.surface else { panic!("a mannequin") };
         person
     };
     let still = "position_m = [[0, 0, 0], [1, 0, 0]]";
-    assert_eq!(person("mannequin = \"a.csv\"", still, 0), table("a.csv", Layout::Coco17));
+    assert_eq!(person("mannequin = \"a.csv\"", still, 0), table("a.csv", JointLayout::Coco17));
     assert_eq!(
         person("mannequin = \"a.csv\"\nlayout = \"smpl-24\"", still, 1),
-        table("a.csv", Layout::Smpl24)
+        table("a.csv", JointLayout::Smpl24)
     );
     let lists = "mannequin = [\"a.csv\", \"b.csv\"]";
-    assert_eq!(person("layout = \"halpe-26\"", lists, 1), table("b.csv", Layout::Halpe26));
+    assert_eq!(person("layout = \"halpe-26\"", lists, 1), table("b.csv", JointLayout::Halpe26));
     let motion = |scale, up, time_s, bones: &[(&str, &str)]| {
         let bones = bones.iter().map(|(joint, bone)| ((*joint).into(), (*bone).into())).collect();
         PersonFile::Motion(MotionFile { path: "w.BVH".into(), scale, up, bones, time_s, centred: false })
@@ -273,7 +278,7 @@ fn people_whose_keys_do_not_fit_are_told() {
             "keypoints = \"a.bvh\": must be a table of joints",
         ),
     ] {
-        refused(&[("a", &keys, lists)], expected);
+        assert_refused(&[("a", &keys, lists)], expected);
     }
 }
 
@@ -282,10 +287,10 @@ fn a_robots_table_of_joints_needs_its_times_and_the_unit_of_its_angles() {
     let arm = "urdf = \"a.urdf\"\njoints_deg = { elbow = 5 }";
     let lists = "animation = { joints = \"did.csv\", angles = \"rad\", times_s = [1, 2, 4] }";
     let spec = scene(&[("a", arm, lists)]).unwrap();
-    let SurfaceSpec::Urdf(robot) = spec.objects[0].at(2).surface else { panic!("a robot") };
+    let SurfaceSpec::Urdf(robot) = spec.objects[0].snapshot(2).surface else { panic!("a robot") };
     let table = JointTableFile { path: "did.csv".into(), angles: AngleUnit::Rad };
     assert_eq!((robot.recorded, robot.joints.angles_deg["elbow"]), (Some((table, 4.0)), 5.0));
-    assert_eq!((spec.snapshots, spec.objects[0].at(2).animated.clone()), (3, None));
+    assert_eq!((spec.snapshots, spec.objects[0].snapshot(2).animated.clone()), (3, None));
     for (lists, expected) in [
         (
             "animation = { joints = \"did.csv\", times_s = [1] }",
@@ -301,6 +306,6 @@ fn a_robots_table_of_joints_needs_its_times_and_the_unit_of_its_angles() {
             "both animation.joints and a list of joints",
         ),
     ] {
-        refused(&[("a", arm, lists)], expected);
+        assert_refused(&[("a", arm, lists)], expected);
     }
 }

@@ -12,7 +12,7 @@ use perirobot_sweep::results::Over;
 
 /// A large number.
 #[derive(Debug)]
-pub(super) struct Tile {
+pub(super) struct BigNumber {
     name: String,
     value: String,
     /// Of what it is the number.
@@ -21,7 +21,7 @@ pub(super) struct Tile {
     notes: Vec<String>,
 }
 
-impl Tile {
+impl BigNumber {
     /// As an entry of a list.
     pub(super) fn view(&self) -> Markup {
         html! {
@@ -44,10 +44,10 @@ pub(super) fn tiles(
     rankings: &[Ranking],
     recommended: &Recommended,
     floor_m2: [f64; 3],
-) -> Result<Vec<Tile>> {
+) -> Result<Vec<BigNumber>> {
     let results = sweep.results;
     let key = rankings[recommended.series].series.key(recommended.choice, recommended.region);
-    let own = measure::of_choice(results, results.moments(), key)?;
+    let own = measure::choice_measures(results, results.moments(), key)?;
     let place = |score: Score| Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
     let of = |score: Score| own[place(score)];
     let mut shown = match of(Score::PeopleDetected) {
@@ -58,16 +58,16 @@ pub(super) fn tiles(
     if sweep.chosen.is_some() && !shown.contains(&recommended.score) {
         shown.insert(0, recommended.score);
     }
-    let bounds = measure::of_baselines(results, results.moments(), recommended.region);
+    let bounds = measure::baseline_measures(results, results.moments(), recommended.region);
     let bound = |score: Score| bounds.last().and_then(|(_, values)| values[place(score)]);
-    let mut tiles: Vec<Tile> =
+    let mut tiles: Vec<BigNumber> =
         shown.into_iter().filter_map(|score| Some(tile(score, of(score)?, bound(score)))).collect();
     tiles.push(blind_floor(floor_m2));
     tiles.push(cost(sweep, rankings, recommended));
     Ok(tiles)
 }
 
-fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
+fn tile(score: Score, over: Over, bound: Option<f64>) -> BigNumber {
     let shown = |value: f64| if measure::is_share(score) { percent(value) } else { number(Some(value)) };
     let mut notes = Vec::new();
     if over.of > 1 {
@@ -82,7 +82,12 @@ fn tile(score: Score, over: Over, bound: Option<f64>) -> Tile {
     if over.values < over.of {
         notes.push(format!("has a value at {} of {} moments", over.values, over.of));
     }
-    Tile { name: measure::title(score), value: shown(over.mean), meaning: meaning(score, over.of), notes }
+    BigNumber {
+        name: measure::title(score),
+        value: shown(over.mean),
+        meaning: meaning(score, over.of),
+        notes,
+    }
 }
 
 /// Of what a score is a number, so that a share of 100 % promises no more than it says.
@@ -104,8 +109,8 @@ fn meaning(score: Score, moments: usize) -> String {
 }
 
 /// The share of a floor that nothing watches.
-fn blind_floor([floor, blind, _]: [f64; 3]) -> Tile {
-    Tile {
+fn blind_floor([floor, blind, _]: [f64; 3]) -> BigNumber {
+    BigNumber {
         name: "blind floor".into(),
         value: percent(blind / floor.max(f64::MIN_POSITIVE)),
         meaning: "of the whole plan: nobody is noticed there".into(),
@@ -114,20 +119,23 @@ fn blind_floor([floor, blind, _]: [f64; 3]) -> Tile {
 }
 
 /// What the recommended choice costs, or that not all its sensors have a cost.
-fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> Tile {
+fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> BigNumber {
     let asked = &sweep.study.combinations[rankings[recommended.series].series.combination];
     let costs = asked.members.iter().map(|member| sweep.study.sensors[member.sensor].terms.cost);
     let name = "cost".into();
     let Some(sum) = costs.reduce(|sum, cost| Some(sum?.plus(cost?))).flatten() else {
-        return Tile {
-            name, value: "–".into(), meaning: "the study has no costs".into(), notes: Vec::new()
+        return BigNumber {
+            name,
+            value: "–".into(),
+            meaning: "the study has no costs".into(),
+            notes: Vec::new(),
         };
     };
     let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
     let meaning = budget.map_or("of all sensors, in the study’s currency".into(), |budget| {
         format!("of a budget of {budget}")
     });
-    Tile { name, value: sum.to_string(), meaning, notes: Vec::new() }
+    BigNumber { name, value: sum.to_string(), meaning, notes: Vec::new() }
 }
 
 /// A share, rounded, but not to nothing or all unless it is.
@@ -156,7 +164,7 @@ mod tests {
     #[test]
     fn a_tile_tells_the_worst_and_what_is_possible() {
         let over = Over { mean: 0.5, std: None, worst: 0.25, pooled: None, values: 3, of: 4 };
-        let Tile { name, value, notes, .. } = tile(Score::Unknown, over, Some(0.125));
+        let BigNumber { name, value, notes, .. } = tile(Score::Unknown, over, Some(0.125));
         assert_eq!((name.as_str(), value.as_str()), ("unknown", "50\u{a0}%"));
         assert_eq!(
             notes,
@@ -166,10 +174,10 @@ mod tests {
                 "has a value at 3 of 4 moments"
             ]
         );
-        let Tile { value, notes, .. } = tile(Score::F1, Over { values: 1, of: 1, ..over }, Some(0.75));
+        let BigNumber { value, notes, .. } = tile(Score::F1, Over { values: 1, of: 1, ..over }, Some(0.75));
         let reach = "a sensor at every position at once would reach 0.750".to_string();
         assert_eq!((value.as_str(), notes), ("0.500", vec![reach]));
-        let Tile { notes, .. } = tile(Score::Unknown, Over { values: 1, of: 1, ..over }, Some(0.0));
+        let BigNumber { notes, .. } = tile(Score::Unknown, Over { values: 1, of: 1, ..over }, Some(0.0));
         assert_eq!(notes, [""; 0], "that nothing may stay unknown is nothing to tell");
     }
 }

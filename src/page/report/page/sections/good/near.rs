@@ -48,7 +48,7 @@ pub(super) struct Near {
 ///
 /// # Errors
 /// When a file cannot be read; those of [`Approaches::read`].
-pub(super) fn near(folder: &Path, own: &[String; 3]) -> Result<Near> {
+pub(super) fn read_approach(folder: &Path, own: &[String; 3]) -> Result<Near> {
     let mut near = Near::default();
     let Some(approaches) = Approaches::read(folder)?.filter(|found| !found.rows.is_empty()) else {
         return Ok(near);

@@ -65,7 +65,7 @@ struct PlotScale {
 }
 
 impl PlotScale {
-    fn at(&self, value: f64) -> f64 {
+    fn position(&self, value: f64) -> f64 {
         let [low, high] = self.values;
         let [from, to] = self.pixels;
         // Tenths of a pixel do.
@@ -84,7 +84,7 @@ impl PlotScale {
         let last = (high / apart + 1e-9).floor() as i64;
         let mark = |i: i64| {
             let value = i as f64 * apart;
-            (self.at(value), format!("{value:.digits$}"))
+            (self.position(value), format!("{value:.digits$}"))
         };
         (first..=last).map(mark).collect()
     }
@@ -97,7 +97,7 @@ impl CostPlot {
             ("Where the sensors are".into(), chosen_sets::places(chosen)),
         ];
         CostPlot {
-            notes: chosen_sets::how_to_read(chosen).lines().map(String::from).collect(),
+            notes: chosen_sets::reading_guide(chosen).lines().map(String::from).collect(),
             picture: picture(chosen),
             tables,
         }
@@ -108,7 +108,7 @@ impl CostPlot {
         html! {
             div #front {
                 figure {
-                    (drawn(&self.picture))
+                    (render_picture(&self.picture))
                     figcaption {
                         "A point is the best set of at most so many sensors, full where it is proven; the line from it, \
                          dashed where it is not proven, is what no set of at most as many for that cost or less is above."
@@ -122,7 +122,7 @@ impl CostPlot {
 }
 
 /// What a step is drawn at: its cost, or how many sensors it has where there are no costs.
-fn across(step: &StepReport, priced: bool) -> f64 {
+fn step_x(step: &StepReport, priced: bool) -> f64 {
     match step.best.cost.filter(|_| priced) {
         Some(cost) => cost.amount(),
         None => step.at_most as f64,
@@ -132,7 +132,7 @@ fn across(step: &StepReport, priced: bool) -> f64 {
 fn picture(chosen: &Chosen) -> Picture {
     let steps = &chosen.report.steps;
     let priced = !steps.is_empty() && steps.iter().all(|step| step.best.cost.is_some());
-    let xs = || steps.iter().map(|step| across(step, priced));
+    let xs = || steps.iter().map(|step| step_x(step, priced));
     let ends = steps.iter().filter_map(|step| step.budget).map(|budget| budget.amount()).filter(|_| priced);
     let highest = xs().chain(ends).fold(0.0, f64::max);
     let ys = || steps.iter().flat_map(|step| step.no_set_is_above.into_iter().chain([step.best.score]));
@@ -145,23 +145,23 @@ fn picture(chosen: &Chosen) -> Picture {
     };
     let y = PlotScale { values: [low, low + room(high - low)], pixels: [edges[3], edges[1]] };
     let drawn = |step: &StepReport| {
-        let value = across(step, priced);
+        let value = step_x(step, priced);
         let until = match step.budget.filter(|_| priced) {
             Some(budget) => budget.amount(),
             None if priced => x.values[1],
             None => value + 0.4,
         };
         DrawnStep {
-            at: [x.at(value), y.at(step.best.score)],
+            at: [x.position(value), y.position(step.best.score)],
             words: format!(
                 "{}: {}",
-                chosen_sets::scored(&step.best, chosen.asked.objective.title()),
+                chosen_sets::describe_score(&step.best, chosen.asked.objective.title()),
                 step.best.name()
             ),
             sensors: step.at_most,
             colour: COLOURS[(step.at_most - 1) % COLOURS.len()],
             proven: step.proven,
-            bound: step.no_set_is_above.map(|bound| [y.at(bound), x.at(until)]),
+            bound: step.no_set_is_above.map(|bound| [y.position(bound), x.position(until)]),
         }
     };
     let title = if priced { "cost" } else { "sensors" };
@@ -174,7 +174,7 @@ fn picture(chosen: &Chosen) -> Picture {
     }
 }
 
-fn drawn(picture: &Picture) -> Markup {
+fn render_picture(picture: &Picture) -> Markup {
     let Picture { size: [width, height], edges: [left, top, right, bottom], across, up, steps } = picture;
     html! {
         svg viewBox={ "0 0 " (width) " " (height) } role="img" aria-label={ (across.title) " against " (up.title) } {

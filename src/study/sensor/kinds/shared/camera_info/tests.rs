@@ -59,19 +59,19 @@ roi:
 ---
 ";
 
-fn resolved(text: &str, more: &str) -> Result<(Table, Vec<String>), String> {
+fn resolve_file(text: &str, more: &str) -> Result<(Table, Vec<String>), String> {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study.toml");
     std::fs::write(folder.path().join("left.yaml"), text).unwrap();
     let at = Place::new(&study).key("sensor \"camera\"");
     let mut keys: Table = toml::from_str(&format!("camera_info = \"left.yaml\"\n{more}")).unwrap();
-    let said = resolve(&at, &mut keys, &Sources::beside(&study)).map_err(|e| e.to_string())?;
+    let said = resolve(&at, &mut keys, &Sources::from_main(&study)).map_err(|e| e.to_string())?;
     Ok((keys, said))
 }
 
-fn edited(from: &str, to: &str) -> Result<(Table, Vec<String>), String> {
+fn resolve_edited(from: &str, to: &str) -> Result<(Table, Vec<String>), String> {
     assert!(CALIBRATED.contains(from), "{from}");
-    resolved(&CALIBRATED.replace(from, to), "")
+    resolve_file(&CALIBRATED.replace(from, to), "")
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn both_ways_of_writing_it_give_the_same_camera() {
     let by_hand = [&flat, &tabbed, &hexadecimal].map(String::as_str);
     let written = [CALIBRATED, ECHOED, &old, &marked, &of_opencv, &merged, &named, &quoted, &followed];
     for text in written.into_iter().chain(by_hand) {
-        let (keys, said) = resolved(text, "").unwrap();
+        let (keys, said) = resolve_file(text, "").unwrap();
         assert_eq!(said, Vec::<String>::new());
         let fov: Vec<f64> = keys["fov_deg"].clone().try_into().unwrap();
         assert!((fov[0] - 90.0).abs() < 1e-12, "{fov:?}");
@@ -116,13 +116,13 @@ fn both_ways_of_writing_it_give_the_same_camera() {
 /// A hundredth of 640 px is 6.4: 6 are passed over, 20 are told (atan(20/320) = 3.58°), 70 are refused.
 #[test]
 fn a_principal_point_off_centre_is_told_or_refused() {
-    assert!(edited("319.5", "325.5").unwrap().1.is_empty());
-    let (_, said) = edited("319.5", "339.5").unwrap();
+    assert!(resolve_edited("319.5", "325.5").unwrap().1.is_empty());
+    let (_, said) = resolve_edited("319.5", "339.5").unwrap();
     assert_eq!(said.len(), 1);
     for part in ["left.yaml", "+20.0 px across and +0.0 px down", "by 3.6 and 0.0 degrees"] {
         assert!(said[0].contains(part), "{said:?}");
     }
-    let error = edited("239.5", "169.5").unwrap_err();
+    let error = resolve_edited("239.5", "169.5").unwrap_err();
     for part in
         ["sensor \"camera\": camera_info: ", "left.yaml", "-70.0 px down", "more than 10 %", "rectified"]
     {
@@ -133,12 +133,12 @@ fn a_principal_point_off_centre_is_told_or_refused() {
 /// At a corner r² = (319.5² + 239.5²) / 320² = 1.5570, so k1 moves it by k1 · r³ · 320 = k1 · 621.7 px.
 #[test]
 fn a_lens_that_bends_is_told_or_refused() {
-    assert!(edited("[0.0, 0, 0, 0, 0]", "[0.01, 0, 0, 0, 0]").unwrap().1.is_empty());
-    let (_, said) = edited("[0.0, 0, 0, 0, 0]", "[-0.05, 0, 0, 0, 0]").unwrap();
+    assert!(resolve_edited("[0.0, 0, 0, 0, 0]", "[0.01, 0, 0, 0, 0]").unwrap().1.is_empty());
+    let (_, said) = resolve_edited("[0.0, 0, 0, 0, 0]", "[-0.05, 0, 0, 0, 0]").unwrap();
     assert!(said[0].contains("by up to 31.1 px (4.9 % of the width)"), "{said:?}");
-    let error = edited("[0.0, 0, 0, 0, 0]", "[-0.3, 0, 0, 0, 0]").unwrap_err();
+    let error = resolve_edited("[0.0, 0, 0, 0, 0]", "[-0.3, 0, 0, 0, 0]").unwrap_err();
     assert!(error.contains("moves pixels by up to 186.5 px (29.1 % of the width)"), "{error}");
-    assert!(edited("[0.0, 0, 0, 0, 0]", "[]").unwrap().1.is_empty());
+    assert!(resolve_edited("[0.0, 0, 0, 0, 0]", "[]").unwrap().1.is_empty());
 }
 
 #[test]
@@ -200,7 +200,7 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         ),
         ("camera_name: left", "camera_name: *left", "reference to unknown value at line 3, column 14"),
     ] {
-        let error = edited(from, to).map(drop).unwrap_err();
+        let error = resolve_edited(from, to).map(drop).unwrap_err();
         for part in ["study.toml: sensor \"camera\": camera_info: ", "left.yaml: ", expected] {
             assert!(error.contains(part), "no {part:?} in {error}");
         }
@@ -212,11 +212,11 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         ("- 640\n- 480\n", "left.yaml: is not a table of keys"),
         ("plain", "left.yaml: is not a table of keys"),
     ] {
-        let error = resolved(text, "").unwrap_err();
+        let error = resolve_file(text, "").unwrap_err();
         assert!(error.contains(expected), "no {expected:?} in {error}");
     }
     let refused_soon = |text: String, expected: &str| {
-        let error = resolved(&text, "").unwrap_err();
+        let error = resolve_file(&text, "").unwrap_err();
         assert!(error.contains(expected) && error.len() < 500, "no {expected:?} in {error}");
     };
     for (deep, expected) in [
@@ -227,7 +227,7 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
         refused_soon(format!("{CALIBRATED}more:\n  {}", deep.repeat(100_000)), expected);
     }
     let nested = |deep: usize| format!("{CALIBRATED}more: {}1{}\n", "[".repeat(deep), "]".repeat(deep));
-    assert!(resolved(&nested(63), "").is_ok());
+    assert!(resolve_file(&nested(63), "").is_ok());
     refused_soon(nested(64), "Depth { depth: 65 }");
     // Each line stands for ten of the line before.
     let line = |n: usize| format!("l{n}: &l{n} [{}]\n", vec![format!("*l{}", n - 1); 10].join(","));
@@ -240,6 +240,6 @@ fn what_is_no_camera_info_is_refused_by_file_key_and_cure() {
     }
     let large = format!("{CALIBRATED}more: {}\n", "ha".repeat(1 << 19));
     refused_soon(large, "left.yaml: has 1048");
-    let twice = resolved(CALIBRATED, "fov_deg = [90, 60]").unwrap_err();
+    let twice = resolve_file(CALIBRATED, "fov_deg = [90, 60]").unwrap_err();
     assert!(twice.contains("sensor \"camera\": both camera_info and fov_deg: the file gives it"), "{twice}");
 }
