@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use perirobot_cover::CandidateEvidence;
-use perirobot_decide::choose::{CastEvidence, Casting, Choosing, Ending, Found, MEMORY_BYTES, Verified};
+use perirobot_decide::choose::{
+    CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding, Verified,
+};
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::metrics::Across;
 use perirobot_march::{Error, Result};
@@ -95,7 +97,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let out = args.out.clone().unwrap_or_else(|| study.usual_out("-choose"));
     let packages = study.package_words();
     let (study, worlds) = study.load_unless(&|| stop.reason())?;
-    let choose = asked(&study)?;
+    let choose = choose_keys(&study)?;
     let choosing = Choosing::new(&study, choose, &worlds, args.evidence_bytes())?;
     let folder = choosing.open(&out)?;
     let casting = choosing.begin_casting(Some(folder.path()), args.restart)?;
@@ -122,10 +124,10 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     print_verdicts(&study, &results, outcome.chosen.report.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;
     match ending {
-        Ending::Finished => return Ok(ExitCode::SUCCESS),
-        Ending::NotSearched(why) => say!("{why}: not all sets were searched"),
-        Ending::NotRefined(why) => say!("{why}: all sets were searched, and not all were refined"),
-        Ending::Failed(error) => return Err(error),
+        SearchEnding::Finished => return Ok(ExitCode::SUCCESS),
+        SearchEnding::NotSearched(why) => say!("{why}: not all sets were searched"),
+        SearchEnding::NotRefined(why) => say!("{why}: all sets were searched, and not all were refined"),
+        SearchEnding::Failed(error) => return Err(error),
     }
     Ok(stop_code())
 }
@@ -139,7 +141,7 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
             swept::study_of(folder, place, &Default::default())?
         }
     };
-    let choosing = Choosing::new(&study, asked(&study)?, &worlds, args.evidence_bytes())?;
+    let choosing = Choosing::new(&study, choose_keys(&study)?, &worlds, args.evidence_bytes())?;
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = args.backend.backends()?;
@@ -210,7 +212,7 @@ impl Args {
 }
 
 /// What the study asks for.
-fn asked(study: &Study) -> Result<&Choose> {
+fn choose_keys(study: &Study) -> Result<&Choose> {
     study.choose.as_ref().ok_or_else(|| {
         let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
         Error::input(&study.path, "no [choose]")

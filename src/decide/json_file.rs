@@ -75,7 +75,7 @@ mod tests {
     const FILE: JsonFile = JsonFile { name: "list.json", format: 3, table: "list.csv", command: "list" };
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
-    struct List {
+    struct SampleList {
         format: u32,
         numbers: Vec<f64>,
     }
@@ -84,7 +84,7 @@ mod tests {
     fn files_are_read_whole_or_refused() {
         let folder = tempfile::tempdir().unwrap();
         let (path, table) = (folder.path().join(FILE.name), folder.path().join(FILE.table));
-        let read = || FILE.read::<List>(folder.path());
+        let read = || FILE.read::<SampleList>(folder.path());
         let refused = |words: &str| {
             let error = read().unwrap_err().to_string();
             assert!(error.contains(words) && error.contains("run `perirobot list` again"), "{error}");
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(read().unwrap(), None);
         fs::write(&table, "number\n").unwrap();
         refused("list.csv: was written by an older perirobot, which wrote no list.json");
-        let list = List { format: 3, numbers: vec![0.1 + 0.2, 1e300, -0.0, 5e-324] };
+        let list = SampleList { format: 3, numbers: vec![0.1 + 0.2, 1e300, -0.0, 5e-324] };
         FILE.write(folder.path(), &list).unwrap();
         assert_eq!(read().unwrap().unwrap(), list);
         // Those of a newer program may hold what is unknown here.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use perirobot_decide::choose::{Choosing, Ending, Found, MEMORY_BYTES, Verified};
+use perirobot_decide::choose::{Choosing, Found, MEMORY_BYTES, SearchEnding, Verified};
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
@@ -23,7 +23,7 @@ pub(crate) fn search(
     out: &Path,
 ) -> Result<()> {
     let begin = Instant::now();
-    let choosing = Choosing::new(study, asked(study)?, worlds, MEMORY_BYTES)?;
+    let choosing = Choosing::new(study, choose_keys(study)?, worlds, MEMORY_BYTES)?;
     let folder = choosing.open(out)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = open(words, listener)?;
@@ -35,7 +35,7 @@ pub(crate) fn search(
     // What Python stopped is not written.
     listener.check_stop()?;
     let Some(Found { outcome, ending }) = found else { return Ok(()) };
-    if let Ending::Failed(error) = ending {
+    if let SearchEnding::Failed(error) = ending {
         return Err(error);
     }
     listener.begins("sets", outcome.total());
@@ -51,7 +51,7 @@ pub(crate) fn check(
     listener: &Listener,
     folder: &Path,
 ) -> Result<[usize; 4]> {
-    let choosing = Choosing::new(study, asked(study)?, worlds, MEMORY_BYTES)?;
+    let choosing = Choosing::new(study, choose_keys(study)?, worlds, MEMORY_BYTES)?;
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = open(words, listener)?;
@@ -63,7 +63,7 @@ pub(crate) fn check(
     Ok([sets, proven, bounded, open])
 }
 
-fn asked(study: &Study) -> Result<&Choose> {
+fn choose_keys(study: &Study) -> Result<&Choose> {
     study.choose.as_ref().ok_or_else(|| {
         let wanted = "say what is looked for, as in objective=\"f1\", region=\"robot\", at_most=3";
         Error::from(Issue::missing("choose").with_place(&study.path)).with_advice(wanted)

@@ -43,11 +43,11 @@ pub struct Found<'a> {
     /// What is to be written.
     pub outcome: Outcome<'a>,
     /// How the search ended.
-    pub ending: Ending,
+    pub ending: SearchEnding,
 }
 
 /// How a search ended.
-pub enum Ending {
+pub enum SearchEnding {
     /// By itself.
     Finished,
     /// It was stopped, for this reason, before all sets were searched.
@@ -132,25 +132,25 @@ impl<'a> Choosing<'a> {
         let problem = problem_of(self.study, self.choose, self.worlds, evidence);
         let answer = answer(&problem, progress)?;
         let mut report = FrontReport::new(self.study, self.worlds, &problem, &answer);
-        let (mut ending, mut with_poses) = (Ending::Finished, None);
+        let (mut ending, mut with_poses) = (SearchEnding::Finished, None);
         if let Some(why) = progress.stop_reason().filter(|_| !answer.complete) {
             if report.steps.is_empty() {
                 return Ok(None);
             }
-            ending = Ending::NotSearched(why);
+            ending = SearchEnding::NotSearched(why);
         }
         evidence.was_read()?;
         if self.choose.refine && answer.complete {
             match refine(asked, (&problem, &answer, &report), self.memory_bytes, backends, progress) {
                 Ok(refinement) => {
                     if let Some(why) = progress.stop_reason().filter(|_| !refinement.complete) {
-                        ending = Ending::NotRefined(why);
+                        ending = SearchEnding::NotRefined(why);
                     }
                     with_poses = refinement.with_poses;
                     report.refined = Some(refinement.told);
                     report.refining_stopped = !refinement.complete;
                 }
-                Err(error) => ending = Ending::Failed(error),
+                Err(error) => ending = SearchEnding::Failed(error),
             }
         }
         Ok(Some(Found { outcome: Outcome::new(asked, report, with_poses), ending }))

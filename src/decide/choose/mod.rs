@@ -23,7 +23,7 @@ mod ties;
 mod verify;
 
 pub use check::count_again;
-pub use choosing::{CastEvidence, Choosing, Ending, Found};
+pub use choosing::{CastEvidence, Choosing, Found, SearchEnding};
 pub use evidence::{Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
 pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use outcome::{Outcome, as_swept};

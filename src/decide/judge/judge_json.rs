@@ -67,7 +67,7 @@ pub struct RequirementVerdict {
     /// The limit, if the score must be this or less.
     pub at_most: Option<f64>,
     /// The value in the worst case; `None` if a case has no value.
-    pub value: Option<Number>,
+    pub value: Option<JsonNumber>,
     /// How many cases there are.
     pub cases: usize,
     /// How many of them miss the limit.
@@ -81,7 +81,7 @@ pub struct RequirementVerdict {
     /// The worst case.
     pub worst: WorstPlace,
     /// The upper bound of the listed poses, if it misses the limit.
-    pub out_of_reach: Option<Number>,
+    pub out_of_reach: Option<JsonNumber>,
     /// The hash of the tables of the study that decided it; empty if none did.
     pub tables_sha256: String,
 }
@@ -96,13 +96,13 @@ pub struct ConditionScore {
     /// The score, by its name.
     pub score: String,
     /// The best value.
-    pub best: Number,
+    pub best: JsonNumber,
     /// The mean of all values.
-    pub mean: Number,
+    pub mean: JsonNumber,
     /// The value that one in twenty is no better than.
-    pub quantile_05: Number,
+    pub quantile_05: JsonNumber,
     /// The worst value by the score's own direction.
-    pub worst: Number,
+    pub worst: JsonNumber,
     /// Where the worst value is.
     pub worst_at: WorstPlace,
     /// How many moments, or ways in, of all cases have a value.
@@ -137,7 +137,7 @@ pub struct WorstPlace {
 /// written as `"inf"`, as in the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "WrittenNumber", into = "WrittenNumber")]
-pub struct Number(pub f64);
+pub struct JsonNumber(pub f64);
 
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
@@ -152,8 +152,8 @@ enum Infinity {
     Inf,
 }
 
-impl From<Number> for WrittenNumber {
-    fn from(Number(number): Number) -> WrittenNumber {
+impl From<JsonNumber> for WrittenNumber {
+    fn from(JsonNumber(number): JsonNumber) -> WrittenNumber {
         match number.is_finite() {
             true => WrittenNumber::Finite(number),
             false => WrittenNumber::Infinite(Infinity::Inf),
@@ -161,9 +161,9 @@ impl From<Number> for WrittenNumber {
     }
 }
 
-impl From<WrittenNumber> for Number {
-    fn from(written: WrittenNumber) -> Number {
-        Number(match written {
+impl From<WrittenNumber> for JsonNumber {
+    fn from(written: WrittenNumber) -> JsonNumber {
+        JsonNumber(match written {
             WrittenNumber::Finite(number) => number,
             WrittenNumber::Infinite(Infinity::Inf) => f64::INFINITY,
         })
@@ -237,14 +237,14 @@ fn verdict(study: &Study, subject: &Subject, set: &JudgedSet, judgement: &Judgem
         over: requirement.scope(),
         at_least,
         at_most,
-        value: judgement.value.as_ref().map(|value| Number(value.number())),
+        value: judgement.value.as_ref().map(|value| JsonNumber(value.number())),
         cases: judgement.cases,
         failed: judgement.failed,
         values: judgement.values,
         of: judgement.of,
         draws_as_planned: judgement.kept,
         worst: worst_place(set, subject, condition, &judgement.worst),
-        out_of_reach: judgement.out_of_reach.as_ref().map(|bound| Number(bound.number())),
+        out_of_reach: judgement.out_of_reach.as_ref().map(|bound| JsonNumber(bound.number())),
         tables_sha256: tables_sha256(study, Summed::from_measure(&requirement.measure), condition),
     }
 }
@@ -259,10 +259,10 @@ fn condition_score(
         condition: spread.condition,
         region: spread.of_what.region().map(|region| subject.regions[region].clone()),
         score: spread.of_what.name().into(),
-        best: Number(spread.best),
-        mean: Number(spread.mean),
-        quantile_05: Number(spread.twentieth),
-        worst: Number(spread.worst),
+        best: JsonNumber(spread.best),
+        mean: JsonNumber(spread.mean),
+        quantile_05: JsonNumber(spread.twentieth),
+        worst: JsonNumber(spread.worst),
         worst_at: worst_place(set, subject, spread.condition, &spread.at),
         values: spread.values,
         of: spread.of,
@@ -313,7 +313,7 @@ mod tests {
             over: Across::Worst,
             at_least: Some(0.1 + 0.2),
             at_most: None,
-            value: Some(Number(f64::INFINITY)),
+            value: Some(JsonNumber(f64::INFINITY)),
             cases: 20,
             failed: 1,
             values: 19,
@@ -327,10 +327,10 @@ mod tests {
             condition: Condition::AsPlanned,
             region: Some("robot".into()),
             score: "f1".into(),
-            best: Number(f64::INFINITY),
-            mean: Number(1.0 / 3.0),
-            quantile_05: Number(f64::MIN_POSITIVE),
-            worst: Number(-2.0),
+            best: JsonNumber(f64::INFINITY),
+            mean: JsonNumber(1.0 / 3.0),
+            quantile_05: JsonNumber(f64::MIN_POSITIVE),
+            worst: JsonNumber(-2.0),
             worst_at: at,
             values: 1,
             of: usize::MAX,

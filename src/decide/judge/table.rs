@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::judge_json::{Number, SetVerdicts, WorstPlace};
+use super::judge_json::{JsonNumber, SetVerdicts, WorstPlace};
 use perirobot_march::Result;
 use perirobot_sweep::results::files::{CONDITIONS, REQUIREMENTS};
 use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
@@ -120,7 +120,7 @@ fn text(text: &Option<String>) -> Datum<'_> {
     Datum::Text(text.as_deref().unwrap_or_default())
 }
 
-fn score<'n>(number: Option<Number>) -> Datum<'n> {
+fn score<'n>(number: Option<JsonNumber>) -> Datum<'n> {
     Datum::Score(number.map(|number| number.0))
 }
 

@@ -36,7 +36,7 @@ pub(super) fn maxima(results: &Results, combination: usize, region: usize, score
         let mut best: Option<Maximum> = None;
         for representation in 0..representations {
             let series = Series { combination, representation };
-            let values = series.over(results, &scene.moments, region, score)?;
+            let values = series.summarize(results, &scene.moments, region, score)?;
             let first = first_best(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
             let Some((choice, value)) = first else { continue };
             if best.is_none_or(|best| score.merit(value) > score.merit(best.value)) {

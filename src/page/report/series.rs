@@ -39,7 +39,7 @@ impl Series {
     }
 
     /// A score of each of its choices over some moments.
-    pub(super) fn over(
+    pub(super) fn summarize(
         self,
         results: &Results,
         moments: &(impl Iterator<Item = usize> + Clone),
@@ -51,7 +51,7 @@ impl Series {
     }
 
     /// The weighted mean of a score of each of its choices over some moments.
-    pub(super) fn weighted(
+    pub(super) fn weighted_mean(
         self,
         results: &Results,
         moments: &(impl Iterator<Item = usize> + Clone),
@@ -73,13 +73,13 @@ impl Series {
         region: usize,
         score: Score,
     ) -> Result<Vec<(usize, f64)>> {
-        let values = self.over(results, moments, region, score)?;
-        Ok(ranked(score, values.iter().map(|over| Some(over.as_ref()?.mean))))
+        let values = self.summarize(results, moments, region, score)?;
+        Ok(rank(score, values.iter().map(|over| Some(over.as_ref()?.mean))))
     }
 }
 
 /// Choices that have a value, the best first; equal ones keep study order.
-pub(super) fn ranked(score: Score, values: impl Iterator<Item = Option<f64>>) -> Vec<(usize, f64)> {
+pub(super) fn rank(score: Score, values: impl Iterator<Item = Option<f64>>) -> Vec<(usize, f64)> {
     let mut best: Vec<(usize, f64)> =
         values.enumerate().filter_map(|(choice, value)| Some((choice, value?))).collect();
     best.sort_by(|a, b| score.merit(b.1).total_cmp(&score.merit(a.1)));

@@ -33,10 +33,10 @@ use perirobot_march::{Error, Result};
 /// TOML.
 pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, (Error, Option<String>)> {
     let table: Table = toml::from_str(text)
-        .map_err(|e| (Error::input(path, written::narrowed(syntax::shown(&e).trim_end())), None))?;
+        .map_err(|e| (Error::input(path, written::narrow(syntax::show(&e).trim_end())), None))?;
     // All is read from the table, here as where it is read in parts, so that the code for it is compiled once.
     read(table).map_err(|why| {
-        let shown = Written::new(text).shown(&why);
+        let shown = Written::new(text).show(&why);
         (Error::input(path, shown), Some(why.message))
     })
 }

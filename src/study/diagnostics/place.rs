@@ -51,11 +51,11 @@ impl<'a> Place<'a> {
 
     /// The error for something that is missing or given twice.
     pub(crate) fn says(&self, what: impl Into<Words>) -> Error {
-        self.around(Issue::says(what))
+        self.wrap(Issue::says(what))
     }
 
     /// An error with this place around it, such as that of a file that is named here.
-    pub(crate) fn around(&self, error: impl Into<Error>) -> Error {
+    pub(crate) fn wrap(&self, error: impl Into<Error>) -> Error {
         let error = error.into();
         match self.prefix.trim_end_matches('.') {
             "" => error,
@@ -95,7 +95,7 @@ impl<'a> Place<'a> {
     pub(crate) fn some<T>(&self, key: &str, entries: &[T], example: &str) -> Result<()> {
         if entries.is_empty() {
             return Err(self
-                .around(Issue::missing(key))
+                .wrap(Issue::missing(key))
                 .with_advice(format!("add at least one, as in {example}")));
         }
         Ok(())
@@ -114,7 +114,7 @@ impl<'a> Place<'a> {
             if name.chars().count() > MOST_OF_NAME {
                 let begin: String = name.chars().take(40).collect();
                 let what = format!("has more than {MOST_OF_NAME} characters: take a shorter one");
-                return Err(self.around(
+                return Err(self.wrap(
                     Issue::too_large(format!("its name {what}")).with_place(format!("{kind} {begin:?}…")),
                 ));
             }

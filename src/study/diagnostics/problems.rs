@@ -132,17 +132,17 @@ mod tests {
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
-    struct Cell {
+    struct ProblemCell {
         #[serde(default)]
         sizes: Vec<f64>,
         #[serde(default)]
-        body: Vec<Body>,
+        body: Vec<ProblemBody>,
     }
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[expect(dead_code, reason = "it is only read")]
-    struct Body {
+    struct ProblemBody {
         size: f64,
     }
 
@@ -169,7 +169,7 @@ mod tests {
             ("body = [{}]", None, &["missing field `size`"]),
         ] {
             let table: Table = toml::from_str(text).unwrap();
-            let (found, wrong) = read_without_wrong_keys::<Cell>(table.into());
+            let (found, wrong) = read_without_wrong_keys::<ProblemCell>(table.into());
             let found = found.map(|cell| (cell.sizes.len(), cell.body.len()));
             let wrong: Vec<&str> = wrong.iter().map(|error| error.message.as_str()).collect();
             assert_eq!((found, &wrong[..]), (expected, told), "{text}");

@@ -138,7 +138,7 @@ impl<'de> SeqAccess<'de> for List<'_> {
         seed: T,
     ) -> Result<Option<T::Value>, Unreadable> {
         let Some((number, value)) = self.rest.next() else { return Ok(None) };
-        seed.deserialize(Reader(value)).map(Some).map_err(|error| error.after(Step::Entry(number)))
+        seed.deserialize(Reader(value)).map(Some).map_err(|error| error.prefix(Step::Entry(number)))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -163,7 +163,7 @@ impl<'de> MapAccess<'de> for Entries {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Unreadable> {
         let (key, value) = self.open.take().ok_or_else(|| de::Error::custom("a value before its key"))?;
-        seed.deserialize(Reader(value)).map_err(|error| error.after(Step::Key(key)))
+        seed.deserialize(Reader(value)).map_err(|error| error.prefix(Step::Key(key)))
     }
 }
 

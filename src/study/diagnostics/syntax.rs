@@ -25,7 +25,7 @@ const BACKSLASHES: &str = "between \" a backslash begins an escape: write paths 
                            single quotes, as in 'C:\\cell\\part.stl'";
 
 /// An error of the TOML parser as it shows it: below the line of the file what is wrong, in our words where it has none.
-pub(crate) fn shown(error: &toml::de::Error) -> String {
+pub(crate) fn show(error: &toml::de::Error) -> String {
     let (shown, message) = (error.to_string(), error.message());
     let cure = CURES.iter().find(|(fragment, _)| message.contains(fragment));
     let replaced =
@@ -52,11 +52,11 @@ mod tests {
             ("5.", "a digit follows the point"),
         ] {
             let text = format!("a = {value}\n");
-            let shown = shown(&toml::from_str::<Table>(&text).unwrap_err());
+            let shown = show(&toml::from_str::<Table>(&text).unwrap_err());
             let (line, said) = shown.rsplit_once('\n').unwrap();
             assert!(line.contains(value) && said.starts_with(expected), "{value}: {shown}");
         }
-        let shown = shown(&toml::from_str::<Table>("a: 5").unwrap_err());
+        let shown = show(&toml::from_str::<Table>("a: 5").unwrap_err());
         assert!(shown.ends_with("write = between a key and its value, as in a = 5"), "{shown}");
     }
 }

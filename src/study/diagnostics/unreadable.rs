@@ -44,7 +44,7 @@ impl Unreadable {
     }
 
     /// The error of what a step leads to, as one of what the step is taken from.
-    pub(crate) fn after(mut self, step: Step) -> Self {
+    pub(crate) fn prefix(mut self, step: Step) -> Self {
         self.steps.insert(0, step);
         self
     }
@@ -70,7 +70,7 @@ impl Unreadable {
     }
 
     /// What a word is nearest to among those that would be right, as the end of a message.
-    pub(crate) fn meant(&self) -> String {
+    pub(crate) fn suggestion(&self) -> String {
         let near = match &self.kind {
             Unread::UnknownKey(written, expected) | Unread::UnknownWord(written, expected) => {
                 nearest(written, expected.iter().copied())

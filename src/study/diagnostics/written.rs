@@ -39,11 +39,11 @@ impl<'a> Written<'a> {
 
     /// An error in words below the line that it is about, as the `toml` crate shows those of syntax, and with
     /// what may be meant.
-    pub(crate) fn shown(&self, error: &Unreadable) -> String {
+    pub(crate) fn show(&self, error: &Unreadable) -> String {
         let bytes = self.table().and_then(|table| bytes_of(table, error));
-        let shown = bytes
-            .map_or(error.to_string(), |bytes| narrowed(&place_message(self.text, bytes, &error.message)));
-        format!("{}{}", shown.trim_end(), error.meant())
+        let shown =
+            bytes.map_or(error.to_string(), |bytes| narrow(&place_message(self.text, bytes, &error.message)));
+        format!("{}{}", shown.trim_end(), error.suggestion())
     }
 }
 
@@ -57,7 +57,7 @@ pub(crate) fn describe(error: &Unreadable, line_of: LineOf, within: &[Step]) -> 
     // What is missing stands on no line.
     let line = if culprit.is_empty() { None } else { line_of(&[within, &culprit].concat()) };
     let line = line.map_or(String::new(), |line| format!(" (line {line})"));
-    format!("{error}{line}{}", error.meant())
+    format!("{error}{line}{}", error.suggestion())
 }
 
 /// The line of a byte, counted from 1.
@@ -108,7 +108,7 @@ const SHOWN_BEFORE: usize = 60;
 
 /// A message of the `toml` crate with a part only of a line that is too long for a screen: the part around the marks
 /// in the next line.
-pub(crate) fn narrowed(message: &str) -> String {
+pub(crate) fn narrow(message: &str) -> String {
     let mut lines: Vec<String> = message.lines().map(String::from).collect();
     let is_marks = |line: &str| line.contains('^') && line.chars().all(|c| " |^".contains(c));
     let Some(at) = lines.iter().position(|line| is_marks(line)).filter(|at| *at > 0) else {
@@ -196,46 +196,46 @@ mod tests {
     #[test]
     fn of_a_long_line_the_wrong_part_is_shown() {
         let long = format!("seed = [{}oops, {}]", "1, ".repeat(500_000), "2, ".repeat(500_000));
-        let shown = narrowed(&toml::from_str::<toml::Table>(&long).unwrap_err().to_string());
+        let shown = narrow(&toml::from_str::<toml::Table>(&long).unwrap_err().to_string());
         let lines: Vec<&str> = shown.lines().collect();
         assert!(shown.len() < 1000 && lines[0].contains("line 1, column "), "{shown}");
         let marked = lines[3].chars().position(|c| c == '^').unwrap();
         assert_eq!(lines[2].chars().skip(marked).take(4).collect::<String>(), "oops", "{shown}");
         assert!(lines[2].starts_with("1 | …") && lines[2].ends_with('…'), "{shown}");
-        let end = narrowed("TOML\n  |\n1 | a\n  | ^\nno");
+        let end = narrow("TOML\n  |\n1 | a\n  | ^\nno");
         assert_eq!(end, "TOML\n  |\n1 | a\n  | ^\nno");
     }
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[expect(dead_code, reason = "it is only read")]
-    struct Cell {
+    struct SampleCell {
         seed: u32,
-        fusion: Option<Word>,
-        grid: Option<Grid>,
+        fusion: Option<SampleWord>,
+        grid: Option<SampleGrid>,
         #[serde(default)]
-        body: Vec<Body>,
+        body: Vec<SampleBody>,
     }
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[expect(dead_code, reason = "it is only read")]
-    struct Grid {
+    struct SampleGrid {
         size_m: f64,
-        outer: Option<Body>,
+        outer: Option<SampleBody>,
     }
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[expect(dead_code, reason = "it is only read")]
-    struct Body {
+    struct SampleBody {
         name: String,
         #[serde(default, deserialize_with = "exactly")]
         position_m: [f64; 3],
         x_m: Option<AxisValues>,
         spots: Option<Vec<Spot>>,
         joints: Option<BTreeMap<String, f64>>,
-        grid: Option<Box<Grid>>,
+        grid: Option<Box<SampleGrid>>,
     }
 
     #[derive(Debug, Deserialize)]
@@ -244,7 +244,7 @@ mod tests {
 
     #[derive(Debug, Deserialize)]
     #[serde(rename_all = "lowercase")]
-    enum Word {
+    enum SampleWord {
         Caution,
         Odds,
     }
@@ -311,13 +311,13 @@ mod tests {
             "# ∞\r\nseed = 1\r\nbody = [\r\n  { name = \"a\" },\r\n  { name = 2 },\r\n]\r\n",
             "\u{feff}sed = 1",
         ] {
-            let crates = toml::from_str::<Cell>(text).expect_err(text);
-            let own = read::<Cell>(toml::from_str::<toml::Table>(text).unwrap()).expect_err(text);
+            let crates = toml::from_str::<SampleCell>(text).expect_err(text);
+            let own = read::<SampleCell>(toml::from_str::<toml::Table>(text).unwrap()).expect_err(text);
             // The place is the crate's, the words are ours.
             let expected = crates.to_string().replace(crates.message(), &own.message);
             assert_eq!(
-                Written::new(text).shown(&own),
-                expected.trim_end().to_owned() + &own.meant(),
+                Written::new(text).show(&own),
+                expected.trim_end().to_owned() + &own.suggestion(),
                 "{text}"
             );
         }

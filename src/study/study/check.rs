@@ -40,7 +40,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     }
     let scenes = scenes(at, &mut file, &sources, &mut problems);
     let written = Written::new(&text);
-    let context = sensor::Context {
+    let context = sensor::SensorContext {
         seed: file.seed,
         noiseless,
         index: 0,
@@ -244,7 +244,7 @@ fn scenes(at: &Place, file: &mut StudyFile, sources: &Sources, problems: &mut Pr
     let scenes = file.scene.iter().enumerate().filter_map(|(i, entry)| {
         let path = at.folder().join(&entry.file);
         // An error inside the file names the file; an error of opening it also names the study.
-        let text = sources.text(&path).map_err(|e| at.around(e.with_place(format!("scene[{i}].file"))));
+        let text = sources.text(&path).map_err(|e| at.wrap(e.with_place(format!("scene[{i}].file"))));
         let mut scene = problems.keep(text).and_then(|text| problems.keep_all(parse_scene(&path, text)))?;
         scene.name = entry.name.clone().unwrap_or(scene.name);
         Some(scene)
@@ -290,7 +290,7 @@ fn regions(
 fn sensors(
     at: &Place,
     entries: Vec<toml::Table>,
-    context: sensor::Context,
+    context: sensor::SensorContext,
     problems: &mut Problems,
 ) -> Vec<Sensor> {
     let (mut sensors, mut wrong, mut poses) = (Vec::<Sensor>::new(), Vec::new(), 0);
@@ -299,7 +299,7 @@ fn sensors(
         if like.is_some() && wrong.contains(&like) {
             continue;
         }
-        let context = sensor::Context { index, earlier: &sensors, poses, ..context };
+        let context = sensor::SensorContext { index, earlier: &sensors, poses, ..context };
         match problems.keep_all(sensor::check(at, keys, &context)) {
             Some(sensor) => {
                 poses += sensor.candidates.len();
@@ -317,7 +317,7 @@ fn no_semicolons(at: &Place, sensors: &[Sensor]) -> Result<()> {
     let names = sensors.iter().map(|sensor| sensor.name.as_str()).chain(poses);
     match names.into_iter().find(|name| name.contains(';')) {
         Some(name) => {
-            Err(at.around(Error::input(format!("{name:?}"), "names of sensors and poses hold no semicolon")))
+            Err(at.wrap(Error::input(format!("{name:?}"), "names of sensors and poses hold no semicolon")))
         }
         None => Ok(()),
     }

@@ -115,7 +115,7 @@ pub(super) fn check_rows(
                  repeats), make more than {MAX_ROWS} rows of results"
             );
             let issue = Issue::too_large(what).with_advice("name a part of the poses, or fewer of the rest");
-            return Err(at.around(issue.with_place(format!("combination {:?}", combination.name))));
+            return Err(at.wrap(issue.with_place(format!("combination {:?}", combination.name))));
         }
         let names = combination.members.iter().map(|member| sensors[member.sensor].kind.representations());
         bytes = bytes.saturating_add(bytes_of_names(names));
@@ -123,7 +123,7 @@ pub(super) fn check_rows(
             let what = format!("{representations} choices of a representation for each sensor are too many");
             let issue =
                 Issue::too_large(what).with_advice("fuse fewer sensors, or give them fewer representations");
-            return Err(at.around(issue.with_place(format!("combination {:?}", combination.name))));
+            return Err(at.wrap(issue.with_place(format!("combination {:?}", combination.name))));
         }
     }
     Ok(())

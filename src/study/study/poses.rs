@@ -94,14 +94,14 @@ pub(super) fn expand(
         Expanded::from_list(poses.collect::<Result<_>>()?)
     } else if let Some(csv) = &entry.csv {
         let poses = table(&at.folder().join(csv), entry.frame.unwrap_or_default(), source);
-        Expanded::from_list(poses.map_err(|e| at.around(e.with_place("csv")))?)
+        Expanded::from_list(poses.map_err(|e| at.wrap(e.with_place("csv")))?)
     } else if let Some(random) = &entry.random {
         draw_poses(at, random, entry.facing, source, most)?
     } else {
         lattice_poses(at, entry, source.stance, most)?
     };
     if named.len() > most {
-        return Err(at.around(too_many()));
+        return Err(at.wrap(too_many()));
     }
     let poses: Vec<&Pose> = named.iter().map(|(_, pose)| pose).collect();
     let has_steps = steps.iter().any(|&step| step > 0.0);
@@ -139,7 +139,7 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> 
         .iter()
         .try_fold(1, |n: usize, &m| n.checked_mul(m));
     if count.is_none_or(|n| n > most) {
-        return Err(at.around(too_many()));
+        return Err(at.wrap(too_many()));
     }
     let mut poses = Vec::new();
     let mut position = 0;
@@ -349,7 +349,7 @@ fn draw_poses(
         return Err(at.wrong("count", random.count, &format!("must be from 1 to {MAX_POSES}")));
     }
     if random.count as usize > most {
-        return Err(at.around(too_many()));
+        return Err(at.wrap(too_many()));
     }
     let (min, max) = (at.vector("min_m", random.min_m)?, at.vector("max_m", random.max_m)?);
     if !min.cmple(max).all() {

@@ -181,7 +181,7 @@ fn persons(at: &Place, (number, entry): (usize, &PersonEntry)) -> Result<Vec<(St
             Ok(numbers(at, "times_s", times_s)?.into_iter().map(moment).collect())
         }
         (PersonFile::Motion(_), None) => Err(at
-            .around(Issue::missing("times_s"))
+            .wrap(Issue::missing("times_s"))
             .with_advice("name moments of the motion, as in times_s = [0.5, 2]")),
         (PersonFile::Joints(_), Some(_)) => {
             Err(at.says("times_s belong to motion capture").with_advice("a .bvh file"))

@@ -247,7 +247,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
     if speeds.len() > MOST_SPEEDS {
         let issue = Issue::too_large(format!("robot_speeds_m_s has {} speeds", speeds.len()));
         return Err(
-            at.around(issue.with_advice(format!("at most {MOST_SPEEDS} are possible: take a larger step")))
+            at.wrap(issue.with_advice(format!("at most {MOST_SPEEDS} are possible: take a larger step")))
         );
     }
     for &speed in &speeds {
@@ -307,7 +307,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
             }
             (None, _) => {
                 let cure = format!("{} needs it, also where it is 0, as in {key} = 0.1", formula.name());
-                return Err(at.around(Issue::missing(key)).with_advice(cure));
+                return Err(at.wrap(Issue::missing(key)).with_advice(cure));
             }
         };
         added.push((key, at.number(key, metres, 0.0..=100.0, "a length in metres from 0 to 100")?));
@@ -393,7 +393,7 @@ fn formula(at: &Place, file: &StoppingFile) -> Result<Formula> {
         (FormulaName::Iso13855, Some(2024)) => Ok(Formula::Iso13855In2024),
         (FormulaName::Iso13855, Some(other)) => Err(at.wrong("edition", other, "must be 2010 or 2024")),
         (FormulaName::Iso13855, None) => Err(at
-            .around(Issue::missing("edition"))
+            .wrap(Issue::missing("edition"))
             .with_advice("say which edition of ISO 13855 is meant: edition = 2010, or 2024")),
         (FormulaName::SpeedAndSeparation, None) => Ok(Formula::SpeedAndSeparation),
         (FormulaName::SpeedAndSeparation, Some(edition)) => {

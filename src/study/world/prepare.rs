@@ -35,7 +35,7 @@ pub(super) fn worlds(study: &Study, scene: usize, progress: &dyn Progress) -> Re
     let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
     let voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, progress).map_err(in_scene)?);
     let shapes = shapes::shapes(study).map_err(|e| study.sources.classify(vec![e]))?;
-    let cell = Cell { study, scene, floor: Floor::new(study, &snapshots[0]), voxels, shapes };
+    let cell = SceneVoxels { study, scene, floor: Floor::new(study, &snapshots[0]), voxels, shapes };
     let mut worlds = cell.worlds(mounts, progress)?;
     let told = warnings::warnings(study, &snapshots, &worlds);
     (worlds[0].warnings, worlds[0].is_filled) = (told.lines, told.is_filled);
@@ -63,7 +63,7 @@ fn mounts(study: &Study, snapshots: &[Scene]) -> Result<Vec<Mounts>, Vec<Error>>
     let mut all: Vec<Mounts> = Vec::new();
     for snapshot in snapshots {
         let carriers = all_or_wrong(study.sensors.iter().map(|sensor| carrier(sensor, snapshot)));
-        let carriers = carriers.map_err(|all| in_study(study, all))?;
+        let carriers = carriers.map_err(|all| blame_study(study, all))?;
         let before = all.last().map_or(&[][..], |mounts| &mounts.settings);
         let shared = study.sensors.iter().zip(&carriers).enumerate().map(|(number, (sensor, carrier))| {
             let new = sensor.settings(carrier.as_ref());
@@ -91,17 +91,17 @@ fn grid(
         let slips = study.warnings.iter().map(|slip| (&study.path, slip));
         let slips = slips.chain(spec.warnings.iter().map(|slip| (&spec.path, slip)));
         let told = slips.map(|(path, slip)| format!("{}: {slip}", path.display()));
-        in_study(study, vec![told.fold(e, Error::cure)])
+        blame_study(study, vec![told.fold(e, Error::cure)])
     })
 }
 
 /// Errors that the study causes.
-fn in_study(study: &Study, all: Vec<Error>) -> Vec<Error> {
+fn blame_study(study: &Study, all: Vec<Error>) -> Vec<Error> {
     all.into_iter().map(|e| e.with_place(&study.path)).collect()
 }
 
 /// A scene in voxels, of which worlds are made.
-struct Cell<'a> {
+struct SceneVoxels<'a> {
     study: &'a Study,
     scene: usize,
     floor: Floor,
@@ -109,7 +109,7 @@ struct Cell<'a> {
     shapes: Vec<RegionShape>,
 }
 
-impl Cell<'_> {
+impl SceneVoxels<'_> {
     /// A world for each snapshot; what is the same in several is held once.
     fn worlds(&self, mounts: Vec<Mounts>, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
         let spec = &self.study.scenes[self.scene];
@@ -120,7 +120,7 @@ impl Cell<'_> {
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
             let place = format!("scene {:?}{moment}", spec.name);
             let mut world = self.world(snapshot, mounts).map_err(|all| {
-                in_study(self.study, all.into_iter().map(|e| e.with_place(place.as_str())).collect())
+                blame_study(self.study, all.into_iter().map(|e| e.with_place(place.as_str())).collect())
             })?;
             worlds.last().iter().for_each(|before| share_regions(&mut world, before));
             let blockers = &world.truth().blockers;

@@ -54,7 +54,7 @@ pub(super) trait Resumable: Task {
 
 /// The choices of a study that a task is about.
 #[derive(Clone, Copy)]
-pub(super) struct Choices<'a> {
+pub(super) struct TaskChoices<'a> {
     pub(super) study: &'a Study,
     pub(super) worlds: &'a [World],
     pub(super) pose_choices: &'a [PoseChoice],
@@ -100,11 +100,11 @@ impl<'a> Failover<'a> {
     /// stages of the last backend's work took.
     pub(super) fn work(
         &mut self,
-        choices: Choices,
+        choices: TaskChoices,
         mut backend: Box<dyn Backend + Send>,
         task: &mut dyn Resumable,
     ) -> Result<Timings> {
-        let Choices { study, worlds, pose_choices } = choices;
+        let TaskChoices { study, worlds, pose_choices } = choices;
         let (mut last_fault, mut entered) = (0, None);
         task.begin(self.fallback);
         loop {
@@ -168,7 +168,7 @@ impl<'a> Failover<'a> {
     /// time, or the CPU. Returns which.
     fn do_some(
         &mut self,
-        choices: Choices,
+        choices: TaskChoices,
         world: Option<&World>,
         task: &mut dyn Resumable,
     ) -> Result<&'static str> {
@@ -194,7 +194,7 @@ impl<'a> Failover<'a> {
 
 /// Does the next few choices of a world, with little at a time.
 fn chunk(
-    Choices { study, pose_choices, .. }: Choices,
+    TaskChoices { study, pose_choices, .. }: TaskChoices,
     world: &World,
     backend: &mut dyn Backend,
     task: &mut dyn Resumable,

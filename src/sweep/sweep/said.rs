@@ -2,7 +2,7 @@
 //! sweep casts them, without counting.
 
 use super::evidence::{BatchSize, Store};
-use super::failover::{Choices, Failover, Resumable};
+use super::failover::{Failover, Resumable, TaskChoices};
 use super::order::{Task, each_world};
 use crate::results::PoseChoice;
 use perirobot_march::Result;
@@ -54,7 +54,7 @@ impl ReadPlan<'_> {
     /// what it took.
     pub fn read_on(&self, failover: &mut Failover, reader: &mut dyn EvidenceReader) -> Result<()> {
         let ReadPlan { study, worlds, pose_choices, representations } = *self;
-        let choices = Choices { study, worlds, pose_choices };
+        let choices = TaskChoices { study, worlds, pose_choices };
         let backend = failover.open()?;
         failover.work(choices, backend, &mut ReadTask { representations, reader, taken: 0 }).map(drop)
     }

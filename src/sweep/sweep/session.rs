@@ -11,7 +11,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use super::Row;
 use super::check::{AT_LEAST, Picked};
 use super::checkpoint::{Checkpoint, Done};
-use super::failover::{Choices, Failover, Timings};
+use super::failover::{Failover, TaskChoices, Timings};
 use super::sweeping::Sweeping;
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
@@ -191,7 +191,8 @@ impl<'a> Session<'a> {
         };
         self.manifest.provenance.runs.push(run.clone());
         self.folder.write(MANIFEST, &self.manifest.bytes())?;
-        let choices = Choices { study: self.study, worlds: self.worlds, pose_choices: &self.pose_choices };
+        let choices =
+            TaskChoices { study: self.study, worlds: self.worlds, pose_choices: &self.pose_choices };
         let checkpoint = Checkpoint {
             layout: &self.layout,
             moments: moments(self.study),

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::evidence::Store;
-use super::failover::{Choices, Failover, Resumable};
+use super::failover::{Failover, Resumable, TaskChoices};
 use super::order::{Task, score};
 use super::{Ledger, Row};
 use crate::results::{PoseChoice, layout_of};
@@ -27,7 +27,7 @@ pub fn run_on(
     progress: &dyn Progress,
 ) -> Result<Vec<Row>> {
     let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
-    let choices = Choices { study, worlds, pose_choices: &pose_choices };
+    let choices = TaskChoices { study, worlds, pose_choices: &pose_choices };
     let mut counting = Counting(Taken { rows: Vec::new(), done: HashSet::new(), stopped: None, progress });
     let mut failover = Failover::new(backends, progress);
     let backend = failover.open()?;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::checkpoint::Checkpoint;
 use super::evidence::Store;
-use super::failover::{Choices, Resumable};
+use super::failover::{Resumable, TaskChoices};
 use super::order::{Ledger, Task, score};
 use crate::results::PoseChoice;
 use crate::results::files::{DISAGREED, DISAGREEMENT, write_whole};
@@ -16,7 +16,7 @@ use perirobot_study::world::World;
 
 /// The work of one run.
 pub(super) struct Sweeping<'a> {
-    pub(super) choices: Choices<'a>,
+    pub(super) choices: TaskChoices<'a>,
     pub(super) folder: &'a Path,
     pub(super) checkpoint: Checkpoint<'a>,
     /// How many choices were checked.

@@ -4,7 +4,7 @@ use super::axis::{AxisScale, axis_name, columns, score_name, span};
 use super::part::SweepPart;
 use super::sheet::{EDGE, SMALL, Sheet, WIDTH, colour, lines};
 use crate::render::svg::tenth;
-use crate::report::series::{Series, ranked};
+use crate::report::series::{Series, rank};
 use crate::report::table::number;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
@@ -119,8 +119,8 @@ fn curves(
     let each = if part.series.len() == 1 { 3 } else { 1 };
     let (mut by_mean, mut by_worst) = (Vec::new(), Vec::new());
     for &series in &part.series {
-        let values = series.over(results, &results.scenes[scene].moments, region, score)?;
-        let best = |of: fn(&Over) -> f64| ranked(score, values.iter().map(|over| over.as_ref().map(of)));
+        let values = series.summarize(results, &results.scenes[scene].moments, region, score)?;
+        let best = |of: fn(&Over) -> f64| rank(score, values.iter().map(|over| over.as_ref().map(of)));
         by_mean.extend(
             best(|over| over.mean).into_iter().take(each).map(|(choice, value)| (series, choice, value)),
         );

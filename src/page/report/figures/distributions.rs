@@ -35,7 +35,7 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
         let mut found: Vec<Vec<Option<Distribution>>> = Vec::new();
         for extent in &part.extents {
             let of = part.series.iter().map(|series| {
-                let values = series.over(results, &extent.moments, region, score)?;
+                let values = series.summarize(results, &extent.moments, region, score)?;
                 Ok(distribution(values.into_iter().flatten().map(|over| over.mean).collect()))
             });
             found.push(of.collect::<Result<_>>()?);

@@ -94,7 +94,7 @@ pub(super) enum ExplainedVoxels {
 
 /// A choice of poses to look at, at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Shown {
+struct ShownPoses {
     series: usize,
     choice: usize,
     moment: usize,
@@ -121,17 +121,17 @@ pub(super) fn look(
     let mut viewer = Viewer::new(study, backend)?;
     let mut done = 0;
     for some in sights.chunks(AT_ONCE) {
-        let mut by_moment: BTreeMap<usize, Vec<Shown>> = BTreeMap::new();
+        let mut by_moment: BTreeMap<usize, Vec<ShownPoses>> = BTreeMap::new();
         some.iter().for_each(|sight| by_moment.entry(sight.moment).or_default().push(*sight));
         let mut looked = BTreeMap::new();
         for (moment, sights_then) in by_moment {
-            let choice = |sight: &Shown| {
+            let choice = |sight: &ShownPoses| {
                 let Series { combination, representation } = rankings[sight.series].series;
                 Choice { combination, choice: sight.choice, representation, repeat: 0 }
             };
             let choices: Vec<Choice> = sights_then.iter().map(choice).collect();
             let views = viewer.view_regions(&worlds[moment], &choices)?;
-            let look = |(sight, view): (&Shown, View)| (*sight, LookedAt::new(*sight, &view, &asked));
+            let look = |(sight, view): (&ShownPoses, View)| (*sight, LookedAt::new(*sight, &view, &asked));
             looked.par_extend(sights_then.par_iter().zip(views).map(look));
             done += sights_then.len();
             said(done, sights.len());
@@ -157,7 +157,7 @@ struct LookedAt {
 
 impl LookedAt {
     /// The labels in all regions, and what is asked about the unknown voxels.
-    fn new(sight: Shown, view: &View, asked: &[ToExplain]) -> LookedAt {
+    fn new(sight: ShownPoses, view: &View, asked: &[ToExplain]) -> LookedAt {
         let missed = view.why_in_regions();
         let window = view.labels.occupied.window();
         let place = |voxel: [i32; 3]| {
@@ -199,12 +199,12 @@ fn sights(
     rankings: &[Ranking],
     recommended: Option<&Recommended>,
     most: usize,
-) -> Result<Vec<Shown>> {
+) -> Result<Vec<ShownPoses>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     if let Some(&Recommended { series, choice, ref moments, .. }) = recommended {
         // All of them, the worst first, so that what moves can be played.
         let all = moments.iter().copied().chain(results.moments());
-        let all = all.map(|moment| Shown { series, choice, moment });
+        let all = all.map(|moment| ShownPoses { series, choice, moment });
         sights.extend(all.filter(|&sight| known.insert(sight)));
     }
     for rank in 0..most {
@@ -218,7 +218,7 @@ fn sights(
                     let key = ranking.series.key(choice, region);
                     for scene in &results.scenes {
                         let moments = [worst(results, scene, key, score)?, scene.moments.start];
-                        let all = moments.into_iter().map(|moment| Shown { series, choice, moment });
+                        let all = moments.into_iter().map(|moment| ShownPoses { series, choice, moment });
                         sights.extend(all.filter(|&sight| known.insert(sight)));
                     }
                 }
@@ -235,7 +235,7 @@ fn worst(results: &Results, scene: &SceneResults, key: RowKey, score: Score) -> 
 
 /// What is to be explained of a view, and in which region.
 struct ToExplain {
-    sight: Shown,
+    sight: ShownPoses,
     asked: ExplainedVoxels,
     region: usize,
 }
@@ -248,7 +248,7 @@ fn explained_moments(
 ) -> Result<Vec<ToExplain>> {
     let mut all = Vec::new();
     if let Some(&Recommended { series, choice, region, ref moments, .. }) = recommended {
-        let sights = moments.iter().map(|&moment| Shown { series, choice, moment });
+        let sights = moments.iter().map(|&moment| ShownPoses { series, choice, moment });
         all.extend(sights.map(|sight| ToExplain { sight, asked: ExplainedVoxels::Recommended, region }));
     }
     for (best, score) in BESTS.into_iter().enumerate() {
@@ -258,7 +258,7 @@ fn explained_moments(
             for scene in &results.scenes {
                 let moment = worst(results, scene, key, score)?;
                 let asked = ExplainedVoxels::Best { best, region };
-                all.push(ToExplain { sight: Shown { series, choice, moment }, asked, region });
+                all.push(ToExplain { sight: ShownPoses { series, choice, moment }, asked, region });
             }
         }
     }
@@ -267,8 +267,8 @@ fn explained_moments(
 
 impl Cells {
     /// Adds what a view tells.
-    fn put_labels(&mut self, sight: Shown, looked: LookedAt) {
-        let Shown { series, choice, moment } = sight;
+    fn put_labels(&mut self, sight: ShownPoses, looked: LookedAt) {
+        let ShownPoses { series, choice, moment } = sight;
         let LookedAt { labels, causes, explained } = looked;
         let begin = self.bytes.len();
         self.bytes.extend(labels);

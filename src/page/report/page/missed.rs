@@ -15,7 +15,11 @@ pub(super) struct MissedVoxels<'a> {
 }
 
 /// What is explained of a choice that was asked about, scene by scene.
-pub(super) fn missed<'a>(results: &Results, cells: &'a Cells, of: ExplainedVoxels) -> Vec<MissedVoxels<'a>> {
+pub(super) fn missed_voxels<'a>(
+    results: &Results,
+    cells: &'a Cells,
+    of: ExplainedVoxels,
+) -> Vec<MissedVoxels<'a>> {
     let mut missed = Vec::new();
     for scene in &results.scenes {
         let there = cells.labels.iter().filter(|labels| scene.moments.contains(&labels.moment));

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::measure::{self, BESTS};
 use crate::report::maximum::{Maxima, Maximum};
 use crate::report::quartiles::{Distribution, distribution};
-use crate::report::series::{Series, first_best, ranked, series};
+use crate::report::series::{Series, first_best, rank, series};
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;
@@ -64,7 +64,7 @@ fn ranking(results: &Results, series: Series) -> Result<Ranking> {
     for region in 0..results.regions.len() {
         let over_all = means(results, series, region, results.moments())?;
         let of = |score: Score| over_all[score as usize].iter().copied();
-        let by_f1 = ranked(Score::F1, of(Score::F1));
+        let by_f1 = rank(Score::F1, of(Score::F1));
         for (by, score) in by.iter_mut().zip(BESTS) {
             let means = &over_all[score as usize];
             // The sort is stable, so that F1 decides between equal ones; all that have a value have an F1.

@@ -7,7 +7,7 @@ use crate::report::apart::Writing;
 use crate::report::page::{ReportedSweep, measure};
 use crate::report::wording::{describe_moments, whereabouts, words};
 use perirobot_decide::judge::{
-    ConditionScore, Conditions, JudgedSet, Judgement, Number, RequirementVerdict, Summed, Value,
+    ConditionScore, Conditions, JsonNumber, JudgedSet, Judgement, RequirementVerdict, Summed, Value,
     tables_sha256,
 };
 use perirobot_decide::view::Choice;
@@ -175,7 +175,7 @@ fn judged_verdict(
 ) -> ShownVerdict {
     let verdict = one.word();
     let limit = requirement.limit.ratio().value();
-    let found = one.value.map(|Number(value)| {
+    let found = one.value.map(|JsonNumber(value)| {
         // What differs from the limit by less than a number can tell.
         let order = match (value.total_cmp(&limit), one.is_met, &requirement.limit) {
             (Ordering::Equal, false, Limit::AtLeast(_)) => Ordering::Less,

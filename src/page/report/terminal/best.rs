@@ -2,7 +2,7 @@
 //! score. A study with many combinations or representations gets one line for each instead of a block.
 
 use crate::report::NEAR_SIDE;
-use crate::report::series::{Series, ranked, series};
+use crate::report::series::{Series, rank, series};
 use crate::report::table::{NONE, Table, number};
 use crate::report::wording::extent;
 use perirobot_march::Result;
@@ -117,8 +117,8 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
         let best = format!("<best {}", score.title());
         let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses", "<place"]);
         for series in all {
-            let values = series.over(results, &results.moments(), region, score)?;
-            let best = ranked(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
+            let values = series.summarize(results, &results.moments(), region, score)?;
+            let best = rank(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
             let combination = &results.combinations[series.combination];
             let (over, name, place) = match best.first() {
                 Some(&(choice, _)) => {

@@ -36,7 +36,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
                 .baselines_over(scene.moments.clone(), region, score)
                 .map(|(_, over)| number(over.map(|over| over.mean)));
             for series in selection.series(results) {
-                let values = series.over(results, &scene.moments, region, score)?;
+                let values = series.summarize(results, &scene.moments, region, score)?;
                 let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
                 table.row(
                     row(results, scene, series, found)

@@ -2,7 +2,7 @@
 
 use crate::report::bound_note;
 use crate::report::selection::ReportSelection;
-use crate::report::series::{ranked, worst_snapshot};
+use crate::report::series::{rank, worst_snapshot};
 use crate::report::table::{Table, number};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
@@ -59,15 +59,15 @@ fn rows(
     table: &mut Table,
 ) -> Result<()> {
     for series in selection.series(results) {
-        let values = series.over(results, &scene.moments, region, score)?;
+        let values = series.summarize(results, &scene.moments, region, score)?;
         let weighted = match results.dwell_s {
-            Some(_) => Some(series.weighted(results, &scene.moments, region, score)?),
+            Some(_) => Some(series.weighted_mean(results, &scene.moments, region, score)?),
             None => None,
         };
         let by = |of: fn(&Over) -> f64| values.iter().map(|over| over.as_ref().map(of)).collect::<Vec<_>>();
         let orders = [("mean", Some(by(|over| over.mean))), ("worst", Some(by(|over| over.worst)))];
         for (by, values_by) in orders.into_iter().chain([("weighted", weighted.clone())]) {
-            let best = ranked(score, values_by.into_iter().flatten());
+            let best = rank(score, values_by.into_iter().flatten());
             for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
                 let names = [scene.name.clone(), series.title(results), by.into()];
                 let over = values[choice];

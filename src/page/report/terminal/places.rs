@@ -2,7 +2,7 @@
 
 use crate::report::bound_note;
 use crate::report::selection::ReportSelection;
-use crate::report::series::ranked;
+use crate::report::series::rank;
 use crate::report::table::{Table, number};
 use perirobot_march::Result;
 use perirobot_sweep::results::Results;
@@ -37,7 +37,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
             for place in &places {
                 let moments = place.moments.iter().copied();
                 let ranking = match is_weighted {
-                    true => ranked(score, series.weighted(results, &moments, region, score)?.into_iter()),
+                    true => rank(score, series.weighted_mean(results, &moments, region, score)?.into_iter()),
                     false => series.best(results, &moments, region, score)?,
                 };
                 if let Some(&(choice, mean)) = ranking.first() {

@@ -6,7 +6,7 @@ use toml::Table;
 use super::shared::range::{NoiseFile, constant, refuse_former};
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, Page};
+use super::{EvidenceWords, Page};
 use crate::diagnostics::Place;
 use crate::sensor::noise::{self, Deviation};
 use crate::sensor::{Claim, Extent, Kind, MEASURES, Setting, Station};
@@ -35,7 +35,7 @@ impl KindFile for CoverFile {
     const PAGE: Page = Page {
         what: "proximity cover, the robot's skin",
         keys: "`inflation_m` (a list: its candidates), `noise?` (`{ std_m }`, on each axis)",
-        evidence: &[Evidence {
+        evidence: &[EvidenceWords {
             says: "",
             occupied: "truly occupied voxels whose centre is within `inflation_m` of the centre of a voxel of the robot, \
         outside the robot",

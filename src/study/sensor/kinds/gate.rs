@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::shared::{Silence, prism};
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, Page};
+use super::{EvidenceWords, Page};
 use crate::diagnostics::Place;
 use crate::keys::BoxFile;
 use crate::sensor::prism::Prism;
@@ -33,7 +33,7 @@ impl KindFile for GateFile {
     const PAGE: Page = Page {
         what: "light curtain; without poses its box and zone are in the world",
         keys: "`box`, `zone` (both `{ min_m, max_m }`), `otherwise?` (unknown)",
-        evidence: &[Evidence {
+        evidence: &[EvidenceWords {
             says: "",
             occupied: "its zone, if the truth has an occupied voxel in its box",
             free: "else the zone, if `otherwise = \"free\"`",

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, Page};
+use super::{EvidenceWords, Page};
 use crate::diagnostics::Place;
 use crate::sensor::{Approached, Claim, Extent, Kind, Setting, Station};
 use perirobot_march::Result;
@@ -25,7 +25,7 @@ impl KindFile for KnownRobotFile {
     const PAGE: Page = Page {
         what: "what the controller knows",
         keys: "",
-        evidence: &[Evidence {
+        evidence: &[EvidenceWords {
             says: "",
             occupied: "the robot's voxels, surface and inside, less what the truth calls free: with `interior = \"free\"` \
         (or a leak) it says nothing of the inside, where it would be a false alarm",

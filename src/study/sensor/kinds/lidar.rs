@@ -17,7 +17,7 @@ use super::shared::range::{CalibrationFile, NoiseFile, RangeKeys, refuse_former}
 use super::shared::{Silence, each_once};
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, POINTS, Page};
+use super::{EvidenceWords, POINTS, Page};
 use crate::diagnostics::Place;
 use crate::keys::{OneOrTwo, exactly, exactly_if_given};
 use crate::sensor::range::Range;
@@ -106,7 +106,7 @@ impl KindFile for LidarFile {
         (free)",
         evidence: &[
             POINTS,
-            Evidence {
+            EvidenceWords {
                 says: "`field`",
                 occupied: "the field's volume, if a return is read in it",
                 free: "else the volume, unless `otherwise = \"unknown\"`",

@@ -38,7 +38,7 @@ use toml::Table;
 use super::Kind;
 use crate::diagnostics::{Place, Unreadable, read};
 #[cfg(test)]
-use pages::{Evidence, POINTS, Page};
+use pages::{EvidenceWords, POINTS, Page};
 use perirobot_march::{Error, Result};
 use perirobot_scene::scene::spec::SceneSpec;
 use perirobot_scene::source::Sources;

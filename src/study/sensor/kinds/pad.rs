@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::shared::{Silence, length};
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, Page};
+use super::{EvidenceWords, Page};
 use crate::diagnostics::Place;
 use crate::keys::exactly;
 use crate::sensor::prism::Prism;
@@ -40,7 +40,7 @@ impl KindFile for PadFile {
     const PAGE: Page = Page {
         what: "pressure pad; its pose is the corner of lowest x and y",
         keys: "`size_m`, `height_m?` (2.2), `tare?` (true: it feels only people and robots), `otherwise?` (free)",
-        evidence: &[Evidence {
+        evidence: &[EvidenceWords {
             says: "",
             occupied: "its column, if the truth has an occupied voxel in the column's first layer",
             free: "else the column, unless `otherwise = \"unknown\"`",

@@ -13,12 +13,12 @@ pub(crate) struct Page {
     /// Its own keys there; `?` marks what may be left out, brackets hold the default.
     pub(crate) keys: &'static str,
     /// What it calls occupied and free, in `SEMANTICS.md`.
-    pub(crate) evidence: &'static [Evidence],
+    pub(crate) evidence: &'static [EvidenceWords],
 }
 
 /// What some representations of a kind call occupied and free.
 #[derive(PartialEq)]
-pub(crate) struct Evidence {
+pub(crate) struct EvidenceWords {
     /// The representations; empty if the kind has no other.
     pub(crate) says: &'static str,
     /// Which voxels it calls occupied.
@@ -28,7 +28,7 @@ pub(crate) struct Evidence {
 }
 
 /// What a sensor that casts rays says by their returns alone.
-pub(crate) const POINTS: Evidence = Evidence {
+pub(crate) const POINTS: EvidenceWords = EvidenceWords {
     says: "`points`",
     occupied: "the last voxel of each return",
     free: "the voxels before it, the first included; all voxels of a ray that left towards a backdrop, and of \
@@ -49,7 +49,7 @@ fn kinds() -> String {
 
 /// The table of evidence in `SEMANTICS.md`: a row for all kinds that say the same.
 fn evidence() -> String {
-    let mut rows: Vec<(&Evidence, Vec<String>)> = Vec::new();
+    let mut rows: Vec<(&EvidenceWords, Vec<String>)> = Vec::new();
     for kind in KINDS {
         let name = format!("`{}`", kind.name);
         for said in kind.page.evidence {
@@ -59,7 +59,7 @@ fn evidence() -> String {
             }
         }
     }
-    let row = |(said, names): &(&Evidence, Vec<String>)| {
+    let row = |(said, names): &(&EvidenceWords, Vec<String>)| {
         let colon = if said.says.is_empty() { "" } else { ": " };
         format!("| {}{colon}{} | {} | {} |\n", names.join(", "), said.says, said.occupied, said.free)
     };

@@ -69,8 +69,7 @@ impl KindFile for RaysFile {
             calibration: self.calibration,
         };
         let path = at.folder().join(self.directions);
-        let dirs_q15 =
-            directions(&path, context.sources).map_err(|e| at.around(e.with_place("directions")))?;
+        let dirs_q15 = directions(&path, context.sources).map_err(|e| at.wrap(e.with_place("directions")))?;
         Ok(RaySet { dirs_q15, range: range.check(at, context.noiseless)? }.into())
     }
 }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, Page};
+use super::{EvidenceWords, Page};
 use crate::diagnostics::Place;
 use crate::keys::{QuaternionKeys, exactly};
 use crate::sensor::{Approached, Claim, Extent, Kind, MEASURES, Setting, Station};
@@ -66,7 +66,7 @@ impl KindFile for RecordedFile {
         and `yaw_deg?` of its frame in the world (0), or `quaternion?` in place of the yaw for a cloud that \
         is tilted; `sensor_m?` of a cloud: where the sensor was, in the recording's frame; `topic?` and \
         `message?` (a number) of a bag",
-        evidence: &[Evidence {
+        evidence: &[EvidenceWords {
             says: "",
             occupied: "voxels in which a part of an occupied voxel of a map lies; those of a cloud's points",
             free: "voxels that free voxels of a map cover; those before a cloud's points",
@@ -131,7 +131,7 @@ fn one(at: &Place, entry: RecordingFile, context: &Context) -> Result<RecordedMo
     let path = at.folder().join(entry.file);
     let asked = RecordingSelection { sensor_m, topic: entry.topic.as_deref(), message: entry.message };
     let recording =
-        Recording::read(&path, asked, context.sources).map_err(|e| at.around(e.with_place("file")))?;
+        Recording::read(&path, asked, context.sources).map_err(|e| at.wrap(e.with_place("file")))?;
     if let (Recording::Map(_), Some(place)) = (&recording, entry.sensor_m) {
         let rule = "is asked of point clouds only, and the file is a map: leave it out";
         return Err(at.wrong("sensor_m", format!("{place:?}"), rule));

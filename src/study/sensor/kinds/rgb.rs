@@ -10,7 +10,7 @@ use super::shared::range::{CalibrationFile, RangeKeys};
 use super::shared::{Silence, prism};
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, Page};
+use super::{EvidenceWords, Page};
 use crate::diagnostics::Place;
 use crate::keys::{BoxFile, exactly};
 use crate::sensor::keypoints::{self, KeypointCamera};
@@ -61,7 +61,7 @@ impl KindFile for RgbFile {
         what: "RGB camera: a person whose joints it detects anywhere in its image makes its whole `zone` occupied",
         keys: "`fov_deg`, `resolution_px`, `range_m`, `zone = { min_m, max_m }` (in the world), `min_keypoints?` \
         (1), `keypoint_tolerance_m?`, `otherwise?` (unknown)",
-        evidence: &[Evidence {
+        evidence: &[EvidenceWords {
             says: "`zone`",
             occupied: "the zone, if at least `min_keypoints` joints of one person are seen",
             free: "else the zone, if `otherwise = \"free\"`",

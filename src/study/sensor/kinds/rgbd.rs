@@ -11,7 +11,7 @@ use super::shared::range::{CalibrationFile, NoiseFile, RangeKeys, refuse_former}
 use super::shared::{Silence, each_once, length};
 use super::{Checked, Context, KindFile};
 #[cfg(test)]
-use super::{Evidence, POINTS, Page};
+use super::{EvidenceWords, POINTS, Page};
 use crate::diagnostics::Place;
 use crate::keys::exactly;
 use crate::sensor::keypoints::{self, BONES, Detected, KeypointCamera};
@@ -87,7 +87,7 @@ impl KindFile for RgbdFile {
         `spheres_radius_m?` (0.2), `cylinders_radius_m?` (0.25), `keypoint_tolerance_m?` (0.15)",
         evidence: &[
             POINTS,
-            Evidence {
+            EvidenceWords {
                 says: "`spheres`, `cylinders`, `box`",
                 occupied: "as `points`, and the volume around what was detected",
                 free: "as `points`",

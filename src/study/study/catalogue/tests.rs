@@ -38,7 +38,7 @@ fn every_device_is_a_sensor_with_a_source() {
         let checked = sensor::check(
             &place(),
             toml::from_str(&keys).unwrap(),
-            &sensor::Context {
+            &sensor::SensorContext {
                 seed: 0,
                 noiseless: false,
                 index: 0,
@@ -94,7 +94,7 @@ fn known_devices_have_known_rays() {
              0] }}] }}]"
         );
         let sources = Sources::from_main(Path::new(STUDY));
-        let context = sensor::Context {
+        let context = sensor::SensorContext {
             seed: 0,
             noiseless: false,
             index: 0,

@@ -154,7 +154,7 @@ fn counted_in(
     }
     let Some(region) = &entry.region else {
         let names: Vec<&str> = known.regions.iter().map(|(name, _)| name.as_str()).collect();
-        return Err(at.around(Issue::missing("region")).with_advice(format!(
+        return Err(at.wrap(Issue::missing("region")).with_advice(format!(
             "say in which region of the study {} is counted: {names:?}",
             score.name()
         )));

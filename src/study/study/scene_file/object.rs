@@ -86,9 +86,7 @@ fn refuse_strange_keypoints(
     let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
     let has_keypoints = moving || entry.keypoints.is_some();
     if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
-        return Err(
-            at.around(Issue::says("a mannequin's are its own; take them away").with_place("keypoints"))
-        );
+        return Err(at.wrap(Issue::says("a mannequin's are its own; take them away").with_place("keypoints")));
     }
     person.belong(at, surface, has_keypoints)?;
     let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));

@@ -42,7 +42,7 @@ impl PersonKeys<'_> {
         let bones = self.bones.cloned().unwrap_or_default();
         if let Some(joint) = bones.keys().find(|joint| !BONES.contains(&joint.as_str())) {
             let place = at.key("bones").key(joint);
-            return Err(place.around(Issue::unknown(&BONES)));
+            return Err(place.wrap(Issue::unknown(&BONES)));
         }
         Ok(PersonFile::Motion(MotionFile {
             path: at.folder().join(path),

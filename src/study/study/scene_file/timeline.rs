@@ -182,11 +182,11 @@ fn check_animation(
             Ok(Some(JointTableFile { path: at.folder().join(joints), angles }))
         }
         (SurfaceSpec::Urdf(_), Some(_), None) => Err(of
-            .around(Issue::missing("angles"))
+            .wrap(Issue::missing("angles"))
             .with_advice("add angles = \"rad\" (as ROS records them) or \"deg\"")),
-        (SurfaceSpec::Urdf(_), None, _) => Err(of
-            .around(Issue::missing("joints"))
-            .with_advice("name a table of its joints over time (.csv)")),
+        (SurfaceSpec::Urdf(_), None, _) => {
+            Err(of.wrap(Issue::missing("joints")).with_advice("name a table of its joints over time (.csv)"))
+        }
         (_, None, None) if surface.gltf().is_some() => Ok(None),
         (SurfaceSpec::Mannequin(PersonFile::Motion(_)), None, None) if entry.clip.is_none() => Ok(None),
         (SurfaceSpec::Mannequin(PersonFile::Motion(_)), None, None) => {

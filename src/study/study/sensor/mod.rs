@@ -55,7 +55,7 @@ struct LinkFile {
 
 /// The context in which a sensor is checked.
 #[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
+pub(super) struct SensorContext<'a> {
     /// The study's seed.
     pub(super) seed: u64,
     /// Whether noise is switched off.
@@ -74,7 +74,7 @@ pub(super) struct Context<'a> {
     pub(super) line_of: LineOf<'a>,
 }
 
-impl Context<'_> {
+impl SensorContext<'_> {
     /// Why the keys of this sensor cannot be read, with an example of the key that is wrong or missing.
     fn unreadable(&self, at: &Place, error: &Unreadable, more: &str) -> Error {
         let key = match (&error.keys()[..], &error.kind) {
@@ -90,7 +90,7 @@ impl Context<'_> {
 }
 
 /// Checks one `[[sensor]]`. All that is wrong with its poses is told at once.
-pub(super) fn check(at: &Place, mut keys: Table, context: &Context) -> Result<Sensor, Vec<Error>> {
+pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Result<Sensor, Vec<Error>> {
     let name = keys.get("name").and_then(|name| name.as_str());
     let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
     let FromModel { contradictions, thinned } = catalogue::resolve(at, &mut keys).map_err(|e| vec![e])?;
@@ -137,9 +137,9 @@ fn terms(at: &Place, common: &CommonFile) -> Result<CostTerms> {
 }
 
 /// The sensor that the keys of its kind describe, with warnings.
-fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &Context) -> Result<Checked> {
+fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorContext) -> Result<Checked> {
     let mut warnings = odd_lengths(&keys);
-    let &Context { noiseless, sources, scenes, .. } = context;
+    let &SensorContext { noiseless, sources, scenes, .. } = context;
     let unreadable = |e: Unreadable| {
         let more = match e.kind {
             Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
@@ -155,7 +155,7 @@ fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &Context) ->
 /// Where candidates may come from besides the sensor's own poses.
 struct CandidateSource<'a> {
     like: Option<&'a str>,
-    context: &'a Context<'a>,
+    context: &'a SensorContext<'a>,
 }
 
 fn candidates(
@@ -215,10 +215,10 @@ fn same_poses(
     // The same pose turns sensors of different stances differently.
     if found.kind.stance() != kind.stance() {
         let what = format!("{:?} is not mounted as a {} is", like, kind.name());
-        return Err(at.around(Error::input("same_poses_as", what).with_advice("write out its poses")));
+        return Err(at.wrap(Error::input("same_poses_as", what).with_advice("write out its poses")));
     }
     if found.candidates.len() > most {
-        return Err(at.around(poses::too_many().with_place("same_poses_as")));
+        return Err(at.wrap(poses::too_many().with_place("same_poses_as")));
     }
     Ok((found.candidates.clone(), found.spreads.clone()))
 }

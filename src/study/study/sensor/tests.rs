@@ -9,7 +9,7 @@ use perirobot_march::backend::Rays;
 fn read(keys: &str, noiseless: bool) -> Sensor {
     let at = Place::new(Path::new("study.toml"));
     let sources = Sources::from_main(at.file);
-    let context = Context {
+    let context = SensorContext {
         seed: 1,
         noiseless,
         index: 0,
@@ -129,7 +129,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
     let keys = "name = \"s\"\nkind = \"rays\"\ndirections = \"ring.csv\"\nrange_m = [0, 1]\n\
                 poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
     let sources = Sources::from_main(&file);
-    let context = Context {
+    let context = SensorContext {
         seed: 1,
         noiseless: false,
         index: 0,
@@ -154,7 +154,7 @@ fn poses_of_another_sensor_are_the_same_poses() {
     let first = read(&format!("name = \"first\"\n{RGBD}\n{pose}"), false);
     let like = format!("name = \"second\"\n{RGBD}\nsame_poses_as = \"first\"");
     let (earlier, sources) = (std::slice::from_ref(&first), Sources::from_main(at.file));
-    let context = Context {
+    let context = SensorContext {
         seed: 1,
         noiseless: false,
         index: 1,

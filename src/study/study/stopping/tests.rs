@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::study::sensor::{self, Context};
+use crate::study::sensor::{self, SensorContext};
 use perirobot_scene::source::Sources;
 
 fn check_text(text: &str) -> Result<Stopping, String> {
@@ -28,7 +28,7 @@ fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
     let poses =
         format!("poses = [{{ name = \"p\", x_m = 0, y_m = 0, z_m = {heights_m}, facing = {facing} }}]");
     let sources = Sources::from_main(at.file);
-    let context = Context {
+    let context = SensorContext {
         seed: 1,
         noiseless: false,
         index: 0,

@@ -6,7 +6,7 @@ use super::first_screen::ShownPlan;
 use crate::report::page::Findings;
 use crate::report::page::cells::ExplainedVoxels;
 use crate::report::page::leaders::{Leader, leaders};
-use crate::report::page::missed::{MissedVoxels, missed};
+use crate::report::page::missed::{MissedVoxels, missed_voxels};
 
 /// What is missed by what is recommended, and by the best placements by each score.
 pub(super) struct Blind<'a> {
@@ -19,7 +19,7 @@ pub(super) struct Blind<'a> {
 impl<'a> Blind<'a> {
     pub(super) fn new(findings: &Findings<'a>, picture: Option<String>) -> Blind<'a> {
         let results = findings.sweep.results;
-        let missed_of = |asked| missed(results, findings.cells, asked);
+        let missed_of = |asked| missed_voxels(results, findings.cells, asked);
         let leaders = leaders(results, findings.rankings).into_iter();
         Blind {
             missed: missed_of(ExplainedVoxels::Recommended),

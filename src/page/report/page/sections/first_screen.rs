@@ -25,7 +25,7 @@ pub(super) struct FirstScreen {
     pub(super) set: String,
     /// Of what the recommended choice is the best.
     why: String,
-    sensors: Vec<PlacedSensor>,
+    sensors: Vec<RecommendedSensor>,
     /// Which of them cast fewer rays than their devices.
     thinned: Vec<String>,
     /// In which region, and over what.
@@ -37,7 +37,7 @@ pub(super) struct FirstScreen {
 
 /// A sensor of the recommended choice.
 #[derive(Debug)]
-struct PlacedSensor {
+struct RecommendedSensor {
     /// As in the plan.
     letter: String,
     name: String,
@@ -57,7 +57,7 @@ pub(super) struct ShownPlan {
 
 impl FirstScreen {
     /// Of what is recommended; `None` where no choice has a score.
-    pub(super) fn of_recommended(findings: &Findings) -> Result<Option<FirstScreen>> {
+    pub(super) fn from_recommended(findings: &Findings) -> Result<Option<FirstScreen>> {
         findings.recommended.map(|one| FirstScreen::new(findings, one)).transpose()
     }
 
@@ -74,7 +74,7 @@ impl FirstScreen {
             [recommended.scene].into_iter().chain(others).map(plan).collect();
         let asked = &study.combinations[series.combination];
         let named = asked.members.iter().zip(combination.poses(choice)).zip(&plans[0].0.sensors);
-        let sensors = named.map(|((member, (of, pose)), (letter, _))| PlacedSensor {
+        let sensors = named.map(|((member, (of, pose)), (letter, _))| RecommendedSensor {
             letter: letter.map_or(String::new(), String::from),
             name: of.sensor.clone(),
             place: if pose.place.is_empty() { pose.name.clone() } else { pose.place.clone() },
@@ -108,18 +108,18 @@ impl FirstScreen {
     pub(super) fn view(&self, good: &Good) -> Markup {
         html! {
             section #answer {
-                (self.said(good))
+                (self.render_text(good))
                 @if let Some(plan) = self.plans.first() { (plan.view()) }
             }
         }
     }
 
-    fn said(&self, good: &Good) -> Markup {
+    fn render_text(&self, good: &Good) -> Markup {
         html! {
             div.said {
                 p.asked { (self.asked) }
                 div.named { h2 { "Recommended" } p { (self.set) } }
-                ul.sensors { @for sensor in &self.sensors { (placed(sensor)) } }
+                ul.sensors { @for sensor in &self.sensors { (render_sensor(sensor)) } }
                 p.overall.(good.verdict()) { strong { "Good enough?" } " " b { (good.overall()) } }
                 p.note {
                     "This is " (self.why) ". " a href="#instead" { "What instead?" } " " a href="#where" { "Where exactly?" }
@@ -144,7 +144,7 @@ impl FirstScreen {
 }
 
 /// What stands in its place where no choice has a score.
-pub(super) fn without_recommended() -> Markup {
+pub(super) fn render_empty() -> Markup {
     html! {
         p.disclaimer {
             "A planning aid, not a validation: " a href="#assumed" { "what was assumed" }
@@ -203,7 +203,7 @@ fn plan(
     (plan, shown)
 }
 
-fn placed(sensor: &PlacedSensor) -> Markup {
+fn render_sensor(sensor: &RecommendedSensor) -> Markup {
     html! {
         li {
             @if !sensor.letter.is_empty() { b.letter { (sensor.letter) } }

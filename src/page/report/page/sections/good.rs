@@ -13,7 +13,7 @@ use crate::report::page::verdicts::{ShownRequirement, not_judged, parted_by_now}
 use crate::report::page::{Findings, ReportedSweep};
 use crate::report::table::Table;
 use near::read_approach;
-use perirobot_decide::judge::{ConditionScore, Number};
+use perirobot_decide::judge::{ConditionScore, JsonNumber};
 use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_scene::shell;
@@ -183,7 +183,7 @@ fn table(scores: &[&ConditionScore]) -> Table {
 }
 
 /// A value with at most four digits after the point; distances are rounded to the safe side.
-fn shortened(score: &str, Number(value): Number) -> String {
+fn shortened(score: &str, JsonNumber(value): JsonNumber) -> String {
     let text = value.to_string();
     match score {
         _ if text.len() <= 6 => text,

@@ -40,7 +40,7 @@ impl<'a> Sections<'a> {
     pub(super) fn new(findings: &Findings<'a>, picture: Option<String>) -> Result<Sections<'a>> {
         let money = Money::new(findings);
         Ok(Sections {
-            first_screen: FirstScreen::of_recommended(findings)?,
+            first_screen: FirstScreen::from_recommended(findings)?,
             instead: Instead::new(findings)?,
             whereabouts: Whereabouts::new(findings),
             blind: Blind::new(findings, picture),
@@ -73,7 +73,7 @@ impl<'a> Sections<'a> {
         html! {
             @match &self.first_screen {
                 Some(first) => (first.view(&self.good)),
-                None => (first_screen::without_recommended()),
+                None => (first_screen::render_empty()),
             }
             (self.instead.view())
             (self.whereabouts.view())

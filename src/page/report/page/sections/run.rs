@@ -38,7 +38,7 @@ impl Run {
             ("written", now("%Y-%m-%d, %H:%M UTC")),
         ];
         let tables = vec![scenes(sweep), sensors(sweep), combinations(sweep), runs(sweep)];
-        Run { lines, tables, assumed: assumed(sweep) }
+        Run { lines, tables, assumed: assumptions(sweep) }
     }
 
     /// The section.
@@ -145,7 +145,7 @@ fn runs(sweep: &ReportedSweep) -> Titled {
 }
 
 /// Assumptions that a reader may not expect, a sentence each.
-fn assumed(sweep: &ReportedSweep) -> Vec<String> {
+fn assumptions(sweep: &ReportedSweep) -> Vec<String> {
     let (study, results) = (sweep.study, sweep.results);
     let mut assumed = vec![format!(
         "Space is cut into voxels of {} m: nothing smaller is told apart, and scores at other sizes are not comparable.",

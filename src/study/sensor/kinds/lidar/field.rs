@@ -57,7 +57,7 @@ impl FieldFile {
         // Sides are tested in hundredths of a millimetre, independent of the voxel size.
         let fine = |value: f64| (value * 1e5).round() as i64;
         let corners: Vec<_> = self.polygon_m.iter().map(|corner| corner.map(fine)).collect();
-        is_simple(&corners).map_err(|e| at.around(Issue::says(e.to_string()).with_place("polygon_m")))?;
+        is_simple(&corners).map_err(|e| at.wrap(Issue::says(e.to_string()).with_place("polygon_m")))?;
         let polygon_m = self.polygon_m.into_iter().map(DVec2::from_array).collect();
         let volume = Prism { polygon_m, z_m: [0.0, height_m] };
         Ok(ProtectiveField { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })

@@ -78,10 +78,10 @@ pub(crate) fn resolve(at: &Place, keys: &mut Table, sources: &Sources) -> Result
     };
     if let Some(twice) = GIVES.iter().find(|key| keys.contains_key(**key)) {
         let both = Issue::says(format!("both {KEY} and {twice}"));
-        return Err(at.around(both.with_advice("the file gives it; take one away")));
+        return Err(at.wrap(both.with_advice("the file gives it; take one away")));
     }
     let path = at.folder().join(name);
-    let wrong = |error: Error| at.around(error.with_place(KEY));
+    let wrong = |error: Error| at.wrap(error.with_place(KEY));
     let info = read(&path, sources).map_err(wrong)?;
     let pinhole = pinhole(&info).map_err(|issue| wrong(issue.with_place(&path).into()))?;
     let odd = oddities(&info, &pinhole).map_err(|issue| wrong(issue.with_place(&path).into()))?;
