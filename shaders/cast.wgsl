@@ -34,7 +34,7 @@ struct Slant {
 fn slant_of(dir: vec2<u32>) -> Slant {
     let axial_q16 = axial_of(dir);
     let period_q16 = period_q16(axial_q16);
-    return Slant(axial_q16, period_q16, along_q16(table.range_max_q16, period_q16));
+    return Slant(axial_q16, period_q16, ray_range_q16(table.range_max_q16, period_q16));
 }
 
 // What a return at a distance is off by: the unit table comes first in the buffer.
@@ -52,7 +52,7 @@ fn off_by_q16(slant: Slant, drawn: u32, t_q16: u32) -> i32 {
 fn finish(sent: March, begin: March, is_off: bool, slant: Slant, found: u32, drawn: u32) -> Finish {
     let size = vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z);
     let hit_q16 = found >> 2u;
-    let blind = found != NO_HIT && hit_q16 < along_q16(table.range_min_q16, slant.period_q16);
+    let blind = found != NO_HIT && hit_q16 < ray_range_q16(table.range_min_q16, slant.period_q16);
     let lost = is_lost(drawn, table.lost_below) && !blind;
     let nothing = found == NO_HIT || lost;
     var kind = select(RETURN, BLIND, blind);

@@ -50,13 +50,13 @@ fn axial_q16(z_q15: i32, along_axis: bool) -> u32 {
 }
 
 // How far along a ray a depth is, for the period of what it goes along the sensor's axis.
-fn along_q16(depth_q16: u32, period_q16: u32) -> u32 {
-    let along_q16 = (depth_q16 >> 16u) * period_q16 + first_q16(depth_q16 & 0xffffu, period_q16);
-    return min(along_q16, MAX_RANGE_VOXELS << 16u);
+fn ray_range_q16(depth_q16: u32, period_q16: u32) -> u32 {
+    let range_q16 = (depth_q16 >> 16u) * period_q16 + first_q16(depth_q16 & 0xffffu, period_q16);
+    return min(range_q16, MAX_RANGE_VOXELS << 16u);
 }
 
 fn std_along_q16(std_q16: u32, period_q16: u32) -> u32 {
-    return min(along_q16(std_q16, period_q16), MAX_STD_VOXELS << 16u);
+    return min(ray_range_q16(std_q16, period_q16), MAX_STD_VOXELS << 16u);
 }
 
 fn direction_q16(axis_q15: vec3<i32>, dir_q15: vec3<i32>) -> i32 {

@@ -29,7 +29,7 @@ fn main(
     // No early return: `report` must see every invocation of the group.
     if ray < part.end {
         let begin = launch(placement.truly, dirs[ray]);
-        let last_q16 = along_q16(table.range_max_q16, period_q16(axial_of(dirs[ray])));
+        let last_q16 = ray_range_q16(table.range_max_q16, period_q16(axial_of(dirs[ray])));
         first_hits[placement.first_hits * setup.first_hits_stride + ray] = first_hit(begin, last_q16);
     }
     report(STATIC_HITS, local);

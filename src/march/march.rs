@@ -54,7 +54,7 @@ impl End {
     }
 }
 
-/// What decides how a ray ends, in 1/65536 voxels. Of a table, ranges may be depths; [`Gates::of_ray`] makes distances of them.
+/// What decides how a ray ends, in 1/65536 voxels. Of a table, ranges may be depths; [`Gates::ray_gates`] makes distances of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gates {
     /// A first blocker entered before this distance blinds the ray.
@@ -104,7 +104,7 @@ impl Slant {
         Slant { axial_q16, period_q16: period_q16(axial_q16) }
     }
 
-    /// What a depth is along the ray ([`along_q16`]).
+    /// What a depth is along the ray ([`ray_range_q16`]).
     pub fn ray_range_q16(&self, depth_q16: u32) -> u32 {
         ray_range_q16(depth_q16, self.period_q16)
     }
@@ -121,8 +121,8 @@ pub fn axial_q16(z_q15: i32, along_axis: bool) -> u32 {
 /// depth.
 #[inline(always)]
 pub fn ray_range_q16(depth_q16: u32, period_q16: u32) -> u32 {
-    let along_q16 = (depth_q16 >> 16) * period_q16 + first_q16(depth_q16 & 0xffff, period_q16);
-    along_q16.min(MAX_RANGE_VOXELS << 16)
+    let range_q16 = (depth_q16 >> 16) * period_q16 + first_q16(depth_q16 & 0xffff, period_q16);
+    range_q16.min(MAX_RANGE_VOXELS << 16)
 }
 
 /// The standard deviation along a ray whose depth has `std_q16`: at most [`MAX_STD_VOXELS`].

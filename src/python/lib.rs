@@ -55,7 +55,7 @@ fn run(py: Python<'_>, words: Vec<OsString>) -> u8 {
     number(py.detach(|| perirobot::cli::run(words)))
 }
 
-/// The voxels that are set as a map for [`study::Study::of`], its first voxel at a key of the world; None where none is set.
+/// The voxels that are set as a map for [`study::Study::from_keys`], its first voxel at a key of the world; None where none is set.
 #[pyfunction]
 fn cell_map<'py>(
     py: Python<'py>,

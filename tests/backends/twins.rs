@@ -115,10 +115,10 @@ const TWINS: [Twin; 27] = [
         rust: |w| vec![march::axial_q16(w[0] as i32, w[1] != 0)],
     },
     Twin {
-        name: "along_q16",
+        name: "ray_range_q16",
         inputs: 2,
         outputs: 1,
-        wgsl: "out(0u, along_q16(in(0u), period_q16(in(1u))));",
+        wgsl: "out(0u, ray_range_q16(in(0u), period_q16(in(1u))));",
         rust: |w| vec![march::ray_range_q16(w[0], march::period_q16(w[1]))],
     },
     Twin {

@@ -16,7 +16,7 @@ use perirobot_study::world::World;
 /// light curtains with several poses.
 ///
 /// # Errors
-/// When an approach cannot be asked of a scene: those of [`Ground::of_scenes`].
+/// When an approach cannot be asked of a scene: those of [`Ground::from_scenes`].
 pub fn check_approach<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w str, Vec<String>)>> {
     let asks = study.has_approach || study.requirements.iter().any(|one| one.is_of_nearness());
     let stays = |place: &EntryPlace| match place {

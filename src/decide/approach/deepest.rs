@@ -83,7 +83,7 @@ pub fn deepest(body: &Body, begin: &BitGrid, room: FreeRoom) -> ApproachFinding 
     ApproachFinding { deepest: Some(Deepest { squared, length, path, narrowest }), noticed, entry, reached }
 }
 
-/// [`Found::nearest`] of a body, and how many places it reaches.
+/// [`ApproachFinding::nearest`] of a body, and how many places it reaches.
 pub(super) fn nearest_of_all(body: &Body, begin: &BitGrid, room: FreeRoom) -> (Option<u32>, u64) {
     let flood = Flood::from_places(begin, room.open);
     let unnoticed = nearest(body, &flood, room.distances).map(|(squared, _)| squared);

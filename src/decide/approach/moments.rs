@@ -157,7 +157,7 @@ impl<'g> ApproachMoment<'g> {
         at_once.flat_map(|some| some.par_iter().map(|&one| of(one)).collect::<Vec<_>>()).collect()
     }
 
-    /// The body and the entry of each answer, in the order of [`Moment::nearest`], with the least squared distance of the
+    /// The body and the entry of each answer, in the order of [`ApproachMoment::nearest`], with the least squared distance of the
     /// body at the entry; `None` where it has no room there.
     pub(super) fn entries(&self) -> Vec<([usize; 2], Option<u32>)> {
         self.each(|[number, entry]| {

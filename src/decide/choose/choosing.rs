@@ -102,7 +102,7 @@ impl<'a> Choosing<'a> {
     /// Casts what is left. Where a device casts, one pose in `verify` is checked on the CPU.
     ///
     /// # Errors
-    /// Those of [`Casting::run_on`] and [`Casting::checked`].
+    /// Those of [`Casting::run_on`] and [`Casting::check`].
     pub fn cast(
         &self,
         mut casting: Casting,

@@ -87,7 +87,7 @@ fn watcher(&[sensor, candidate, representation]: &[usize; 3]) -> Watcher {
     Watcher { sensor, candidate, representation }
 }
 
-/// The ways in of a scene, body by body, as [`Moment::nearest`] has them.
+/// The ways in of a scene, body by body, as [`ApproachMoment::nearest`] has them.
 fn passages(ground: &Ground, company: Company, repeat: usize) -> Vec<Passage> {
     let scene = ground.worlds[0].scene;
     let of = |body: &Body| {

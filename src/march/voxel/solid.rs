@@ -8,7 +8,7 @@
 //! | [`cuboid`] | from a lowest to a highest voxel, both included |
 //! | [`half_open_box`] | centres in a half-open box |
 //! | [`column()`] | centres over a polygon, in a range of layers; half-open |
-//! | [`within()`] | centres at most a distance from those of other voxels |
+//! | [`dilate()`] | centres at most a distance from those of other voxels |
 
 mod cylinder;
 mod polygon;

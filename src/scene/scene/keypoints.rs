@@ -87,7 +87,7 @@ pub fn load_shipped(person: &perirobot_shipped::Person) -> Result<Keypoints> {
     parse(person.joints, JointLayout::Coco17).map_err(|issue| issue.with_place(person.name).into())
 }
 
-/// The joints turned about the origin, then moved, as [`super::Mesh::transformed`] does with a surface.
+/// The joints turned about the origin, then moved, as [`super::Mesh::transform`] does with a surface.
 pub(crate) fn transform(keypoints: &Keypoints, rotation: DQuat, translation: DVec3) -> Keypoints {
     keypoints.map(|joint| joint.map(|position| rotation * position + translation))
 }

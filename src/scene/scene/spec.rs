@@ -237,7 +237,7 @@ pub struct MotionSpec {
 }
 
 impl MotionSpec {
-    /// The lists that are given, by their keys; a new kind of list joins here and in [`ObjectSpec::at`].
+    /// The lists that are given, by their keys; a new kind of list joins here and in [`ObjectSpec::snapshot`].
     pub fn lists(&self) -> Vec<(&'static str, usize)> {
         let all = [
             ("position_m", self.position_m.len()),

@@ -107,7 +107,7 @@ pub fn results_in(
     Results::new(subject, Pages::new(vec![journal]))
 }
 
-/// The results of [`worked`] on a disk that fails.
+/// The results of [`example`] on a disk that fails.
 #[cfg(target_os = "linux")]
 pub fn unreadable() -> Results {
     let mut results = example();
@@ -121,7 +121,7 @@ pub fn example() -> Results {
     results(1, |moment, _, key| worked_counts(moment, key))
 }
 
-/// The counts of [`worked`].
+/// The counts of [`example`].
 pub fn worked_counts(moment: usize, key: &RowKey) -> Confusion {
     match (key.combination, key.choice, key.representation) {
         (0, 0, _) => counts([0, 6, 2][moment]),

@@ -187,7 +187,7 @@ impl<'a> Casting<'a> {
     }
 
     /// The same on the backend of a user's choice; others step in where a device fails. What is kept of a device is in doubt
-    /// until [`Casting::checked`] says otherwise: whoever goes on checks it, even where another one goes on, or none.
+    /// until [`Casting::check`] says otherwise: whoever goes on checks it, even where another one goes on, or none.
     ///
     /// # Errors
     /// Those of [`Casting::run`].
