@@ -105,7 +105,7 @@ impl BackendChoice {
     #[cfg(not(feature = "gpu"))]
     fn gpu(&self) -> Result<Box<dyn Backend + Send>> {
         let what = Issue::left_out("the GPU backend", "gpu");
-        Err(what.cure(Words::from("or use ") + Argument("backend").quoted("cpu")).into())
+        Err(what.cure(Words::from("or use ") + Argument("backend").quote("cpu")).into())
     }
 }
 

@@ -89,7 +89,7 @@ impl TableFormat {
             Some("parquet") => Ok(TableFormat::Parquet),
             #[cfg(not(feature = "parquet"))]
             Some("parquet") => {
-                Err(perirobot_march::error::Issue::left_out("Parquet", "parquet").at(path).into())
+                Err(perirobot_march::error::Issue::left_out("Parquet", "parquet").with_place(path).into())
             }
             _ => Err(perirobot_march::Error::input(path, "must end in .csv or .parquet")),
         }
