@@ -361,7 +361,7 @@ fn cases(name: &str, random: &mut Random) -> Vec<u32> {
                 out.extend([z_q15 as u32, 0, z_q15 as u32, 1]);
             }
         }
-        "along_q16" | "std_along_q16" => {
+        "ray_range_q16" | "std_along_q16" => {
             let axial = |random: &mut Random| 2 * (2048 + random.below(30_721));
             for depth_q16 in [0, 1, 0xffff, 0x1_0000, 0x1_0001, (64 << 16) - 1, 64 << 16, 2047 << 16] {
                 for axial in [4096, 4098, 37_838, 65_534, 65_536] {
