@@ -22,7 +22,7 @@ use perirobot_study::study::Study;
 use perirobot_study::world::World;
 
 /// How many choices a fallback does before a device that failed is tried again.
-const CHUNK: usize = 64;
+const CHOICES_BEFORE_RETRY: usize = 64;
 
 /// How often a device may fail, with little done between, before it is given up.
 const MOST_FAILURES: u32 = 3;
@@ -202,7 +202,8 @@ fn chunk(
     let wants = |pose_choice: &&PoseChoice| {
         (0..study.repeats as usize).any(|repeat| task.wants(world, repeat, pose_choice))
     };
-    let some: Vec<PoseChoice> = pose_choices.iter().filter(wants).take(CHUNK).copied().collect();
+    let some: Vec<PoseChoice> =
+        pose_choices.iter().filter(wants).take(CHOICES_BEFORE_RETRY).copied().collect();
     let mut located = Located { task, entered: &mut None };
     each_world(study, std::slice::from_ref(world), &some, BatchSize::SMALL, backend, &mut located)
 }
