@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use perirobot_decide::approach::{
-    APPROACH, Approaches, Ground, PATHS, answers, describe, floor_plan, fusion_warning, is_named_as_plan,
-    moments_of, paths_ply, plan_names,
+    APPROACH, APPROACH_JSON, Approaches, Ground, PATHS, answers, describe, floor_plan, fusion_warning,
+    is_named_as_plan, moments_of, paths_ply, plan_names,
 };
 use perirobot_decide::judge::alter;
 use perirobot_decide::view::watched::Watchers;
@@ -14,7 +14,7 @@ use perirobot_decide::view::{Choice, ChoiceSelector, find, with_set};
 use perirobot_march::Result;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::results::files::OutputFolder;
+use perirobot_sweep::results::files::{OutputFolder, remove_files};
 
 use super::MOST_WARNINGS;
 use super::backend::ThreadArgs;
@@ -115,8 +115,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         super::print(&format!("{}\n", stopping.assumptions().join("\n")))?;
     }
     let approaches = Approaches::new(&study, &choice, alteration.words(), &asked);
-    approaches.write(folder.path())?;
-    folder.write(APPROACH, &approaches.csv())?;
+    // If a run ends early, its files are not taken for those of an earlier one.
+    remove_files([APPROACH_JSON, APPROACH, PATHS].map(|name| folder.path().join(name)))?;
     folder.write(PATHS, &paths_ply(&asked))?;
     let of_scenes = asked.iter().zip(&plans);
     let plans: Vec<_> =
@@ -125,6 +125,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for (name, ((ground, answers), plan)) in names.iter().zip(&plans) {
         folder.write(name, &floor_plan(ground, answers, plan))?;
     }
+    approaches.write(folder.path())?;
+    folder.write(APPROACH, &approaches.csv())?;
     for name in names_in(folder.path()).filter(|name| is_named_as_plan(name) && !names.contains(name)) {
         say!("warning: {}: is no floor plan of this run", folder.path().join(name).display());
     }

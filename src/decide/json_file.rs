@@ -18,8 +18,8 @@ pub(crate) struct JsonFile {
     pub format: u32,
     /// The table that is written beside it; an older program wrote the table alone.
     pub table: &'static str,
-    /// The command that writes both.
-    pub command: &'static str,
+    /// How both are written again.
+    pub again: &'static str,
 }
 
 /// What is read of a file before all else.
@@ -46,24 +46,24 @@ impl JsonFile {
     /// format, or if the folder has the table of an older program alone.
     pub(crate) fn read<T: DeserializeOwned>(&self, folder: &Path) -> Result<Option<T>> {
         let (path, table) = (folder.join(self.name), folder.join(self.table));
-        let again = format!("run `perirobot {}` again", self.command);
+        let again = self.again;
         if !path.exists() {
             let what = format!("was written by an older perirobot, which wrote no {}", self.name);
             let old = Issue::unsupported(what).with_advice(again).with_place(&table);
             return if table.exists() { Err(old.into()) } else { Ok(None) };
         }
         let bytes = read_regular(&path)?;
-        let Head { format } = self.parse(&bytes, &path, &again)?;
+        let Head { format } = self.parse(&bytes, &path)?;
         if format != self.format {
             let what = format!("has format {format}, and this perirobot reads format {}", self.format);
             return Err(Issue::unsupported(what).with_advice(again).with_place(&path).into());
         }
-        self.parse(&bytes, &path, &again).map(Some)
+        self.parse(&bytes, &path).map(Some)
     }
 
-    fn parse<T: DeserializeOwned>(&self, bytes: &[u8], path: &Path, again: &str) -> Result<T> {
+    fn parse<T: DeserializeOwned>(&self, bytes: &[u8], path: &Path) -> Result<T> {
         serde_json::from_slice(bytes)
-            .map_err(|e| json_issue(&e).cure(again.to_string()).with_place(path).into())
+            .map_err(|e| json_issue(&e).cure(self.again.to_string()).with_place(path).into())
     }
 }
 
@@ -72,7 +72,8 @@ mod tests {
     use super::*;
     use std::fs;
 
-    const FILE: JsonFile = JsonFile { name: "list.json", format: 3, table: "list.csv", command: "list" };
+    const FILE: JsonFile =
+        JsonFile { name: "list.json", format: 3, table: "list.csv", again: "run `perirobot list` again" };
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
     struct SampleList {

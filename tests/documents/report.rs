@@ -446,7 +446,7 @@ fn what_an_older_program_or_an_accident_has_left_is_told() {
     after(&folder, &["approach", "--pose", BOTH, "--out", text(&out)]);
     for (name, table, again) in [
         ("judge.json", "requirements.csv", "run `perirobot judge` again"),
-        ("approach.json", "approach.csv", "run `perirobot approach` again"),
+        ("approach.json", "approach.csv", "run `perirobot approach` again into this folder"),
     ] {
         let path = out.join(name);
         let written = fs::read(&path).unwrap();

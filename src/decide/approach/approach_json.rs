@@ -20,7 +20,12 @@ pub const APPROACH: &str = "approach.csv";
 /// The name of the file with the same answers and their types.
 pub const APPROACH_JSON: &str = "approach.json";
 
-const FILE: JsonFile = JsonFile { name: APPROACH_JSON, format: 1, table: APPROACH, command: "approach" };
+const FILE: JsonFile = JsonFile {
+    name: APPROACH_JSON,
+    format: 1,
+    table: APPROACH,
+    again: "run `perirobot approach` again into this folder, or remove approach.json and approach.csv",
+};
 
 /// Digits of metres and square metres: hundredths of a millimetre.
 pub(super) const DIGITS: usize = 5;

@@ -18,7 +18,8 @@ use perirobot_study::study::{Condition, Limit, Study};
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::files::{JUDGE_JSON, REQUIREMENTS};
 
-const FILE: JsonFile = JsonFile { name: JUDGE_JSON, format: 1, table: REQUIREMENTS, command: "judge" };
+const FILE: JsonFile =
+    JsonFile { name: JUDGE_JSON, format: 1, table: REQUIREMENTS, again: "run `perirobot judge` again" };
 
 /// What `judge` found of some sets of sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -23,7 +23,9 @@ use perirobot_march::{Error, Result};
 use perirobot_study::study::{Condition, Requirement, Study};
 use perirobot_study::world::{World, cut_warnings};
 use perirobot_sweep::results::Results;
-use perirobot_sweep::results::files::{CONDITIONS, DRAWS, JUDGE_JSON, REQUIREMENTS, SEPARATION, SPEEDS};
+use perirobot_sweep::results::files::{
+    CONDITIONS, DRAWS, JUDGE_JSON, REQUIREMENTS, SEPARATION, SPEEDS, remove_files,
+};
 
 /// Choices of a sweep that can be judged.
 pub struct Judging<'a> {
@@ -67,12 +69,7 @@ pub fn requires_something(study: &Study) -> Result<()> {
 /// of the next one, whatever ends it.
 pub fn forget(folder: &Path, more: Option<&Path>) -> Result<()> {
     let files = [JUDGE_JSON, REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS];
-    let files = files.map(|name| folder.join(name));
-    let is_file = |path: &PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
-    for path in files.into_iter().chain(more.map(PathBuf::from)).filter(is_file) {
-        std::fs::remove_file(&path).map_err(|e| Error::io(&path, "cannot be removed", e))?;
-    }
-    Ok(())
+    remove_files(files.map(|name| folder.join(name)).into_iter().chain(more.map(PathBuf::from)))
 }
 
 impl<'a> Judging<'a> {

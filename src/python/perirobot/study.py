@@ -38,7 +38,7 @@ _BATCH_BYTES = 64 << 20
 
 
 #: How a study was made: the constructor of the compiled half, and what it was given.
-_Origin = tuple[Literal["of", "load"], tuple[Any, ...]]
+_Origin = tuple[Literal["from_keys", "load"], tuple[Any, ...]]
 
 
 class Study:
@@ -63,9 +63,9 @@ class Study:
         folder: str | PathLike[str] = ".",
     ) -> None:
         whole, files = in_memory(keys, scenes)
-        self._native = _perirobot.Study.of(whole, folder, files)
+        self._native = _perirobot.Study.from_keys(whole, folder, files)
         # Another process may work in another folder.
-        self._origin: _Origin = ("of", (whole, os.path.abspath(folder), files))
+        self._origin: _Origin = ("from_keys", (whole, os.path.abspath(folder), files))
 
     @classmethod
     def load(
@@ -386,13 +386,13 @@ class Study:
 _last: tuple[tuple[Any, ...], Study] | None = None
 
 
-def _again(kind: Literal["of", "load"], words: tuple[Any, ...], files: list[tuple[str, str]]) -> Study:
+def _again(kind: Literal["from_keys", "load"], words: tuple[Any, ...], files: list[tuple[str, str]]) -> Study:
     """A study that was pickled; `files` are the hashes of what it had read then."""
     global _last
     made_of = (kind, words, files)
     if _last is None or _last[0] != made_of:
         study = Study.__new__(Study)
         study._origin = (kind, words)
-        study._native = getattr(_perirobot.Study, kind)(*words).after(files)
+        study._native = getattr(_perirobot.Study, kind)(*words).restore(files)
         _last = (made_of, study)
     return _last[1]

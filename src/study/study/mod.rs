@@ -1,6 +1,6 @@
 //! What the user wrote: a study file and the scene files it names, checked once at the edge and turned into
-//! metres and radians. Defaults live in `file.rs`, `region_file.rs` and `scene_file.rs` only; meshes are read by
-//! `scene`.
+//! metres and radians. Defaults are in `file.rs`, `region_file.rs`, `scene_file.rs` and, of sensors, in `sensor::kinds`;
+//! meshes are read by `scene`.
 
 mod approach;
 mod asking;

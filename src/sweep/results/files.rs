@@ -93,6 +93,18 @@ pub fn cannot_write(path: &Path, source: std::io::Error) -> Error {
     }
 }
 
+/// Removes those of some paths that are files.
+///
+/// # Errors
+/// When one cannot be removed.
+pub fn remove_files(paths: impl IntoIterator<Item = PathBuf>) -> Result<()> {
+    let is_file = |path: &PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
+    for path in paths.into_iter().filter(is_file) {
+        std::fs::remove_file(&path).map_err(|e| Error::io(&path, "cannot be removed", e))?;
+    }
+    Ok(())
+}
+
 /// Writes a file whole from memory.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = WholeFile::create(path)?;

@@ -68,13 +68,22 @@ pub struct Failover<'a> {
     fallback: Fallback,
     /// How often the device failed with little done between.
     failures: u32,
+    /// Choices that earlier tasks finished since the last failure.
+    finished_since: u64,
     pub(super) faults: Vec<Fault>,
 }
 
 impl<'a> Failover<'a> {
     /// No device failed yet.
     pub fn new(backends: &'a mut dyn BackendFactory, progress: &'a dyn Progress) -> Failover<'a> {
-        Failover { backends, progress, fallback: Fallback::None, failures: 0, faults: Vec::new() }
+        Failover {
+            backends,
+            progress,
+            fallback: Fallback::None,
+            failures: 0,
+            finished_since: 0,
+            faults: Vec::new(),
+        }
     }
 
     /// What follows the work.
@@ -118,16 +127,16 @@ impl<'a> Failover<'a> {
                 {
                     // Its memory must be free before the next one is opened.
                     drop(backend);
-                    let is_clean = task.finished() - last_fault > CLEAN_AFTER;
+                    let is_clean = self.finished_since + task.finished() - last_fault > CLEAN_AFTER;
                     self.failures = if is_clean { 1 } else { self.failures + 1 };
                     let world = worlds.iter().find(|world| Some(place_of(world)) == entered);
+                    // The fallback does its part; then the device is tried again.
                     let instead = self.do_some(choices, world, task)?;
-                    last_fault = task.finished();
+                    (last_fault, self.finished_since) = (task.finished(), 0);
                     backend = self.open_again()?;
                     let is_given_up = self.fallback == Fallback::Cpu;
                     let for_good = if is_given_up { ", and from then on the CPU" } else { "" };
                     let scene = world.map_or(String::new(), |world| world.title(study));
-                    // The fallback has done its part; the device is tried again.
                     let fault = Fault::new(&error, scene, format!("{instead}{for_good}"));
                     self.progress.show_fault(&fault);
                     self.faults.push(fault);
@@ -141,6 +150,7 @@ impl<'a> Failover<'a> {
                 Ok(()) => {
                     task.check(self.backends)?;
                     if task.is_over() {
+                        self.finished_since += task.finished() - last_fault;
                         let timings = backend.timings();
                         if self.fallback == Fallback::None {
                             self.backends.take_back(backend);
