@@ -91,7 +91,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
-/// Finds the sets, and writes and tells them.
+/// Finds the sets, writes them and prints them.
 fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let begin = Instant::now();
     let out = args.out.clone().unwrap_or_else(|| study.usual_out("-choose"));

@@ -437,6 +437,20 @@ fn each_floor_plan_has_a_file_of_its_own() {
     assert!(!told("floor-cell-crawling.svg") && !told("floor-cell-standing-2.svg"));
 }
 
+/// The report reads the JSON: one of an earlier run must not stand beside the tables and paths of the next.
+#[test]
+fn a_run_that_cannot_write_leaves_no_answers_of_an_earlier_one() {
+    let folder = shelf();
+    approach(&folder, FRONT);
+    let out = folder.path("out");
+    fs::remove_file(out.join(PATHS)).unwrap();
+    fs::create_dir(out.join(PATHS)).unwrap();
+    let outcome = approach(&folder, BOTH);
+    assert_ne!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains(PATHS), "{}", outcome.stderr);
+    assert!(![APPROACH, APPROACH_JSON].iter().any(|name| out.join(name).exists()));
+}
+
 /// By which ways bodies come in by the sensors of a choice of poses.
 fn ways(folder: &Folder, pose: &str) -> Vec<Way> {
     let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
