@@ -1,7 +1,7 @@
 //! How many more sensors of each kind fit the budget and the limits, and an upper bound for what candidates
 //! can add within them.
 
-use super::problem::{Problem, SetLimits};
+use super::rules::{SetLimits, SetRules};
 
 /// Most ways to share out what is left; if there are more, costs are not looked at.
 const MOST_WAYS: usize = 64;
@@ -16,51 +16,49 @@ pub(super) struct Budget {
 impl Budget {
     /// For so many more sensors beside some chosen ones, which cost so much.
     pub(super) fn new(
-        problem: &Problem,
+        rules: &SetRules,
         limits: SetLimits,
         chosen: &[usize],
         cost: u64,
         left: usize,
     ) -> Budget {
-        let sensors = problem.most.len();
-        let of =
-            |sensor: usize| chosen.iter().filter(|&&item| problem.evidence.items[item][0] == sensor).count();
-        let most: Vec<usize> =
-            (0..sensors).map(|s| problem.most[s].saturating_sub(of(s)).min(left)).collect();
+        let sensors = rules.most.len();
+        let of = |sensor: usize| chosen.iter().filter(|&&item| rules.sensor[item] == sensor).count();
+        let most: Vec<usize> = (0..sensors).map(|s| rules.most[s].saturating_sub(of(s)).min(left)).collect();
         if limits.budget.is_none() && most.iter().all(|&most| most >= left) {
             return Budget { left, ways: Vec::new() };
         }
         let mut ways = Vec::new();
         let rest = limits.budget.map_or(u64::MAX, |budget| budget.saturating_sub(cost));
-        let price = cheapest(problem);
+        let price = cheapest(rules);
         share(&most, &price, left, rest, &mut Vec::new(), &mut ways);
         if ways.len() > MOST_WAYS { Budget { left, ways: Vec::new() } } else { Budget { left, ways } }
     }
 
     /// For each sensor, what is left after one more of it; a single one if that is the same for all.
     pub(super) fn after_each(
-        problem: &Problem,
+        rules: &SetRules,
         limits: SetLimits,
         chosen: &[usize],
         cost: u64,
         left: usize,
     ) -> Vec<Budget> {
-        let alike = limits.budget.is_none() && problem.most.iter().all(|&most| most > chosen.len() + left);
+        let alike = limits.budget.is_none() && rules.most.iter().all(|&most| most > chosen.len() + left);
         if alike {
             return vec![Budget { left, ways: Vec::new() }];
         }
-        let price = cheapest(problem);
+        let price = cheapest(rules);
         let beside = |sensor: usize| {
-            let item = problem.evidence.items.iter().position(|item| item[0] == sensor);
+            let item = rules.sensor.iter().position(|&own| own == sensor);
             let Some(item) = item else { return Budget { left: 0, ways: Vec::new() } };
-            Budget::new(problem, limits, &[chosen, &[item]].concat(), cost + price[sensor], left)
+            Budget::new(rules, limits, &[chosen, &[item]].concat(), cost + price[sensor], left)
         };
-        (0..problem.most.len()).map(beside).collect()
+        (0..rules.most.len()).map(beside).collect()
     }
 
     /// Which of those of [`Budget::after_each`] a candidate's is.
-    pub(super) fn number(budgets: &[Budget], problem: &Problem, item: usize) -> usize {
-        if budgets.len() == 1 { 0 } else { problem.evidence.items[item][0] }
+    pub(super) fn number(budgets: &[Budget], rules: &SetRules, item: usize) -> usize {
+        if budgets.len() == 1 { 0 } else { rules.sensor[item] }
     }
 
     /// The most that some candidates add together. Each comes with what it adds at most, largest first; `value`
@@ -68,7 +66,7 @@ impl Budget {
     #[inline(always)]
     pub(super) fn most(
         &self,
-        problem: &Problem,
+        rules: &SetRules,
         sorted: impl Iterator<Item = (usize, i64)>,
         value: impl Fn(usize) -> i64,
     ) -> i64 {
@@ -83,7 +81,7 @@ impl Budget {
             if limit <= worst {
                 break;
             }
-            let group = if self.ways.is_empty() { 0 } else { problem.evidence.items[item][0] };
+            let group = if self.ways.is_empty() { 0 } else { rules.sensor[item] };
             let own = &mut best[group * self.left..(group + 1) * self.left];
             let value = value(place);
             if value > own[self.left - 1] {
@@ -111,10 +109,10 @@ impl Budget {
 }
 
 /// The cheapest candidate of each sensor.
-fn cheapest(problem: &Problem) -> Vec<u64> {
-    let mut price = vec![u64::MAX; problem.most.len()];
-    for (item, &[sensor, _]) in problem.evidence.items.iter().enumerate() {
-        price[sensor] = price[sensor].min(problem.cost[item]);
+fn cheapest(rules: &SetRules) -> Vec<u64> {
+    let mut price = vec![u64::MAX; rules.most.len()];
+    for (item, &sensor) in rules.sensor.iter().enumerate() {
+        price[sensor] = price[sensor].min(rules.cost[item]);
     }
     price
 }

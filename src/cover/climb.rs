@@ -11,7 +11,8 @@ use rayon::prelude::*;
 use perirobot_march::metrics::Across;
 
 use super::mean::bounds_means;
-use super::problem::{FoundSet, JointCandidates, Merit, Problem, SetLimits};
+use super::problem::{FoundSet, JointCandidates, Merit, Problem};
+use super::rules::SetLimits;
 
 /// Random sets to start from, where the search is long; a short search finds what they lead to itself.
 const RESTARTS: u64 = 12;
@@ -25,8 +26,9 @@ pub(super) fn climbs(
     limits: SetLimits,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<FoundSet> {
-    let mut ends: Vec<FoundSet> = climb(problem, limits, problem.always.clone(), stop).into_iter().collect();
-    let is_short = limits.at_most - problem.always.len() <= FEW
+    let mut ends: Vec<FoundSet> =
+        climb(problem, limits, problem.rules.always.clone(), stop).into_iter().collect();
+    let is_short = limits.at_most - problem.rules.always.len() <= FEW
         && (problem.goal.1 != Across::Mean || bounds_means(problem))
         && !problem.adds_up();
     // Reading all rows from a file again and again takes too long.
@@ -36,7 +38,7 @@ pub(super) fn climbs(
             break;
         }
         let mut random = ChaCha8Rng::seed_from_u64(restart);
-        let mut set = problem.always.clone();
+        let mut set = problem.rules.always.clone();
         while set.len() < limits.at_most {
             let Some(&item) = joining(problem, limits, &set).choose(&mut random) else { break };
             set.push(item);
@@ -51,14 +53,15 @@ pub(super) fn climbs(
 }
 
 fn cost(problem: &Problem, found: &FoundSet) -> u64 {
-    problem.cost_of(&found.set)
+    problem.rules.cost_of(&found.set)
 }
 
 /// The candidates that may join a set.
 fn joining(problem: &Problem, limits: SetLimits, set: &[usize]) -> Vec<usize> {
-    let cost = problem.cost_of(set);
-    let may = |&item: &usize| limits.afford(cost + problem.cost[item]) && problem.may_join(set, item);
-    (0..problem.cost.len()).filter(may).collect()
+    let cost = problem.rules.cost_of(set);
+    let may =
+        |&item: &usize| limits.afford(cost + problem.rules.cost[item]) && problem.rules.may_join(set, item);
+    (0..problem.rules.cost.len()).filter(may).collect()
 }
 
 /// Adds and swaps as long as that helps.
@@ -84,12 +87,12 @@ pub(super) fn climb(
 /// The best candidate to join a set, or to stand for one of its sensors that is not fixed: how good the set then
 /// is, and which place is taken out. What a candidate says is looked up once for all of them.
 fn best_step(problem: &Problem, limits: SetLimits, set: &[usize]) -> Option<(Merit, usize, Option<usize>)> {
-    let may_go = (0..set.len()).filter(|&place| !problem.always.contains(&set[place])).map(Some);
+    let may_go = (0..set.len()).filter(|&place| !problem.rules.always.contains(&set[place])).map(Some);
     let outs = std::iter::once(None).filter(|_| set.len() < limits.at_most).chain(may_go);
     let base = |out: Option<usize>| {
         let mut rest = set.to_vec();
         out.map(|out| rest.remove(out));
-        let mut may_join = vec![false; problem.cost.len()];
+        let mut may_join = vec![false; problem.rules.cost.len()];
         joining(problem, limits, &rest).into_iter().for_each(|item| may_join[item] = true);
         (out, problem.joint(&rest), may_join)
     };
@@ -100,10 +103,10 @@ fn best_step(problem: &Problem, limits: SetLimits, set: &[usize]) -> Option<(Mer
         let row = problem.evidence.row(item);
         // Of equally good ones the last place, then the cheapest and the first candidate.
         let key = |(out, base, _): &(Option<usize>, JointCandidates, Vec<bool>)| {
-            (problem.merit(base, Some((item, &row))), *out, Reverse(problem.cost[item]), Reverse(item))
+            (problem.merit(base, Some((item, &row))), *out, Reverse(problem.rules.cost[item]), Reverse(item))
         };
         open.map(key).max()
     };
-    let best = (0..problem.cost.len()).into_par_iter().filter_map(of).max();
+    let best = (0..problem.rules.cost.len()).into_par_iter().filter_map(of).max();
     best.map(|(merit, out, _, Reverse(item))| (merit, item, out))
 }

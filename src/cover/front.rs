@@ -1,7 +1,8 @@
 //! The best set of each size and each step of cost.
 
 use super::pairs::PairCounts;
-use super::problem::{FoundSet, Problem, SetLimits};
+use super::problem::{FoundSet, Problem};
+use super::rules::SetLimits;
 use super::step::{Bound, FrontStep, KnownSets, StepSearch, best_within, overlaps};
 use super::worth::Worth;
 use perirobot_march::Error;
@@ -49,7 +50,7 @@ pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<FrontAnswer,
     let kept = overlaps(problem);
     let mut known = KnownSets::new();
     let mut steps: Vec<StepSearch> = Vec::new();
-    for size in problem.always.len().max(1)..=problem.limits.at_most {
+    for size in problem.rules.always.len().max(1)..=problem.limits.at_most {
         let limits = SetLimits { at_most: size, ..problem.limits };
         let of_size = descend(Vec::new(), problem, limits, kept.as_ref(), &mut known, progress);
         let is_last = size == problem.limits.at_most;
@@ -100,17 +101,17 @@ fn descend<'a>(
     loop {
         if let Some(best) = steps.last().map(|last| &last.step.best) {
             // A cheaper set of the same worth would have been taken, so all cheaper ones are worth less.
-            let cost = best.as_ref().map(|best| problem.cost_of(&best.set));
+            let cost = best.as_ref().map(|best| problem.rules.cost_of(&best.set));
             match cost.filter(|&cost| cost > 0 && !progress.stops()) {
-                Some(cost) => limits.budget = Some(problem.largest_cost_below(cost)),
+                Some(cost) => limits.budget = Some(problem.rules.largest_cost_below(cost)),
                 None => return steps,
             }
         }
-        if !limits.afford(problem.cost_of(&problem.always)) {
+        if !limits.afford(problem.rules.cost_of(&problem.rules.always)) {
             return steps;
         }
         // What pays for fewer sensors only is a step of theirs.
-        if !steps.is_empty() && problem.most_affordable(limits) < limits.at_most {
+        if !steps.is_empty() && problem.rules.most_affordable(limits) < limits.at_most {
             return steps;
         }
         let mut next = StepSearch::begun(problem, limits, kept, known, progress);

@@ -18,8 +18,9 @@ use rayon::prelude::*;
 
 use super::evidence::CandidateEvidence;
 use super::lp::Lp;
-use super::problem::{Problem, SetLimits};
+use super::problem::Problem;
 use super::question::{Inequality, Segment, question};
+use super::rules::SetLimits;
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::Across;
 
@@ -150,7 +151,7 @@ impl WeighedCuts {
     fn added_up(&self, problem: &Problem, limits: SetLimits, all: &[Inequality]) -> (i128, Vec<i128>) {
         let spent = limits.budget.unwrap_or(0);
         let mut constant = i128::from(self.budget) * i128::from(spent);
-        let cost = |&item: &usize| -i128::from(self.budget) * i128::from(problem.cost[item]);
+        let cost = |&item: &usize| -i128::from(self.budget) * i128::from(problem.rules.cost[item]);
         let mut added: Vec<i128> = self.items.iter().map(cost).collect();
         for (times, cut) in &self.cuts {
             let (weights, wanted) = &all[cut.inequality].exact;
@@ -200,9 +201,9 @@ impl<'a> GapSearch<'a> {
         stop: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let fits = |item: &usize| {
-            problem.always.contains(item)
-                || limits.afford(problem.cost_of(&problem.always) + problem.cost[*item])
-                    && problem.may_join(&problem.always, *item)
+            problem.rules.always.contains(item)
+                || limits.afford(problem.rules.cost_of(&problem.rules.always) + problem.rules.cost[*item])
+                    && problem.rules.may_join(&problem.rules.always, *item)
         };
         let items = (0..problem.evidence.count()).filter(fits).collect();
         GapSearch {
@@ -341,7 +342,7 @@ impl<'a> GapSearch<'a> {
             added.push(outside);
         }
         if let Some(budget) = self.limits.budget.filter(|&budget| budget > 0) {
-            let part = |&item: &usize| -(self.problem.cost[item] as f64) / budget as f64;
+            let part = |&item: &usize| -(self.problem.rules.cost[item] as f64) / budget as f64;
             constant.push(1.0);
             added.push(self.items.iter().map(part).collect());
         }
@@ -418,7 +419,7 @@ impl<'a> GapSearch<'a> {
     /// Whether no allowed set passes all inequalities, by some cuts.
     fn proves(&self, all: &[Inequality], weighed: &WeighedCuts) -> bool {
         let (mut most, added) = weighed.added_up(&self.problem, self.limits, all);
-        let always = &self.problem.always;
+        let always = &self.problem.rules.always;
         let is_fixed = |i: &usize| always.contains(&self.items[*i]);
         most += (0..added.len()).filter(is_fixed).map(|i| added[i]).sum::<i128>();
         let mut free: Vec<i128> =

@@ -29,6 +29,7 @@ mod odds;
 mod pairs;
 mod problem;
 mod question;
+mod rules;
 mod search;
 mod step;
 mod worth;
@@ -39,7 +40,8 @@ pub use front::{FrontAnswer, NoAnswer, answer};
 pub use gap::Gap;
 pub use odds::Odds;
 pub use pairs::PairCounts;
-pub use problem::{FoundSet, JointCandidates, Merit, Problem, SetLimits};
+pub use problem::{FoundSet, JointCandidates, Merit, Problem};
+pub use rules::{SetLimits, SetRules};
 pub use step::{Bound, FrontStep, KnownSets, best_within, overlaps, polish};
 pub use worth::{MOST_VOXELS, Ratio, Worth};
 

@@ -17,7 +17,8 @@ use rayon::prelude::*;
 
 use super::evidence::Union;
 use super::layout::{CLEAR, FALSE, HIT, MomentBits, SEEN, SPACE_OF};
-use super::problem::{FoundSet, JointCandidates, Problem, SetLimits};
+use super::problem::{FoundSet, JointCandidates, Problem};
+use super::rules::SetLimits;
 use perirobot_march::metrics::{Confusion, Score};
 
 /// The largest whole number below which floating point holds all.
@@ -70,7 +71,7 @@ impl<'a> MeanSearch<'a> {
 
     /// The first better set, if there is one.
     pub(super) fn better(&self) -> Option<FoundSet> {
-        let always = &self.problem.always;
+        let always = &self.problem.rules.always;
         if let Some(found) = self.evaluate(always) {
             return Some(found);
         }
@@ -109,8 +110,8 @@ impl<'a> MeanSearch<'a> {
     }
 
     fn fits(&self, chosen: &[usize], item: usize) -> bool {
-        let cost = self.problem.cost_of(chosen) + self.problem.cost[item];
-        self.limits.afford(cost) && self.problem.may_join(chosen, item)
+        let cost = self.problem.rules.cost_of(chosen) + self.problem.rules.cost[item];
+        self.limits.afford(cost) && self.problem.rules.may_join(chosen, item)
     }
 
     fn union(&self, set: &[usize]) -> Union {

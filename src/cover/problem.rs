@@ -3,9 +3,9 @@
 use super::evidence::{CandidateEvidence, Row, Union};
 use super::layout::WantedCounts;
 use super::odds::Odds;
+use super::rules::{SetLimits, SetRules};
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::{Across, Confusion, Score};
-use perirobot_march::progress::SearchState;
 
 /// What is searched: allowed sets of candidates, by their numbers in the evidence.
 #[derive(Clone, Debug)]
@@ -18,14 +18,8 @@ pub struct Problem<'a> {
     pub require: Vec<(Score, Across, Ratio)>,
     /// How large a set may be.
     pub limits: SetLimits,
-    /// What each candidate costs, in thousandths.
-    pub cost: Vec<u64>,
-    /// Candidates that are in every set.
-    pub always: Vec<usize>,
-    /// For each candidate the others that are too near, a bit each.
-    pub near: Vec<Vec<u64>>,
-    /// How many of a sensor a set may have.
-    pub most: Vec<usize>,
+    /// Which candidates a set may have together, and what they cost.
+    pub rules: SetRules,
     /// How labels come to be, where that is not by unions.
     pub odds: Option<Odds>,
 }
@@ -38,15 +32,6 @@ pub enum JointCandidates<'a> {
     Rows(Vec<(usize, Row<'a>)>),
 }
 
-/// How large a set may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SetLimits {
-    /// How many candidates it may have.
-    pub at_most: usize,
-    /// What it may cost, in thousandths.
-    pub budget: Option<u64>,
-}
-
 /// How good a set is: first by what it lacks of the requirements, then by its worth. Larger is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merit {
@@ -54,19 +39,6 @@ pub struct Merit {
     lacking: f64,
     /// What it is worth, if it has a value.
     pub worth: Option<Worth>,
-}
-
-impl SetLimits {
-    /// Whether a set may cost so much.
-    pub fn afford(&self, cost: u64) -> bool {
-        self.budget.is_none_or(|budget| cost <= budget)
-    }
-
-    /// What a search within these limits reports of the best set that it found.
-    pub fn state(&self, best: Option<f64>) -> SearchState {
-        let SetLimits { at_most, budget } = *self;
-        SearchState { at_most, budget, best, bound: None, seconds: None }
-    }
 }
 
 /// A set and its worth.
@@ -113,39 +85,6 @@ impl<'a> Problem<'a> {
     /// The same sets, by another score and without requirements.
     pub fn asking(&self, score: Score, over: Across) -> Problem<'a> {
         Problem { goal: (score, over), require: Vec::new(), ..self.clone() }.drop_idle_odds()
-    }
-
-    /// Whether a candidate may join some others, whatever it costs.
-    pub fn may_join(&self, chosen: &[usize], item: usize) -> bool {
-        let sensor = self.evidence.items[item][0];
-        let of_it = || chosen.iter().filter(|&&other| self.evidence.items[other][0] == sensor).count();
-        chosen.iter().all(|&other| other != item && !self.are_near(other, item))
-            && of_it() < self.most[sensor]
-    }
-
-    fn are_near(&self, a: usize, b: usize) -> bool {
-        self.near.get(a).is_some_and(|near| near[b / 64] >> (b % 64) & 1 == 1)
-    }
-
-    /// What a set costs, in thousandths.
-    pub fn cost_of(&self, set: &[usize]) -> u64 {
-        set.iter().map(|&item| self.cost[item]).sum()
-    }
-
-    /// The largest amount below some cost, above zero, that a set may cost: all of them are multiples of one amount.
-    pub fn largest_cost_below(&self, cost: u64) -> u64 {
-        let common = self.cost.iter().fold(0, |a, &b| greatest_common_divisor(a, b)).max(1);
-        (cost - 1) / common * common
-    }
-
-    /// How many sensors a budget pays for at most.
-    pub fn most_affordable(&self, limits: SetLimits) -> usize {
-        let rest = limits.budget.map(|budget| budget.saturating_sub(self.cost_of(&self.always)));
-        let free = (0..self.cost.len()).filter(|item| !self.always.contains(item));
-        match (rest, free.map(|item| self.cost[item]).min()) {
-            (Some(rest), Some(least @ 1..)) => self.always.len() + (rest / least) as usize,
-            _ => usize::MAX,
-        }
     }
 
     /// Some candidates together.
@@ -229,8 +168,4 @@ impl Merit {
     pub fn meets_all(&self) -> bool {
         self.lacking == 0.0
     }
-}
-
-fn greatest_common_divisor(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }

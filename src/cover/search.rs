@@ -24,8 +24,9 @@ use super::evidence::Union;
 use super::gap::{CutSum, WeighedCuts};
 use super::layout::FALSE;
 use super::pairs::{OverlapTable, PairCounts};
-use super::problem::{FoundSet, Problem, SetLimits};
+use super::problem::{FoundSet, Problem};
 use super::question::{Question, UnionState, question};
+use super::rules::SetLimits;
 
 /// Nodes of the first level that are searched before their results are compared.
 const LOT: usize = 16;
@@ -139,7 +140,7 @@ impl<'a> SetSearch<'a> {
 
     /// A set that is worth more, if there is one and it is not stopped.
     fn run(&self, kept: Option<&PairCounts>, ahead: &mut Ahead) -> Option<FoundSet> {
-        let root = self.root(&self.problem.always);
+        let root = self.root(&self.problem.rules.always);
         let left = self.limits.at_most - root.chosen.len();
         let all: Vec<usize> = (0..self.problem.evidence.count()).collect();
         let table = kept.and_then(|kept| kept.table(&self.question.all[..self.tabled]));
@@ -194,11 +195,12 @@ impl<'a> SetSearch<'a> {
         let evidence = self.problem.evidence;
         let states = self.question.all.iter().map(|one| one.state(evidence, &union)).collect();
         let lacks = self.sum.as_ref().map_or(0, |sum| sum.lacks(&chosen));
-        SearchNode { cost: self.problem.cost_of(&chosen), chosen, union, states, lacks }
+        SearchNode { cost: self.problem.rules.cost_of(&chosen), chosen, union, states, lacks }
     }
 
     fn may_join(&self, node: &SearchNode, item: usize) -> bool {
-        self.limits.afford(node.cost + self.problem.cost[item]) && self.problem.may_join(&node.chosen, item)
+        self.limits.afford(node.cost + self.problem.rules.cost[item])
+            && self.problem.rules.may_join(&node.chosen, item)
     }
 
     /// The candidates that may join a set that is given. `table` has their overlaps before anything is chosen.
@@ -267,18 +269,18 @@ impl<'a> SetSearch<'a> {
         if self.most_in_sum(left, &candidates.items[of.clone()]) < node.lacks {
             return false;
         }
-        let budget = Budget::new(self.problem, self.limits, &node.chosen, node.cost, left);
+        let budget = Budget::new(&self.problem.rules, self.limits, &node.chosen, node.cost, left);
         self.question.all.iter().zip(&node.states).enumerate().all(|(j, (one, state))| {
             let all = of.clone().map(|i| (candidates.items[i], candidates.limit(i, j)));
             let own = |place: usize| candidates.adds[j].charged[of.start + place];
-            state.value + budget.most(self.problem, all, own) >= one.least
+            state.value + budget.most(&self.problem.rules, all, own) >= one.least
         })
     }
 
     /// The candidates that may be in a set that passes, by what is known of their pairs; they stay sorted.
     fn prune<'t>(&self, node: &SearchNode, left: usize, candidates: Candidates<'t>) -> Candidates<'t> {
-        let budgets = Budget::after_each(self.problem, self.limits, &node.chosen, node.cost, left - 1);
-        let number = |i: usize| Budget::number(&budgets, self.problem, candidates.items[i]);
+        let budgets = Budget::after_each(&self.problem.rules, self.limits, &node.chosen, node.cost, left - 1);
+        let number = |i: usize| Budget::number(&budgets, &self.problem.rules, candidates.items[i]);
         let others = self.most_in_sum(left - 1, &candidates.items);
         let mut alive: Vec<usize> = (0..candidates.items.len())
             .filter(|&i| self.cut_gain(candidates.items[i]) + others >= node.lacks)
@@ -292,7 +294,7 @@ impl<'a> SetSearch<'a> {
             // First without overlaps: the bound for the others is then the same for all candidates of a sensor.
             let sorted = limits(&alive);
             let top = |budget: &Budget| {
-                budget.most(self.problem, sorted.iter().copied(), |place| own(alive[place]))
+                budget.most(&self.problem.rules, sorted.iter().copied(), |place| own(alive[place]))
             };
             let tops: Vec<i64> = budgets.iter().map(top).collect();
             alive.retain(|&i| value + own(i) + tops[number(i)] >= least);
@@ -303,7 +305,9 @@ impl<'a> SetSearch<'a> {
                         l if l == i => i64::MIN / 2,
                         l => own(l) - candidates.overlap(i, l, j),
                     };
-                    value + own(i) + budgets[number(i)].most(self.problem, sorted.iter().copied(), beside)
+                    value
+                        + own(i)
+                        + budgets[number(i)].most(&self.problem.rules, sorted.iter().copied(), beside)
                         >= least
                 };
                 alive = alive.iter().copied().filter(passes).collect();
@@ -373,10 +377,12 @@ impl<'a> SetSearch<'a> {
         i: usize,
     ) -> Option<Child> {
         let item = candidates.items[i];
-        let (chosen, cost) = ([&node.chosen[..], &[item]].concat(), node.cost + self.problem.cost[item]);
+        let (chosen, cost) =
+            ([&node.chosen[..], &[item]].concat(), node.cost + self.problem.rules.cost[item]);
         let joins = |l: usize| {
             let other = candidates.items[l];
-            self.limits.afford(cost + self.problem.cost[other]) && self.problem.may_join(&chosen, other)
+            self.limits.afford(cost + self.problem.rules.cost[other])
+                && self.problem.rules.may_join(&chosen, other)
         };
         let mut union = None;
         let joined = || {
@@ -392,10 +398,10 @@ impl<'a> SetSearch<'a> {
         // What each adds beside this one at most.
         let hint = |l: usize| adds.charged[l] - table.map_or(0, |table| table.overlap(0, i, l));
         let most = {
-            let budget = Budget::new(self.problem, self.limits, &chosen, cost, left - 1);
+            let budget = Budget::new(&self.problem.rules, self.limits, &chosen, cost, left - 1);
             let sorted =
                 (i + 1..candidates.items.len()).map(|l| (candidates.items[l], candidates.limit(l, 0)));
-            budget.most(self.problem, sorted, |place| hint(i + 1 + place))
+            budget.most(&self.problem.rules, sorted, |place| hint(i + 1 + place))
         };
         if most < needed {
             return None;
@@ -486,8 +492,8 @@ impl<'a> SetSearch<'a> {
                     continue;
                 }
                 let other = candidates.items[l];
-                let cost = node.cost + self.problem.cost[item] + self.problem.cost[other];
-                if !self.limits.afford(cost) || !self.problem.may_join(&one, other) {
+                let cost = node.cost + self.problem.rules.cost[item] + self.problem.rules.cost[other];
+                if !self.limits.afford(cost) || !self.problem.rules.may_join(&one, other) {
                     continue;
                 }
                 if let Some(first) = self.question.all.first().filter(|first| first.is_plain()) {

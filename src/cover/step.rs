@@ -9,8 +9,9 @@ use super::climb::{climb, climbs};
 use super::gap::{Gap, GapSearch, WeighedCuts};
 use super::mean::{MeanSearch, bounds_means};
 use super::pairs::PairCounts;
-use super::problem::{FoundSet, Problem, SetLimits};
+use super::problem::{FoundSet, Problem};
 use super::question::question;
+use super::rules::SetLimits;
 use super::search::{Ahead, Shortcuts, complete, search};
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::Across;
@@ -136,7 +137,7 @@ impl<'a> StepSearch<'a> {
     /// Whether no set can be better: none has a higher score, or climbing tried each single sensor.
     fn is_plainly_best(&self) -> bool {
         let StepSearch { problem, step, progress, .. } = self;
-        let is_single = step.limits.at_most <= problem.always.len() + 1;
+        let is_single = step.limits.at_most <= problem.rules.always.len() + 1;
         let is_tried = is_single && problem.evidence.is_filed() && !problem.adds_up() && !progress.stops();
         step.best.as_ref().is_some_and(|best| is_tried || best.worth.is_full())
     }
@@ -161,7 +162,7 @@ impl<'a> StepSearch<'a> {
 
     /// What the best set costs.
     pub(super) fn cost(&self) -> Option<u64> {
-        self.step.best.as_ref().map(|best| self.problem.cost_of(&best.set))
+        self.step.best.as_ref().map(|best| self.problem.rules.cost_of(&best.set))
     }
 
     /// Whether branch and bound may prove anything that is not proven yet: of some means only that there is no set at all.
@@ -323,9 +324,9 @@ pub fn best_within(
 
 /// The best of the known sets within some limits.
 fn best_known(problem: &Problem, limits: SetLimits, known: &KnownSets) -> Option<FoundSet> {
-    let fits = |set: &Vec<usize>| set.len() <= limits.at_most && limits.afford(problem.cost_of(set));
+    let fits = |set: &Vec<usize>| set.len() <= limits.at_most && limits.afford(problem.rules.cost_of(set));
     let better = |a: &FoundSet, b: &FoundSet| {
-        let key = |found: &FoundSet| (found.worth, std::cmp::Reverse(problem.cost_of(&found.set)));
+        let key = |found: &FoundSet| (found.worth, std::cmp::Reverse(problem.rules.cost_of(&found.set)));
         key(a).cmp(&key(b)).then(b.set.len().cmp(&a.set.len())).then(b.set.cmp(&a.set))
     };
     let all =
@@ -346,7 +347,7 @@ pub fn polish(
             .filter(|other| other.worth > best.worth)
             .unwrap_or(best);
         let places: Vec<usize> =
-            (0..best.set.len()).filter(|&i| !problem.always.contains(&best.set[i])).collect();
+            (0..best.set.len()).filter(|&i| !problem.rules.always.contains(&best.set[i])).collect();
         // No inequality tells which pairs may have a higher mean.
         let places = if problem.goal.1 == Across::Mean { Vec::new() } else { places };
         let pairs = places.iter().flat_map(|&a| places.iter().filter(move |&&b| b > a).map(move |&b| [a, b]));

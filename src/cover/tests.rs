@@ -10,7 +10,8 @@ use super::front::answer;
 use super::gap::GapSearch;
 use super::layout::BitLayout;
 use super::mean::bounds_means;
-use super::problem::{FoundSet, Problem, SetLimits};
+use super::problem::{FoundSet, Problem};
+use super::rules::{SetLimits, SetRules};
 use super::search::{Ahead, Shortcuts, search};
 use super::step::{Bound, find_above, overlaps};
 use super::worth::{Ratio, Worth};
@@ -18,7 +19,7 @@ use crate::thorough::cases;
 use perirobot_march::metrics::{Across, Score};
 
 /// SplitMix64.
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
     fn bits(&mut self) -> u64 {
@@ -93,13 +94,13 @@ fn evidence(random: &mut Random, candidates: usize, noisy: bool, thin: u64) -> C
     CandidateEvidence::made_up(layout, items, planes)
 }
 
-fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Across) -> Problem<'a> {
+/// Made-up rules for the candidates of some evidence, and whether they have prices.
+pub(super) fn rules(random: &mut Random, evidence: &CandidateEvidence) -> (SetRules, bool) {
     let count = evidence.count();
     let priced = random.one_in(2);
     let cost: Vec<u64> = (0..count).map(|_| if priced { 1 + random.number_below(4) } else { 0 }).collect();
     let always: Vec<usize> =
         if random.one_in(4) { vec![random.number_below(count as u64) as usize] } else { Vec::new() };
-    let fixed: u64 = always.iter().map(|&item| cost[item]).sum();
     let mut near = vec![vec![0u64; 1]; if random.one_in(2) { count } else { 0 }];
     if !near.is_empty() {
         for _ in 0..count {
@@ -111,6 +112,15 @@ fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Acros
             }
         }
     }
+    let most =
+        (0..3).map(|_| if random.one_in(3) { 1 + random.number_below(2) as usize } else { usize::MAX });
+    let (sensor, most) = (evidence.items.iter().map(|item| item[0]).collect(), most.collect());
+    (SetRules { sensor, cost, always, near, most }, priced)
+}
+
+fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Across) -> Problem<'a> {
+    let (rules, priced) = rules(random, evidence);
+    let fixed = rules.cost_of(&rules.always);
     let require = (0..if random.one_in(3) { 1 + random.number_below(2) } else { 0 }).map(|_| {
         let over = [Across::Pooled, Across::Worst, Across::Mean][random.number_below(3) as usize];
         (
@@ -126,15 +136,10 @@ fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Acros
         goal: (SCORES[random.number_below(5) as usize], over),
         require,
         limits: SetLimits {
-            at_most: (1 + random.number_below(5) as usize).max(always.len()),
+            at_most: (1 + random.number_below(5) as usize).max(rules.always.len()),
             budget: priced.then(|| fixed + 1 + random.number_below(10)),
         },
-        cost,
-        always,
-        near,
-        most: (0..3)
-            .map(|_| if random.one_in(3) { 1 + random.number_below(2) as usize } else { usize::MAX })
-            .collect(),
+        rules,
     }
 }
 
@@ -142,17 +147,18 @@ fn problem<'a>(random: &mut Random, evidence: &'a CandidateEvidence, over: Acros
 fn best_by_trial(problem: &Problem, limits: SetLimits) -> Option<Worth> {
     let allowed = |set: &Vec<usize>| {
         let joined = set.iter().enumerate().all(|(number, &item)| {
-            problem.always.contains(&item) || {
+            problem.rules.always.contains(&item) || {
                 let before = [&set[..number], &[]].concat();
-                let others: Vec<usize> = before.into_iter().chain(problem.always.iter().copied()).collect();
-                problem.may_join(&distinct(others), item)
+                let others: Vec<usize> =
+                    before.into_iter().chain(problem.rules.always.iter().copied()).collect();
+                problem.rules.may_join(&distinct(others), item)
             }
         });
         joined
             && !set.is_empty()
             && set.len() <= limits.at_most
-            && limits.afford(problem.cost_of(set))
-            && problem.always.iter().all(|item| set.contains(item))
+            && limits.afford(problem.rules.cost_of(set))
+            && problem.rules.always.iter().all(|item| set.contains(item))
     };
     let all = 0..1usize << problem.evidence.count();
     let sets =
@@ -197,25 +203,25 @@ fn the_answer_is_that_of_trying_every_set() {
                 "case {case}: {step:?}: {problem:?}"
             );
             assert_eq!(problem.evaluate(set).unwrap().worth, *worth, "case {case}");
-            assert!(set.len() <= step.limits.at_most && step.limits.afford(problem.cost_of(set)));
+            assert!(set.len() <= step.limits.at_most && step.limits.afford(problem.rules.cost_of(set)));
             steps += 1;
         }
         // Each size ends where a set that costs less is worth nothing, or does not exist.
         for size in found.steps.chunk_by(|a, b| a.limits.at_most == b.limits.at_most) {
             let costs: Vec<u64> =
-                size.iter().map(|s| problem.cost_of(&s.best.as_ref().unwrap().set)).collect();
+                size.iter().map(|s| problem.rules.cost_of(&s.best.as_ref().unwrap().set)).collect();
             assert!(costs.is_sorted_by(|a, b| a > b), "case {case}: {costs:?}");
             if costs.last().is_some_and(|&cost| cost > 0) {
                 let below = SetLimits { budget: costs.last().map(|cost| cost - 1), ..size[0].limits };
                 // Unless it is a set of fewer sensors, which is told where these are.
                 let fewer = found.steps.iter().filter(|step| step.limits.at_most < below.at_most);
                 let fewer = fewer.filter_map(|step| step.best.as_ref());
-                let fewer = fewer.filter(|best| below.afford(problem.cost_of(&best.set)));
+                let fewer = fewer.filter(|best| below.afford(problem.rules.cost_of(&best.set)));
                 assert_eq!(best_by_trial(&problem, below), fewer.map(|best| best.worth).max(), "case {case}");
             }
         }
         proven_best += 1;
-        by_search += usize::from(problem.limits.at_most - problem.always.len() > 2);
+        by_search += usize::from(problem.limits.at_most - problem.rules.always.len() > 2);
     }
     assert!(
         proven_best > 300 && none > 5 && steps > 800 && by_search > 100,
@@ -234,8 +240,9 @@ fn a_search_from_a_poor_set_ends_at_the_best() {
         let problem = problem(&mut random, &evidence, over);
         let expected = best_by_trial(&problem, problem.limits);
         let poor = (0..9).filter_map(|item| problem.evaluate(&[item])).min_by_key(|found| found.worth);
-        let known =
-            poor.filter(|_| problem.always.is_empty() && problem.require.is_empty() && problem.cost[0] == 0);
+        let known = poor.filter(|_| {
+            problem.rules.always.is_empty() && problem.require.is_empty() && problem.rules.cost[0] == 0
+        });
         let mut last = known.as_ref().map(|known| known.worth);
         let mut keep = |found: FoundSet| {
             assert!(last.is_none_or(|last| found.worth > last), "case {case}");
@@ -264,13 +271,13 @@ fn a_search_that_is_stopped_again_and_again_ends_at_the_best() {
         let count = 40 + random.number_below(20) as usize;
         let evidence = evidence(&mut random, count, case % 2 == 1, 3);
         let over = [Across::Pooled, Across::Worst][random.number_below(2) as usize];
-        let problem =
-            Problem { always: Vec::new(), near: Vec::new(), ..problem(&mut random, &evidence, over) };
+        let mut problem = problem(&mut random, &evidence, over);
+        (problem.rules.always, problem.rules.near) = (Vec::new(), Vec::new());
         let at_most = 3 + usize::from(case % 8 < 2);
         let limits = SetLimits { at_most, ..problem.limits };
         let expected = best_by_joining(&problem, limits, &mut Vec::new());
         let first = (0..count).filter_map(|item| problem.evaluate(&[item])).min_by_key(|found| found.worth);
-        let mut best = first.filter(|found| limits.afford(problem.cost_of(&found.set)));
+        let mut best = first.filter(|found| limits.afford(problem.rules.cost_of(&found.set)));
         let gap = best.as_ref().and_then(|best| GapSearch::new(&problem, limits, &|| false).run(best.worth));
         with_cuts += usize::from(gap.is_some());
         let kept = overlaps(&problem).filter(|_| case % 3 > 0);
@@ -318,10 +325,12 @@ fn false_alarms_are_no_overlap() {
         goal: (Score::F1, Across::Pooled),
         require: Vec::new(),
         limits,
-        cost: vec![0; 5],
-        always: Vec::new(),
-        near: Vec::new(),
-        most: vec![usize::MAX],
+        rules: SetRules {
+            sensor: vec![0; 5],
+            cost: vec![0; 5],
+            most: vec![usize::MAX],
+            ..SetRules::default()
+        },
     };
     let known = problem.evaluate(&[0, 2, 3, 4]);
     let by = Shortcuts::default();
@@ -338,7 +347,9 @@ fn best_by_joining(problem: &Problem, limits: SetLimits, set: &mut Vec<usize>) -
         return best;
     }
     for item in set.last().map_or(0, |last| last + 1)..problem.evidence.count() {
-        if limits.afford(problem.cost_of(set) + problem.cost[item]) && problem.may_join(set, item) {
+        if limits.afford(problem.rules.cost_of(set) + problem.rules.cost[item])
+            && problem.rules.may_join(set, item)
+        {
             set.push(item);
             best = best.max(best_by_joining(problem, limits, set));
             set.pop();
@@ -355,7 +366,7 @@ fn climbing_keeps_what_is_always_there() {
     for case in 0..400 {
         let evidence = evidence(&mut random, 9, case % 2 == 1, 1);
         let mut problem = problem(&mut random, &evidence, Across::Pooled);
-        problem.always = vec![8];
+        problem.rules.always = vec![8];
         problem.limits.at_most = problem.limits.at_most.max(2);
         // A search gives its sets sorted, so what is always there need not come first.
         for other in 0..8 {
@@ -389,11 +400,11 @@ fn no_set_is_above_what_cuts_say() {
             over,
             at_most: problem.limits.at_most,
             budget: problem.limits.budget,
-            cost: problem.cost.clone(),
-            always: problem.always.clone(),
+            cost: problem.rules.cost.clone(),
+            always: problem.rules.always.clone(),
             joins: &|item| {
-                let cost = problem.cost_of(&problem.always) + problem.cost[item];
-                problem.limits.afford(cost) && problem.may_join(&problem.always, item)
+                let cost = problem.rules.cost_of(&problem.rules.always) + problem.rules.cost[item];
+                problem.limits.afford(cost) && problem.rules.may_join(&problem.rules.always, item)
             },
             named: &|name: &str| name.parse().ok(),
         };
@@ -524,11 +535,11 @@ fn no_set_is_above_the_bound_of_a_mean() {
             over: Across::Mean,
             at_most: step.limits.at_most,
             budget: step.limits.budget,
-            cost: problem.cost.clone(),
-            always: problem.always.clone(),
+            cost: problem.rules.cost.clone(),
+            always: problem.rules.always.clone(),
             joins: &|item| {
-                let cost = problem.cost_of(&problem.always) + problem.cost[item];
-                step.limits.afford(cost) && problem.may_join(&problem.always, item)
+                let cost = problem.rules.cost_of(&problem.rules.always) + problem.rules.cost[item];
+                step.limits.afford(cost) && problem.rules.may_join(&problem.rules.always, item)
             },
             named: &|name: &str| name.parse().ok(),
         };

@@ -3,7 +3,7 @@
 use super::layout::layout_of;
 use perirobot_cover::layout::MomentBits;
 use perirobot_cover::{
-    CandidateEvidence, FrontAnswer, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SetLimits,
+    CandidateEvidence, FrontAnswer, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SetLimits, SetRules,
 };
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
@@ -26,10 +26,6 @@ pub fn problem_of<'a>(
     evidence: &'a CandidateEvidence,
 ) -> Problem<'a> {
     let items = &evidence.items;
-    let cost = |&[sensor, _]: &[usize; 2]| study.sensors[sensor].terms.cost.map_or(0, Cost::thousandths);
-    let number = |wanted: &[usize; 2]| {
-        items.iter().position(|item| item == wanted).expect("every candidate has evidence")
-    };
     let reading = |&[sensor, _]: &[usize; 2]| {
         let kind = &study.sensors[sensor].kind;
         (kind.speaks_last(), kind.log_odds(choose.representations[sensor]))
@@ -43,17 +39,32 @@ pub fn problem_of<'a>(
         goal: (choose.objective, choose.over),
         require: choose.require.iter().map(|r| (r.score, r.over, Ratio::from_f64(r.at_least))).collect(),
         limits: SetLimits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
-        cost: items.iter().map(cost).collect(),
-        always: choose.always.iter().map(number).collect(),
-        near: too_near(items, worlds, choose.apart_m),
-        most: study
-            .sensors
-            .iter()
-            .map(|sensor| sensor.terms.at_most.map_or(usize::MAX, |most| most as usize))
-            .collect(),
+        rules: rules_of(study, items, worlds, &choose.always, choose.apart_m),
         odds,
     }
     .drop_idle_odds()
+}
+
+/// Which of some candidates, by sensor and candidate, a set may have together, and what they cost.
+pub(crate) fn rules_of(
+    study: &Study,
+    items: &[[usize; 2]],
+    worlds: &[World],
+    always: &[[usize; 2]],
+    apart_m: f64,
+) -> SetRules {
+    let cost = |&[sensor, _]: &[usize; 2]| study.sensors[sensor].terms.cost.map_or(0, Cost::thousandths);
+    let number = |wanted: &[usize; 2]| {
+        items.iter().position(|item| item == wanted).expect("every candidate is among them")
+    };
+    let most = study.sensors.iter().map(|sensor| sensor.terms.at_most);
+    SetRules {
+        sensor: items.iter().map(|item| item[0]).collect(),
+        cost: items.iter().map(cost).collect(),
+        always: always.iter().map(number).collect(),
+        near: too_near(items, worlds, apart_m),
+        most: most.map(|most| most.map_or(usize::MAX, |most| most as usize)).collect(),
+    }
 }
 
 /// Whether the scores that a study asks for can have a value in its region, and an exact one, before anything is cast.

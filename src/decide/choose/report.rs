@@ -209,20 +209,24 @@ impl Teller<'_> {
     /// Whether fewer sensors that cost no more are as good.
     fn is_known(&self, step: &FrontStep, answer: &FrontAnswer) -> bool {
         let Some(best) = &step.best else { return true };
-        let cost = self.problem.cost_of(&best.set);
+        let cost = self.problem.rules.cost_of(&best.set);
         answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most).any(|other| {
             let other = other.best.as_ref();
-            other.is_some_and(|other| other.worth >= best.worth && self.problem.cost_of(&other.set) <= cost)
+            other.is_some_and(|other| {
+                other.worth >= best.worth && self.problem.rules.cost_of(&other.set) <= cost
+            })
         })
     }
 
     fn step(&self, step: &FrontStep, answer: &FrontAnswer) -> Option<StepReport> {
         let best = step.best.as_ref()?;
-        let cost = self.problem.cost_of(&best.set);
+        let cost = self.problem.rules.cost_of(&best.set);
         let smaller = answer.steps.iter().filter(|other| other.limits.at_most < step.limits.at_most);
         let smaller = smaller.filter_map(|other| other.best.as_ref());
-        let before =
-            smaller.filter(|other| self.problem.cost_of(&other.set) <= cost).map(|other| other.worth).max();
+        let before = smaller
+            .filter(|other| self.problem.rules.cost_of(&other.set) <= cost)
+            .map(|other| other.worth)
+            .max();
         let score = best.worth.value();
         Some(StepReport {
             at_most: step.limits.at_most,

@@ -26,7 +26,7 @@ pub(super) fn ties(
     let Some(best) = &step.best else { return Vec::new() };
     let is_near = |found: &FoundSet| {
         let fits = found.set.len() <= step.limits.at_most;
-        fits && step.limits.afford(problem.cost_of(&found.set))
+        fits && step.limits.afford(problem.rules.cost_of(&found.set))
             && found.worth.value() >= NEARLY * best.worth.value()
     };
     let mut near: Vec<FoundSet> = answer.others.iter().filter(|found| is_near(found)).cloned().collect();
@@ -46,7 +46,7 @@ pub(super) fn ties(
 
 /// All allowed sets that have one candidate in the place of another.
 fn swaps(problem: &Problem, set: &[usize]) -> Vec<FoundSet> {
-    let free: Vec<usize> = set.iter().copied().filter(|item| !problem.always.contains(item)).collect();
+    let free: Vec<usize> = set.iter().copied().filter(|item| !problem.rules.always.contains(item)).collect();
     let without = |&left: &usize| {
         let rest: Vec<usize> = set.iter().copied().filter(|&item| item != left).collect();
         let joint = problem.joint(&rest);
@@ -56,7 +56,7 @@ fn swaps(problem: &Problem, set: &[usize]) -> Vec<FoundSet> {
     let with = |item: usize| {
         let row = problem.evidence.row(item);
         let joins = |(left, rest, _): &&(usize, Vec<usize>, JointCandidates)| {
-            item != *left && problem.may_join(rest, item)
+            item != *left && problem.rules.may_join(rest, item)
         };
         let found = |(_, rest, joint): &(usize, Vec<usize>, JointCandidates)| {
             let merit = problem.merit(joint, Some((item, &row)));
