@@ -17,6 +17,7 @@
 
 mod budget;
 mod candidates;
+pub mod cheapest;
 mod climb;
 mod cuts;
 mod evidence;

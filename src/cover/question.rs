@@ -6,6 +6,8 @@
 //! * F1 > p/q just if (2q − p)·TP + p·TN > p·s,
 //! * κ > p/q just if (f·q + t·p)·TP + (t·q + f·p)·TN − (q − p)·(t·FP + f·FN) > p·s².
 //!
+//! * at most p/q of the voxels are unknown just if q·(TP + FN + FP + TN) ≥ (q − p)·s.
+//!
 //! TP is a count of a union; TN is one of the voxels that some call free and none occupied. FN is
 //! left out, which can only let more sets pass. A set passes the worst of several scores if it passes each, and
 //! then their sum, too. Where parts or people are detected, each is worth at most `min_hits` hits, all of
@@ -18,7 +20,7 @@
 use std::ops::Range;
 
 use super::evidence::{CandidateEvidence, Union};
-use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
+use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MISSED, MomentBits, SEEN};
 use super::problem::Problem;
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::{Across, Score};
@@ -103,8 +105,8 @@ pub(super) fn question(problem: &Problem, beaten: Option<Worth>) -> Question {
     Question { all, beaten }
 }
 
-/// What a score must reach, or beat.
-fn score_inequalities(
+/// What a score must reach, or beat: for a mean these say nothing of it.
+pub(super) fn score_inequalities(
     layout: &BitLayout,
     (score, over): (Score, Across),
     ratio: Ratio,
@@ -161,7 +163,16 @@ fn inequality(
             let par = p * i128::from(people);
             (people > 0).then(|| WeightedTerms { gains, charges: Vec::new(), par, beat }.scale())
         }
-        _ => {
+        Score::Unknown => {
+            // Of the voxels at most p/q are unknown, so the others have a label.
+            let labelled = [(HIT, 0, t), (MISSED, 0, t), (FALSE, 1, f), (CLEAR, 1, f)];
+            let gains = labelled.map(|(plane, space, bits)| (plane, joined(space), q, bits)).to_vec();
+            let par = (q - p) * s;
+            (s > 0).then(|| WeightedTerms { gains, charges: Vec::new(), par, beat }.scale())
+        }
+        // No inequality says how people's voxels are labelled, or which labels are wrong.
+        Score::HumanClaimed | Score::FalseAlarm => None,
+        Score::PeopleDetected | Score::PartsDetected => {
             let groups: Vec<Group> = moments.iter().flat_map(|moment| who(layout, moment, score)).collect();
             let (count, whole) = (groups.len() as i128, i128::from(layout.min_hits()));
             // The number that must be detected.

@@ -19,10 +19,10 @@ use crate::thorough::cases;
 use perirobot_march::metrics::{Across, Score};
 
 /// SplitMix64.
-pub(super) struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn bits(&mut self) -> u64 {
+    pub(super) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -30,20 +30,20 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    fn number_below(&mut self, n: u64) -> u64 {
+    pub(super) fn number_below(&mut self, n: u64) -> u64 {
         self.bits() % n
     }
 
-    fn one_in(&mut self, n: u64) -> bool {
+    pub(super) fn one_in(&mut self, n: u64) -> bool {
         self.number_below(n) == 0
     }
 }
 
-const SCORES: [Score; 5] =
+pub(super) const SCORES: [Score; 5] =
     [Score::F1, Score::Kappa, Score::HumanSeen, Score::PeopleDetected, Score::PartsDetected];
 
 /// Made-up evidence of some candidates of three sensors. The larger `thin`, the less each says.
-fn evidence(random: &mut Random, candidates: usize, noisy: bool, thin: u64) -> CandidateEvidence {
+pub(super) fn evidence(random: &mut Random, candidates: usize, noisy: bool, thin: u64) -> CandidateEvidence {
     let one_moment = |random: &mut Random| {
         let voxels = [random.number_below(70), random.number_below(150)];
         let parts: Vec<(usize, u64)> = (0..random.number_below(5))

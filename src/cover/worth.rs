@@ -8,7 +8,7 @@ use perirobot_march::metrics::{Across, Confusion, Score};
 /// What a set is worth.
 #[derive(Clone, Copy, Debug)]
 pub enum Worth {
-    /// A score of counts added up, or the lowest of several scores.
+    /// A score of counts added up, or the worst of several scores.
     Exact(Ratio),
     /// A mean of scores, added up in the order of the moments.
     Mean(f64),
@@ -26,7 +26,9 @@ impl Worth {
                 Ratio::from_score(score, &all).map(Worth::Exact)
             }
             Across::Worst => {
-                counts.iter().filter_map(|counts| Ratio::from_score(score, counts)).min().map(Worth::Exact)
+                let each = counts.iter().filter_map(|counts| Ratio::from_score(score, counts));
+                let worst = if score.less_is_better() { each.max() } else { each.min() };
+                worst.map(Worth::Exact)
             }
             Across::Mean => {
                 let values: Vec<f64> = counts.iter().filter_map(|counts| score.evaluate(counts)).collect();

@@ -1,0 +1,307 @@
+//! The search: budgets from below and from above, and for each a walk over all sets that it pays for.
+
+use super::super::rules::SetLimits;
+use super::super::worth::Worth;
+use super::demand::{self, Demand, DemandState};
+use super::greedy;
+use super::share::{Share, ShareBound, ShareStates};
+use super::{CheapestProblem, SetTest, TestAnswer, worth_of};
+use perirobot_march::Result;
+use perirobot_march::progress::Progress;
+
+/// A set that passes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundPurchase {
+    /// Its members in ascending order.
+    pub set: Vec<usize>,
+    /// What it costs, in thousandths.
+    pub cost: u64,
+    /// What it is worth by the score that decides among sets of the same cost, if that has a value.
+    pub worth: Option<Worth>,
+}
+
+/// What a search found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheapestAnswer {
+    /// The cheapest set that passes, as far as is known; none if no allowed set passes, or none was found yet.
+    pub best: Option<FoundPurchase>,
+    /// No set that passes costs less, in thousandths; none if no allowed set passes.
+    pub no_set_below: Option<u64>,
+    /// Whether no set that passes costs less than the best, or none passes.
+    pub is_proven: bool,
+    /// Whether no set of the same cost is worth more, too.
+    pub is_best_of_cost: bool,
+    /// How many sets were tested.
+    pub tested: u64,
+}
+
+/// How a walk ended.
+#[derive(Clone, Copy, PartialEq)]
+enum WalkEnd {
+    /// All sets were looked at.
+    Complete,
+    /// It was stopped.
+    Stopped,
+}
+
+/// A search.
+pub(super) struct Search<'s, 'a> {
+    pub(super) problem: &'s CheapestProblem<'a>,
+    pub(super) bounds: Vec<ShareBound<'a>>,
+    /// How many of them are of what is required; the others are of the score that decides among sets of the same cost.
+    required: usize,
+    pub(super) demands: &'s mut Vec<Demand>,
+    test: &'s mut dyn SetTest,
+    progress: &'s dyn Progress,
+    tested: u64,
+    /// Only sets that cost no more are looked at.
+    limits: SetLimits,
+    /// No set that passes costs less.
+    no_set_below: u64,
+    best: Option<FoundPurchase>,
+    /// Whether sets of the best set's cost that are worth more are looked for.
+    asks_worth: bool,
+}
+
+impl<'s, 'a> Search<'s, 'a> {
+    pub(super) fn new(
+        problem: &'s CheapestProblem<'a>,
+        demands: &'s mut Vec<Demand>,
+        test: &'s mut dyn SetTest,
+        progress: &'s dyn Progress,
+    ) -> Search<'s, 'a> {
+        let bounds: Vec<ShareBound> =
+            problem.shares.iter().flat_map(|share| share.bounds(share.limit, false)).collect();
+        let (limits, no_set_below) = (problem.limits, problem.rules.cost_of(&problem.rules.always));
+        let (required, best, asks_worth, tested) = (bounds.len(), None, false, 0);
+        Search {
+            problem,
+            bounds,
+            required,
+            demands,
+            test,
+            progress,
+            tested,
+            limits,
+            no_set_below,
+            best,
+            asks_worth,
+        }
+    }
+
+    pub(super) fn run(mut self) -> Result<CheapestAnswer> {
+        let rules = self.problem.rules;
+        let is_allowed = self.problem.limits.afford(self.no_set_below);
+        if !is_allowed || rules.always.len() > self.problem.limits.at_most {
+            return Ok(self.answer(true));
+        }
+        if let Some(set) = greedy::passing_set(&mut self)? {
+            self.take(set);
+        }
+        // Budgets grow from what any set costs to what the best one does.
+        let total: u64 = rules.cost.iter().sum();
+        let mut step = rules.cost.iter().copied().filter(|&cost| cost > 0).min().unwrap_or(1);
+        while self.best.as_ref().is_none_or(|best| best.cost > self.no_set_below) {
+            let most = match &self.best {
+                Some(best) => rules.largest_cost_below(best.cost),
+                None => self.problem.limits.budget.map_or(total, |budget| budget.min(total)),
+            };
+            let tried = (self.no_set_below + step).min(most);
+            if tried >= self.no_set_below {
+                self.limits = SetLimits { budget: Some(tried), ..self.problem.limits };
+                if self.walk(&mut rules.always.clone(), self.candidates())? == WalkEnd::Stopped {
+                    return Ok(self.answer(false));
+                }
+            }
+            // A set that was found has left no cheaper one.
+            match self.best.as_ref().map(|best| best.cost) {
+                Some(cost) if tried == most || cost <= tried => self.no_set_below = cost,
+                None if tried == most => return Ok(self.answer(true)),
+                _ => self.no_set_below = tried + 1,
+            }
+            step *= 2;
+        }
+        let mut answer = self.answer(true);
+        if self.problem.then.is_some() {
+            self.asks_worth = true;
+            self.limits = SetLimits { budget: Some(self.no_set_below), ..self.problem.limits };
+            self.ask_more();
+            let end = self.walk(&mut rules.always.clone(), self.candidates())?;
+            answer = CheapestAnswer { is_best_of_cost: end == WalkEnd::Complete, ..self.answer(true) };
+        }
+        Ok(answer)
+    }
+
+    fn answer(&self, is_proven: bool) -> CheapestAnswer {
+        CheapestAnswer {
+            best: self.best.clone(),
+            no_set_below: (self.best.is_some() || !is_proven).then_some(self.no_set_below),
+            is_proven,
+            is_best_of_cost: is_proven && (self.problem.then.is_none() || self.best.is_none()),
+            tested: self.tested,
+        }
+    }
+
+    /// Only sets that are worth more than the best are looked for from now on.
+    fn ask_more(&mut self) {
+        self.bounds.truncate(self.required);
+        let worth = self.best.as_ref().and_then(|best| best.worth);
+        if let (Some(then), Some(Worth::Exact(worth))) = (&self.problem.then, worth) {
+            self.bounds.extend(Share { dead: 0, ..*then }.bounds(worth, true));
+        }
+    }
+
+    /// Looks only for better sets than the best from now on.
+    fn ask_better(&mut self) {
+        match &self.best {
+            Some(_) if self.asks_worth => self.ask_more(),
+            Some(best) if best.cost > 0 => {
+                self.limits.budget = Some(self.problem.rules.largest_cost_below(best.cost));
+            }
+            _ => {}
+        }
+    }
+
+    fn candidates(&self) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..self.problem.rules.cost.len()).collect();
+        // What is cheap first, so that equal sets come in the same order whatever is known.
+        all.sort_by_key(|&item| (self.problem.rules.cost[item], item));
+        all
+    }
+
+    /// Takes a set that passes, if it is better than the best.
+    fn take(&mut self, mut set: Vec<usize>) {
+        set.sort_unstable();
+        let cost = self.problem.rules.cost_of(&set);
+        let worth = self.problem.then.as_ref().and_then(|then| worth_of(then, &set));
+        let is_better = match &self.best {
+            None => true,
+            Some(best) if cost != best.cost => cost < best.cost,
+            Some(best) => self.is_worth_more(worth, best.worth),
+        };
+        if is_better {
+            self.best = Some(FoundPurchase { set, cost, worth });
+        }
+    }
+
+    fn is_worth_more(&self, one: Option<Worth>, other: Option<Worth>) -> bool {
+        match (one, other) {
+            (Some(one), Some(other)) if self.is_less_better() => one < other,
+            (one, other) => one > other,
+        }
+    }
+
+    fn is_less_better(&self) -> bool {
+        self.problem.then.as_ref().is_some_and(|then| then.score.less_is_better())
+    }
+
+    /// Whether there is a reason to stop.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.progress.stops()
+    }
+
+    /// Tests a set.
+    pub(super) fn test(&mut self, set: &[usize]) -> Result<TestAnswer> {
+        let mut set = set.to_vec();
+        set.sort_unstable();
+        self.tested += 1;
+        let answer = self.test.test(&set)?;
+        if let TestAnswer::Lacks(new) = &answer {
+            assert!(new.iter().any(|demand| demand.lacks(&set) > 0), "a new demand, or no end");
+            new.iter().for_each(|demand| demand::add(self.demands, demand.clone()));
+        }
+        Ok(answer)
+    }
+
+    /// Those of some candidates that may join a set, in their order.
+    pub(super) fn may_join(&self, chosen: &[usize], items: &[usize]) -> Vec<usize> {
+        let rules = self.problem.rules;
+        let cost = rules.cost_of(chosen);
+        let fits =
+            |&item: &usize| self.limits.afford(cost + rules.cost[item]) && rules.may_join(chosen, item);
+        if chosen.len() >= self.limits.at_most {
+            return Vec::new();
+        }
+        items.iter().copied().filter(fits).collect()
+    }
+
+    /// Looks at all sets that have some members and some others besides.
+    fn walk(&mut self, chosen: &mut Vec<usize>, among: Vec<usize>) -> Result<WalkEnd> {
+        loop {
+            if self.progress.stops() {
+                return Ok(WalkEnd::Stopped);
+            }
+            let rules = self.problem.rules;
+            let allowed = self.may_join(chosen, &among);
+            let narrowest = match demand::state(self.demands, rules, chosen, &allowed) {
+                DemandState::OutOfReach => return Ok(WalkEnd::Complete),
+                DemandState::Open { cost, members, narrowest } => {
+                    if !self.limits.afford(rules.cost_of(chosen) + cost)
+                        || chosen.len() + members > self.limits.at_most
+                    {
+                        return Ok(WalkEnd::Complete);
+                    }
+                    narrowest
+                }
+            };
+            let Ok(states) = ShareStates::new(&self.bounds, (rules, self.limits), chosen, &allowed) else {
+                return Ok(WalkEnd::Complete);
+            };
+            if let Some((_, first)) = narrowest {
+                return self.branch(chosen, &allowed, &first);
+            }
+            let mut passes = false;
+            if !states.surely_fails() {
+                match self.test(chosen)? {
+                    TestAnswer::Lacks(_) => continue,
+                    TestAnswer::Fails => {}
+                    TestAnswer::Passes => {
+                        passes = true;
+                        self.take(chosen.clone());
+                        self.ask_better();
+                    }
+                }
+            }
+            // What is added to a set that passes does not make it cheaper.
+            if passes && !self.asks_worth {
+                return Ok(WalkEnd::Complete);
+            }
+            return self.extend(chosen, &allowed, states);
+        }
+    }
+
+    /// Looks at all sets with at least one of some candidates, `first`.
+    fn branch(&mut self, chosen: &mut Vec<usize>, allowed: &[usize], first: &[usize]) -> Result<WalkEnd> {
+        for (place, &item) in first.iter().enumerate() {
+            let done = &first[..place];
+            let rest =
+                allowed.iter().copied().filter(|&other| other != item && !done.contains(&other)).collect();
+            chosen.push(item);
+            let end = self.walk(chosen, rest)?;
+            chosen.pop();
+            if end != WalkEnd::Complete {
+                return Ok(end);
+            }
+        }
+        Ok(WalkEnd::Complete)
+    }
+
+    /// Looks at all sets with some more candidates.
+    fn extend(&mut self, chosen: &mut Vec<usize>, allowed: &[usize], states: ShareStates) -> Result<WalkEnd> {
+        let order = states.best_first();
+        let sorted: Vec<usize> = order.iter().map(|&place| allowed[place]).collect();
+        let states = states.in_order(&order, &sorted);
+        for (place, &item) in sorted.iter().enumerate() {
+            if !states.may_reach(self.limits, chosen, place) {
+                break;
+            }
+            chosen.push(item);
+            let end = self.walk(chosen, sorted[place + 1..].to_vec())?;
+            chosen.pop();
+            if end != WalkEnd::Complete {
+                return Ok(end);
+            }
+        }
+        Ok(WalkEnd::Complete)
+    }
+}

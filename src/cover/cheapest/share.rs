@@ -1,0 +1,226 @@
+//! A score that a set must reach, also without some of its members, and what its inequalities say of a set.
+
+use rayon::prelude::*;
+
+use super::super::budget::Budget;
+use super::super::evidence::{CandidateEvidence, Union};
+use super::super::layout::FALSE;
+use super::super::question::{Inequality, UnionState, score_inequalities};
+use super::super::rules::{SetLimits, SetRules};
+use super::super::worth::Ratio;
+use perirobot_march::metrics::{Across, Score};
+
+/// A score that a set must reach, also without any so many of its members.
+#[derive(Clone, Copy, Debug)]
+pub struct Share<'a> {
+    /// What the candidates say.
+    pub evidence: &'a CandidateEvidence,
+    /// The score.
+    pub score: Score,
+    /// Of which counts.
+    pub over: Across,
+    /// What it must be: at least this, or of a score of which less is better, at most this.
+    pub limit: Ratio,
+    /// Without how many of the set's members.
+    pub dead: usize,
+}
+
+/// An inequality that holds for every set that reaches a share.
+pub(super) struct ShareBound<'a> {
+    evidence: &'a CandidateEvidence,
+    inequality: Inequality,
+    dead: usize,
+    /// Whether a member may make a set worse.
+    may_be_wrong: bool,
+}
+
+impl<'a> Share<'a> {
+    /// The inequalities of a set that reaches it, or with `beat` exceeds it; none where no inequality says anything.
+    pub(super) fn bounds(&self, limit: Ratio, beat: bool) -> Vec<ShareBound<'a>> {
+        let Share { evidence, score, over, dead, .. } = *self;
+        if over == Across::Mean {
+            return Vec::new();
+        }
+        let all = score_inequalities(&evidence.layout, (score, over), limit, beat);
+        let may_be_wrong = (0..evidence.count()).any(|item| evidence.has_bits(item, FALSE));
+        let bound = |inequality| ShareBound { evidence, inequality, dead, may_be_wrong };
+        all.into_iter().map(bound).collect()
+    }
+}
+
+/// A part of a set: without members that are dead.
+struct SetPart {
+    union: Union,
+    /// How many of the members that may be added are dead.
+    dead_later: usize,
+}
+
+/// What shares say of a node: for each inequality and each part of the set what it has and what it lacks.
+pub(super) struct ShareStates<'s> {
+    rules: &'s SetRules,
+    /// The candidates that may join.
+    allowed: &'s [usize],
+    entries: Vec<Entry>,
+}
+
+/// An inequality of a part of the set.
+struct Entry {
+    value: i64,
+    least: i64,
+    dead_later: usize,
+    /// What each candidate that may join adds at most, less what it takes away if it is alone.
+    gains: Vec<i64>,
+}
+
+/// Ends a look at shares: one is out of reach.
+pub(super) struct OutOfReach;
+
+impl<'s> ShareStates<'s> {
+    /// What inequalities say of a set; as soon as one is out of reach with all candidates that may join, that is the
+    /// answer.
+    pub(super) fn new(
+        bounds: &[ShareBound],
+        (rules, limits): (&'s SetRules, SetLimits),
+        chosen: &[usize],
+        allowed: &'s [usize],
+    ) -> Result<ShareStates<'s>, OutOfReach> {
+        let mut states = ShareStates { rules, allowed, entries: Vec::new() };
+        // Parts of sets are made once for inequalities of the same evidence.
+        let mut known: Vec<(&CandidateEvidence, usize, Vec<SetPart>)> = Vec::new();
+        for bound in bounds {
+            let is_same = |&(evidence, dead, _): &(&CandidateEvidence, usize, Vec<SetPart>)| {
+                std::ptr::eq(evidence, bound.evidence) && dead == bound.dead
+            };
+            if !known.iter().any(is_same) {
+                known.push((bound.evidence, bound.dead, parts(bound.evidence, chosen, bound.dead)));
+            }
+            let parts = known.iter().find(|one| is_same(one)).map_or(&[][..], |(.., parts)| parts);
+            // A set to which fewer are added than may be dead can be better than its part without the dead.
+            for part in parts.iter().filter(|part| part.dead_later == 0 || !bound.may_be_wrong) {
+                states.entries.push(Entry::new(bound, part, allowed));
+                let place = states.entries.len() - 1;
+                if !states.reaches(place, limits, chosen, 0) {
+                    return Err(OutOfReach);
+                }
+            }
+        }
+        Ok(states)
+    }
+
+    /// Whether sets may reach all shares that have some members and, besides, of the candidates only those from a place on.
+    pub(super) fn may_reach(&self, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
+        (0..self.entries.len()).all(|place| self.reaches(place, limits, chosen, from))
+    }
+
+    fn reaches(&self, place: usize, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
+        let entry = &self.entries[place];
+        if entry.value >= entry.least {
+            return true;
+        }
+        let left = limits.at_most.saturating_sub(chosen.len() + entry.dead_later);
+        let own = &entry.gains[from..];
+        let items = &self.allowed[from..];
+        let mut order: Vec<usize> = (0..own.len()).filter(|&i| own[i] > 0).collect();
+        order.sort_unstable_by_key(|&i| std::cmp::Reverse(own[i]));
+        let lacks = entry.least - entry.value;
+        // Whatever they cost.
+        let top: i64 = order.iter().take(left).map(|&i| own[i]).sum();
+        if top < lacks {
+            return false;
+        }
+        let cost = self.rules.cost_of(chosen);
+        let budget = Budget::new(self.rules, limits, chosen, cost, left);
+        let sorted = order.iter().map(|&i| (items[i], own[i]));
+        budget.most(self.rules, sorted, |place| own[order[place]]) >= lacks
+    }
+
+    /// Whether an inequality says that the set itself fails.
+    pub(super) fn surely_fails(&self) -> bool {
+        self.entries.iter().any(|entry| entry.dead_later == 0 && entry.value < entry.least)
+    }
+
+    /// The candidates in the order in which they help most where most is lacking, by their places.
+    pub(super) fn best_first(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.allowed.len()).collect();
+        let lack = |entry: &&Entry| (entry.least - entry.value) as f64 / entry.least.max(1) as f64;
+        let lacking = self.entries.iter().filter(|entry| entry.value < entry.least);
+        let worst = lacking.max_by(|a, b| lack(a).total_cmp(&lack(b)));
+        let price = |place: usize| self.rules.cost[self.allowed[place]];
+        match worst {
+            Some(entry) => order.sort_by_key(|&place| (std::cmp::Reverse(entry.gains[place]), price(place))),
+            None => order.sort_by_key(|&place| price(place)),
+        }
+        order
+    }
+
+    /// How much of what all inequalities lack is left when a candidate joins, by its place: each as a share of its
+    /// threshold.
+    pub(super) fn lack_with(&self, place: usize) -> f64 {
+        let one = |entry: &Entry| {
+            let value = entry.value + entry.gains[place];
+            (entry.least - value).max(0) as f64 / entry.least.max(1) as f64
+        };
+        self.entries.iter().map(one).sum()
+    }
+
+    /// The same as it is.
+    pub(super) fn lack(&self) -> f64 {
+        let one = |entry: &Entry| (entry.least - entry.value).max(0) as f64 / entry.least.max(1) as f64;
+        self.entries.iter().map(one).sum()
+    }
+
+    /// The same shares for candidates in another order.
+    pub(super) fn in_order<'o>(self, order: &[usize], allowed: &'o [usize]) -> ShareStates<'o>
+    where
+        's: 'o,
+    {
+        let pick = |entry: Entry| Entry { gains: order.iter().map(|&i| entry.gains[i]).collect(), ..entry };
+        ShareStates { rules: self.rules, allowed, entries: self.entries.into_iter().map(pick).collect() }
+    }
+}
+
+impl Entry {
+    fn new(bound: &ShareBound, part: &SetPart, allowed: &[usize]) -> Entry {
+        let (evidence, one) = (bound.evidence, &bound.inequality);
+        let state: UnionState = one.state(evidence, &part.union);
+        let gains: Vec<i64> = match state.value >= one.least {
+            true => vec![0; allowed.len()],
+            false => allowed.par_iter().map(|&item| one.gain(evidence, &part.union, &state, item)).collect(),
+        };
+        Entry { value: state.value, least: one.least, dead_later: part.dead_later, gains }
+    }
+}
+
+/// The parts of a set that are left when so many of it, or of what is added to it, are dead.
+fn parts(evidence: &CandidateEvidence, chosen: &[usize], dead: usize) -> Vec<SetPart> {
+    let union = |without: &[usize]| {
+        let mut union = evidence.nothing();
+        let own = chosen.iter().enumerate().filter(|(place, _)| !without.contains(place));
+        own.for_each(|(_, &item)| union.add(evidence, item));
+        union
+    };
+    let all: Vec<usize> = (0..chosen.len()).collect();
+    let mut parts = Vec::new();
+    for now in 0..=dead.min(chosen.len()) {
+        let some = left_out(&all, now);
+        parts.extend(some.iter().map(|without| SetPart { union: union(without), dead_later: dead - now }));
+    }
+    // Those without later losses first: they are the smallest.
+    parts.reverse();
+    parts
+}
+
+/// All ways to pick so many of some numbers.
+pub(super) fn left_out(of: &[usize], count: usize) -> Vec<Vec<usize>> {
+    match (count, of) {
+        (0, _) => vec![Vec::new()],
+        (_, []) => Vec::new(),
+        (_, [first, rest @ ..]) => {
+            let with = left_out(rest, count - 1).into_iter().map(|mut more| {
+                more.insert(0, *first);
+                more
+            });
+            with.chain(left_out(rest, count)).collect()
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Against trying every set.
+
+use super::super::evidence::CandidateEvidence;
+use super::super::rules::{SetLimits, SetRules};
+use super::super::tests::{Random, SCORES, evidence, rules};
+use super::super::worth::{Ratio, Worth};
+use super::share::left_out;
+use super::{CheapestProblem, Demand, SetTest, Share, TestAnswer, cheapest};
+use crate::thorough::cases;
+use perirobot_march::Result;
+use perirobot_march::metrics::{Across, Score};
+
+/// What a made-up test asks of a set besides its shares.
+struct MadeUpTest<'a> {
+    shares: Vec<Share<'a>>,
+    /// Demands that are told one after the other.
+    hidden: Vec<Demand>,
+    /// Sets with both of these fail, although nothing tells why.
+    enemies: Option<[usize; 2]>,
+    tested: usize,
+}
+
+fn reaches(share: &Share, set: &[usize]) -> bool {
+    let dead = share.dead.min(set.len());
+    let counts = |set: &[usize]| Worth::from_counts(share.score, share.over, &share.evidence.counts(set));
+    left_out(set, dead).into_iter().all(|dead| {
+        let alive: Vec<usize> = set.iter().copied().filter(|item| !dead.contains(item)).collect();
+        counts(&alive).is_some_and(|worth| match share.score.less_is_better() {
+            true => worth <= Worth::Exact(share.limit),
+            false => worth.reaches(share.limit),
+        })
+    })
+}
+
+impl MadeUpTest<'_> {
+    fn passes(&self, set: &[usize]) -> bool {
+        self.hidden.iter().all(|demand| demand.lacks(set) == 0)
+            && self.shares.iter().all(|share| reaches(share, set))
+            && self.enemies.is_none_or(|enemies| !enemies.iter().all(|enemy| set.contains(enemy)))
+    }
+}
+
+impl SetTest for MadeUpTest<'_> {
+    fn test(&mut self, set: &[usize]) -> Result<TestAnswer> {
+        self.tested += 1;
+        assert!(set.is_sorted());
+        let lacks = self.hidden.iter().find(|demand| demand.lacks(set) > 0);
+        Ok(match (lacks, self.passes(set)) {
+            (Some(demand), _) => TestAnswer::Lacks(vec![demand.clone()]),
+            (None, true) => TestAnswer::Passes,
+            (None, false) => TestAnswer::Fails,
+        })
+    }
+}
+
+/// All sets that are allowed.
+fn allowed_sets(rules: &SetRules, limits: SetLimits, set: &mut Vec<usize>, all: &mut Vec<Vec<usize>>) {
+    let mut sorted = set.clone();
+    sorted.sort_unstable();
+    all.push(sorted);
+    let first = set.iter().filter(|item| !rules.always.contains(item)).max().map_or(0, |last| last + 1);
+    for item in first..rules.cost.len() {
+        let fits = limits.afford(rules.cost_of(set) + rules.cost[item]) && set.len() < limits.at_most;
+        if fits && rules.may_join(set, item) {
+            set.push(item);
+            allowed_sets(rules, limits, set, all);
+            set.pop();
+        }
+    }
+}
+
+fn made_up_share<'a>(random: &mut Random, evidence: &'a CandidateEvidence) -> Share<'a> {
+    let score = [&SCORES[..], &[Score::Unknown, Score::FalseAlarm]].concat()[random.number_below(7) as usize];
+    let over = [Across::Pooled, Across::Worst, Across::Mean][random.number_below(3) as usize];
+    let limit = Ratio::from_f64(random.number_below(70) as f64 / 100.0);
+    let limit = match score {
+        Score::Unknown | Score::FalseAlarm => Ratio::from_f64(1.0 - limit.value() / 2.0),
+        _ => limit,
+    };
+    Share { evidence, score, over, limit, dead: random.number_below(3) as usize }
+}
+
+#[test]
+fn the_cheapest_set_is_that_of_trying_every_set() {
+    let mut random = Random(56);
+    let (mut found_any, mut found_none, mut told, mut by_worth) = (0, 0, 0, 0);
+    for case in 0..cases(300, 3000) {
+        let count = 4 + random.number_below(6) as usize;
+        let (noisy, thin) = (case % 3 == 0, 1 + random.number_below(2));
+        let all: Vec<CandidateEvidence> = (0..2).map(|_| evidence(&mut random, count, noisy, thin)).collect();
+        let (mut rules, _) = rules(&mut random, &all[0]);
+        if case % 5 == 0 {
+            rules.cost[0] = 0;
+        }
+        let shares: Vec<Share> = (0..random.number_below(3))
+            .map(|place| made_up_share(&mut random, &all[place as usize % 2]))
+            .collect();
+        let then = random.one_in(2).then(|| made_up_share(&mut random, &all[0]));
+        let hidden: Vec<Demand> = (0..random.number_below(4))
+            .map(|_| {
+                let least = 1 + random.number_below(2) as usize;
+                let among: Vec<usize> = (0..count).filter(|_| random.one_in(2)).collect();
+                Demand::new(count, among, least)
+            })
+            .collect();
+        let enemies = random.one_in(3).then(|| [0, 1 + random.number_below(count as u64 - 1) as usize]);
+        let limits = SetLimits {
+            at_most: 1 + random.number_below(5) as usize,
+            budget: random.one_in(2).then(|| random.number_below(12)),
+        };
+        let problem = CheapestProblem { rules: &rules, limits, shares: shares.clone(), then };
+        let mut test = MadeUpTest { shares, hidden, enemies, tested: 0 };
+        let mut demands = Vec::new();
+        let answer = cheapest(&problem, &mut demands, &mut test, &|| None).unwrap();
+        told += usize::from(!demands.is_empty());
+
+        let mut sets = Vec::new();
+        if limits.afford(rules.cost_of(&rules.always)) && rules.always.len() <= limits.at_most {
+            allowed_sets(&rules, limits, &mut rules.always.clone(), &mut sets);
+        }
+        sets.retain(|set| test.passes(set));
+        let cost = sets.iter().map(|set| rules.cost_of(set)).min();
+        assert!(answer.is_proven && answer.is_best_of_cost, "case {case}");
+        assert_eq!(answer.best.as_ref().map(|best| best.cost), cost, "case {case}");
+        assert_eq!(answer.no_set_below, cost, "case {case}");
+        let Some(best) = answer.best else {
+            found_none += 1;
+            continue;
+        };
+        found_any += 1;
+        assert!(sets.contains(&best.set), "case {case}: {:?} passes", best.set);
+        if let Some(then) = &then {
+            let worth =
+                |set: &Vec<usize>| Worth::from_counts(then.score, then.over, &then.evidence.counts(set));
+            let of_cost = sets.iter().filter(|set| rules.cost_of(set) == best.cost).map(worth);
+            let most = match then.score.less_is_better() {
+                true => of_cost.clone().flatten().min(),
+                false => of_cost.clone().flatten().max(),
+            };
+            assert_eq!(best.worth, most, "case {case}");
+            by_worth += usize::from(of_cost.clone().any(|worth| worth != most));
+        }
+    }
+    assert!(
+        found_any > 80 && found_none > 30 && told > 100 && by_worth > 20,
+        "{found_any} {found_none} {told} {by_worth}"
+    );
+}
+
+/// A search that is stopped says what no set is below.
+#[test]
+fn a_stopped_search_keeps_its_bound() {
+    let rules =
+        SetRules { cost: vec![3; 9], sensor: vec![0; 9], most: vec![usize::MAX], ..SetRules::default() };
+    let limits = SetLimits { at_most: 9, budget: None };
+    let hidden = vec![Demand::new(9, 0..4, 2), Demand::new(9, 4..9, 2)];
+    let problem = CheapestProblem { rules: &rules, limits, shares: Vec::new(), then: None };
+    for stop_after in 0..12 {
+        let asked = std::sync::atomic::AtomicUsize::new(0);
+        let stop = || {
+            let asked = asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            (asked >= stop_after).then(|| "stopped".to_string())
+        };
+        let mut test = MadeUpTest { shares: Vec::new(), hidden: hidden.clone(), enemies: None, tested: 0 };
+        let answer = cheapest(&problem, &mut Vec::new(), &mut test, &stop).unwrap();
+        let best = answer.best.as_ref().map(|best| best.cost);
+        assert!(answer.no_set_below.is_none_or(|bound| bound <= 12) && best.is_none_or(|best| best >= 12));
+        assert_eq!(answer.is_proven, best == Some(12) && answer.no_set_below == Some(12), "{answer:?}");
+    }
+}
