@@ -292,7 +292,7 @@ fn begin<'a>(
     memory_bytes: u64,
     kept: Option<(&Path, bool)>,
 ) -> perirobot_march::Result<Casting<'a>> {
-    let choose = study.choose.as_ref().unwrap();
+    let choose = study.choose.as_ref().unwrap().best().unwrap();
     loop {
         match Casting::begin(study, choose, worlds, memory_bytes, kept) {
             Err(Error::Busy(_)) => std::thread::sleep(Duration::from_millis(10)),

@@ -79,7 +79,7 @@ fn random_cell(random: &mut Random, size: Size) -> Folder {
 /// What `choose` says of a cell, and the cell as the solver takes it.
 fn claimed(path: &Path) -> Value {
     let study = Study::load(path, &Overrides::default()).unwrap();
-    let choose = study.choose.as_ref().unwrap();
+    let choose = study.choose.as_ref().unwrap().best().unwrap();
     let worlds = World::prepare_all(&study).unwrap();
     let mut casting = Casting::begin(&study, choose, &worlds, MEMORY_BYTES, None).unwrap();
     casting.run(&mut Cpu::new(Some(2)).unwrap(), &|| None).unwrap();

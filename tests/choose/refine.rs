@@ -348,7 +348,8 @@ impl Progress for Patience {
 fn a_stop_keeps_what_was_gained_until_then() {
     let folder = folder();
     let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
-    let (worlds, asked) = (World::prepare_all(&study).unwrap(), study.choose.as_ref().unwrap());
+    let (worlds, asked) =
+        (World::prepare_all(&study).unwrap(), study.choose.as_ref().unwrap().best().unwrap());
     let mut casting = Casting::begin(&study, asked, &worlds, MEMORY_BYTES, None).unwrap();
     let patience = |most| Patience { gains: AtomicUsize::new(0), most };
     casting.run(&mut Cpu::new(Some(1)).unwrap(), &|| None).unwrap();

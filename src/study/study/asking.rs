@@ -21,8 +21,12 @@ impl Study {
         let text = format!("{IN_MEMORY}{text}");
         let file: StudyFile = parse(&self.path, &text).map_err(|(shown, _)| shown)?;
         let at = Place::new(&self.path);
-        let known =
-            choose::ChooseNames { fusion: file.fusion, regions: &self.regions, sensors: &self.sensors };
+        let known = choose::ChooseNames {
+            fusion: file.fusion,
+            regions: &self.regions,
+            sensors: &self.sensors,
+            has_requirements: !self.requirements.is_empty(),
+        };
         let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose();
         Ok(Study { choose: choose.map_err(Error::first)?, ..self.clone() })
     }

@@ -71,8 +71,16 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     let snapshots: usize = scenes.iter().map(|scene| scene.snapshots).sum();
     let per_choice = regions.len() * snapshots * repeats as usize;
     combination::check_rows(at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
-    let known = choose::ChooseNames { fusion: file.fusion, regions: &regions, sensors: &sensors };
-    let choose = file.choose.map(|file| choose::check(at, file, &known)).transpose()?;
+    let known = choose::ChooseNames {
+        fusion: file.fusion,
+        regions: &regions,
+        sensors: &sensors,
+        has_requirements: !demands.requirements.is_empty(),
+    };
+    let choose = match file.choose {
+        Some(file) => Some(choose::check(at, file, &known)?),
+        None => choose::usual(&known),
+    };
     let mut warnings = diagnostics::warnings(&text);
     warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
     if has_candidates {

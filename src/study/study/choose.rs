@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{RegionSpec, region};
+use super::{Counted, RegionSpec, region};
 use crate::diagnostics::{Place, Problems};
 use crate::sensor::{Cost, Sensor};
 use perirobot_march::backend::Fusion;
+use perirobot_march::error::Issue;
 use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::{Error, Result};
 
@@ -19,16 +20,19 @@ const MOST_SENSORS: u32 = 16;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct ChooseFile {
-    /// The score that is to be as high as it can be.
-    objective: Objective,
-    /// The name of the region in which it is counted.
-    region: String,
+    /// What is looked for: the set with the highest score of so many sensors, or with "cost" the cheapest set that passes
+    /// all [[require]]. Default "cost" if the study has [[require]] and costs.
+    objective: Option<ObjectiveName>,
+    /// With "cost": the score that is to be high among sets that pass and cost the same.
+    then: Option<ObjectiveName>,
+    /// The name of the region in which the score is counted.
+    region: Option<String>,
     /// Of which counts it is the score: of those of all scenes, snapshots and repeats together, or the worst or
     /// the mean of theirs. Default "pooled".
     #[serde(default)]
     over: AcrossName,
-    /// How many sensors a set may have, at most 16.
-    at_most: u32,
+    /// How many sensors a set may have, at most 16. With "cost" the default is 16.
+    at_most: Option<u32>,
     /// What a set may cost; all sensors then need a cost.
     budget: Option<f64>,
     /// How far two sensors of a set must be from each other, in metres. Default 0.
@@ -37,7 +41,7 @@ pub(super) struct ChooseFile {
     /// What hangs there already and is in every set: names of sensors and poses, as in "camera:wall/1/0".
     #[serde(default)]
     always: Vec<String>,
-    /// Scores that every set must reach.
+    /// Scores that every set must reach; with "cost" these are the study's [[require]].
     #[serde(default)]
     require: Vec<RequireFile>,
     /// Of some sensors, what they are taken to say, as in camera = "points". Default: the first that each has.
@@ -54,7 +58,7 @@ pub(super) struct ChooseFile {
 #[serde(deny_unknown_fields)]
 struct RequireFile {
     /// The score.
-    score: Objective,
+    score: ObjectiveName,
     /// Of which counts, as of the objective. Default "pooled".
     #[serde(default)]
     over: AcrossName,
@@ -62,26 +66,33 @@ struct RequireFile {
     at_least: f64,
 }
 
-/// A score that a set can be chosen by.
+/// What a set can be chosen by.
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-enum Objective {
+enum ObjectiveName {
     F1,
     Kappa,
     HumanSeen,
     PeopleDetected,
     PartsDetected,
+    /// The cheapest set that passes all requirements.
+    Cost,
+    /// Only of sets that pass and cost the same: less is better.
+    Unknown,
 }
 
-impl Objective {
-    fn score(self) -> Score {
+impl ObjectiveName {
+    /// The score; none for the cost.
+    fn score(self) -> Option<Score> {
         match self {
-            Objective::F1 => Score::F1,
-            Objective::Kappa => Score::Kappa,
-            Objective::HumanSeen => Score::HumanSeen,
-            Objective::PeopleDetected => Score::PeopleDetected,
-            Objective::PartsDetected => Score::PartsDetected,
+            ObjectiveName::F1 => Some(Score::F1),
+            ObjectiveName::Kappa => Some(Score::Kappa),
+            ObjectiveName::HumanSeen => Some(Score::HumanSeen),
+            ObjectiveName::PeopleDetected => Some(Score::PeopleDetected),
+            ObjectiveName::PartsDetected => Some(Score::PartsDetected),
+            ObjectiveName::Unknown => Some(Score::Unknown),
+            ObjectiveName::Cost => None,
         }
     }
 }
@@ -138,6 +149,44 @@ pub struct Choose {
     pub fusion: Fusion,
 }
 
+/// What `perirobot choose` looks for.
+#[derive(Clone, Debug)]
+pub enum Wanted {
+    /// The best sets by a score.
+    Best(Choose),
+    /// The cheapest set that passes.
+    Cheapest(Purchase),
+}
+
+impl Wanted {
+    /// The question for the best sets by a score, if that is what is looked for.
+    pub fn best(&self) -> Option<&Choose> {
+        match self {
+            Wanted::Best(choose) => Some(choose),
+            Wanted::Cheapest(_) => None,
+        }
+    }
+}
+
+/// The cheapest set that passes all requirements of its study. Numbers are those of the study.
+#[derive(Clone, Debug)]
+pub struct Purchase {
+    /// What is to be high among sets that pass and cost the same.
+    pub then: Option<Counted>,
+    /// How many sensors a set may have.
+    pub at_most: usize,
+    /// What a set may cost.
+    pub budget: Option<Cost>,
+    /// How far two sensors must be from each other.
+    pub apart_m: f64,
+    /// Sensor and candidate of what is in every set.
+    pub always: Vec<[usize; 2]>,
+    /// The representation in which each sensor is judged.
+    pub representations: Vec<usize>,
+    /// How the evidence of a set becomes one label a voxel: as the study says.
+    pub fusion: Fusion,
+}
+
 /// A score that a set must reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetRequirement {
@@ -154,27 +203,44 @@ pub(super) struct ChooseNames<'a> {
     pub(super) fusion: Fusion,
     pub(super) regions: &'a [(String, RegionSpec)],
     pub(super) sensors: &'a [Sensor],
+    /// Whether anything is required.
+    pub(super) has_requirements: bool,
 }
 
-pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result<Choose, Vec<Error>> {
+/// What a study without `[choose]` asks for: the cheapest set that passes, if it requires something and all sensors have
+/// costs.
+pub(super) fn usual(known: &ChooseNames) -> Option<Wanted> {
+    known.asks_for_cheapest().then(|| {
+        Wanted::Cheapest(Purchase {
+            then: None,
+            at_most: MOST_SENSORS as usize,
+            budget: None,
+            apart_m: 0.0,
+            always: Vec::new(),
+            representations: vec![0; known.sensors.len()],
+            fusion: known.fusion,
+        })
+    })
+}
+
+impl ChooseNames<'_> {
+    /// Whether the cheapest set that passes is what a study asks for that does not say.
+    fn asks_for_cheapest(&self) -> bool {
+        self.has_requirements && self.sensors.iter().all(|sensor| sensor.terms.cost.is_some())
+    }
+}
+
+pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result<Wanted, Vec<Error>> {
     let (at, mut problems) = (at.key("choose"), Problems::default());
     let sensors = known.sensors;
-    let region = problems.keep(region::index(&at, &file.region, known.regions));
-    if !(1..=MOST_SENSORS).contains(&file.at_most) {
-        let rule = format!("must be from 1 to {MOST_SENSORS}");
-        problems.keep::<()>(Err(at.wrong("at_most", file.at_most, &rule)));
-    }
+    let objective = problems.keep(objective(&at, &file, known));
+    let score = objective.and_then(ObjectiveName::score);
+    let is_cheapest = objective.is_some() && score.is_none();
+    let region = problems.keep(score_region(&at, &file, known, score));
+    let at_most = problems.keep(at_most(&at, file.at_most, is_cheapest));
     problems.keep(at.number("apart_m", file.apart_m, 0.0..1e6, "a distance in metres, 0 or more"));
-    let require = file.require.iter().enumerate().map(|(i, entry)| {
-        let at = at.key(&format!("require[{i}]"));
-        let least = if matches!(entry.score, Objective::Kappa) { -1.0 } else { 0.0 };
-        let rule = format!("a number from {least} to 1");
-        let at_least = at.number("at_least", entry.at_least, least..=1.0, &rule)?;
-        if Ratio::from_f64(at_least).value() != at_least {
-            return Err(at.wrong("at_least", at_least, "must have at most nine digits after the point"));
-        }
-        Ok(SetRequirement { score: entry.score.score(), over: entry.over.to_across(), at_least })
-    });
+    let require = file.require.iter().enumerate();
+    let require = require.map(|(i, entry)| set_requirement(&at.key(&format!("require[{i}]")), entry));
     let require: Vec<SetRequirement> = require.filter_map(|one| problems.keep(one)).collect();
     let representations = problems.keep(representations(&at, &file.representation, sensors));
     let always = problems.keep(always(&at, &file, sensors));
@@ -186,25 +252,134 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
     if let (Some(Some(budget)), Some(always)) = (budget, &always) {
         problems.keep(affordable(&at, budget, always, sensors));
     }
+    if is_cheapest {
+        problems.keep(purchase(&at, &file, known));
+    }
     problems.none()?;
-    let (Some(region), Some(representations), Some(always), Some(budget)) =
-        (region, representations, always, budget)
+    let (Some(region), Some(at_most), Some(representations), Some(always), Some(budget)) =
+        (region, at_most, representations, always, budget)
     else {
         return Err(Vec::new());
     };
-    Ok(Choose {
-        objective: file.objective.score(),
-        over: file.over.to_across(),
-        region,
-        at_most: file.at_most as usize,
-        budget,
-        apart_m: file.apart_m,
-        always,
-        require,
-        representations,
-        refine: file.refine,
-        fusion: known.fusion,
+    let (apart_m, fusion, over) = (file.apart_m, known.fusion, file.over.to_across());
+    Ok(match (score, region) {
+        (Some(objective), Some(region)) => Wanted::Best(Choose {
+            objective,
+            over,
+            region,
+            at_most,
+            budget,
+            apart_m,
+            always,
+            require,
+            representations,
+            refine: file.refine,
+            fusion,
+        }),
+        _ => {
+            let score = file.then.and_then(ObjectiveName::score).zip(region);
+            let then = score.map(|(score, region)| Counted { score, region, over });
+            Wanted::Cheapest(Purchase { then, at_most, budget, apart_m, always, representations, fusion })
+        }
     })
+}
+
+/// What is looked for.
+fn objective(at: &Place, file: &ChooseFile, known: &ChooseNames) -> Result<ObjectiveName> {
+    match file.objective {
+        Some(ObjectiveName::Unknown) => {
+            let rule = "is a score of which less is better, which decides only among sets that pass: \
+                        objective = \"cost\", then = \"unknown\"";
+            Err(at.wrong("objective", "\"unknown\"", rule))
+        }
+        Some(objective) => Ok(objective),
+        None if known.asks_for_cheapest() => Ok(ObjectiveName::Cost),
+        None => {
+            let cure = "say what is looked for, as in objective = \"f1\", region = \"robot\", at_most = 3; \
+                        or, with [[require]] and the cost of each sensor, objective = \"cost\"";
+            Err(at.wrap(Issue::missing("objective")).with_advice(cure))
+        }
+    }
+}
+
+/// The region of the score, if there is one.
+fn score_region(
+    at: &Place,
+    file: &ChooseFile,
+    known: &ChooseNames,
+    score: Option<Score>,
+) -> Result<Option<usize>> {
+    match (&file.region, score.or(file.then.and_then(ObjectiveName::score))) {
+        (Some(name), Some(_)) => region::index(at, name, known.regions).map(Some),
+        (Some(name), None) => {
+            let rule = "is of a score: name one by then, as in then = \"f1\", or leave the region out, since \
+                        [[require]] has its own";
+            Err(at.wrong("region", format!("{name:?}"), rule))
+        }
+        (None, Some(score)) => {
+            let names: Vec<&str> = known.regions.iter().map(|(name, _)| name.as_str()).collect();
+            let cure = format!("say in which region of the study {} is counted: {names:?}", score.name());
+            Err(at.wrap(Issue::missing("region")).with_advice(cure))
+        }
+        (None, None) => Ok(None),
+    }
+}
+
+/// How many sensors a set may have.
+fn at_most(at: &Place, at_most: Option<u32>, is_cheapest: bool) -> Result<usize> {
+    match at_most {
+        Some(most) if (1..=MOST_SENSORS).contains(&most) => Ok(most as usize),
+        Some(most) => Err(at.wrong("at_most", most, &format!("must be from 1 to {MOST_SENSORS}"))),
+        None if is_cheapest => Ok(MOST_SENSORS as usize),
+        None => Err(at
+            .wrap(Issue::missing("at_most"))
+            .with_advice("say how many sensors a set may have, as in at_most = 3")),
+    }
+}
+
+/// A score that every set must reach.
+fn set_requirement(at: &Place, entry: &RequireFile) -> Result<SetRequirement> {
+    let score = entry.score.score().filter(|score| !score.less_is_better()).ok_or_else(|| {
+        let rule = "must be f1, kappa, human_seen, people_detected or parts_detected: what else sets must pass is said \
+                    by [[require]], with objective = \"cost\"";
+        at.says(format!("score {rule}"))
+    })?;
+    let least = if score == Score::Kappa { -1.0 } else { 0.0 };
+    let rule = format!("a number from {least} to 1");
+    let at_least = at.number("at_least", entry.at_least, least..=1.0, &rule)?;
+    if Ratio::from_f64(at_least).value() != at_least {
+        return Err(at.wrong("at_least", at_least, "must have at most nine digits after the point"));
+    }
+    Ok(SetRequirement { score, over: entry.over.to_across(), at_least })
+}
+
+/// Whether the cheapest set that passes can be asked for.
+fn purchase(at: &Place, file: &ChooseFile, known: &ChooseNames) -> Result<()> {
+    if !known.has_requirements {
+        let rule = "looks for the cheapest set that passes the study's [[require]], and it has none: add one, as in \
+                    [[require]] name = \"parts seen\", score = \"parts_detected\", region = \"robot\", at_least = 0.9";
+        return Err(at.wrong("objective", "\"cost\"", rule));
+    }
+    if let Some(without) = known.sensors.iter().find(|sensor| sensor.terms.cost.is_none()) {
+        let rule = format!("sensor {:?} has no cost: give it one, as in cost = 450.0", without.name);
+        return Err(at.wrong("objective", "\"cost\"", &rule));
+    }
+    if !file.require.is_empty() {
+        return Err(at.wrong(
+            "require",
+            "[…]",
+            "is of a score: the cheapest set passes the study's [[require]]",
+        ));
+    }
+    if file.refine {
+        return Err(at.wrong("refine", true, "is of a score: the cheapest set is one of the listed poses"));
+    }
+    match file.then {
+        Some(ObjectiveName::Cost) => {
+            Err(at.wrong("then", "\"cost\"", "must be a score that decides among sets of the same cost"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Which representation each sensor is taken in.
@@ -257,8 +432,8 @@ fn always(at: &Place, file: &ChooseFile, sensors: &[Sensor]) -> Result<Vec<[usiz
             return Err(wrong(format!("is one more of {sensor:?} than its at_most = {most} allows")));
         }
     }
-    if found.len() > file.at_most as usize {
-        let rule = format!("is more than at_most = {} allows", file.at_most);
+    if let Some(most) = file.at_most.filter(|&most| found.len() > most as usize) {
+        let rule = format!("is more than at_most = {most} allows");
         return Err(at.wrong("always", format!("{} sensors", found.len()), &rule));
     }
     Ok(found)

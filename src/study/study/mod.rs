@@ -33,7 +33,7 @@ use crate::sensor::kinds::recorded::Recorded;
 use crate::sensor::{Candidate, CostTerms, Kind, SaidOfNoise, Sensor};
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;
-pub use choose::{Choose, SetRequirement};
+pub use choose::{Choose, Purchase, SetRequirement, Wanted};
 pub use combination::{Combination, Member};
 pub use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use perirobot_march::backend::Fusion;
@@ -73,8 +73,8 @@ pub struct Study {
     pub fusion: Fusion,
     /// The combinations in study order; each sensor alone if the study has none.
     pub combinations: Vec<Combination>,
-    /// Which set of sensors is looked for, if the study says so.
-    pub choose: Option<Choose>,
+    /// Which set of sensors is looked for, if the study says so, or has all that the cheapest set that passes needs.
+    pub choose: Option<Wanted>,
     /// What a choice of sensors must reach.
     pub requirements: Vec<Requirement>,
     /// How far mounts may be off, if the study says so.
