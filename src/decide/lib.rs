@@ -3,6 +3,7 @@
 #![allow(rustdoc::private_intra_doc_links)]
 
 pub mod approach;
+pub mod cheapest;
 pub mod choose;
 pub mod controller;
 mod json_file;

@@ -35,6 +35,12 @@ pub struct CheapestAnswer {
     pub tested: u64,
 }
 
+impl CheapestAnswer {
+    /// No allowed set passes.
+    pub const NONE: CheapestAnswer =
+        CheapestAnswer { best: None, no_set_below: None, is_proven: true, is_best_of_cost: true, tested: 0 };
+}
+
 /// How a walk ended.
 #[derive(Clone, Copy, PartialEq)]
 enum WalkEnd {

@@ -76,7 +76,7 @@ impl Body {
     }
 
     /// How many voxels it has.
-    fn count(&self) -> u64 {
+    pub(super) fn count(&self) -> u64 {
         let voxels = |bar: &BodyBar| (bar.xs.len() * bar.zs.len()) as u64;
         self.bars.iter().map(voxels).sum()
     }
@@ -102,11 +102,15 @@ impl Body {
             let (y, z) = (places.min[1] + (row % depth) as i32, places.min[2] + (row / depth) as i32);
             for i in 0..places.size[0] as usize {
                 let x = places.min[0] + i as i32;
-                let covered: u32 = self.bars.iter().map(|bar| sums.count_bar(bar, [x, y, z])).sum();
-                words[i / 32] |= u32::from(covered <= most) << (i % 32);
+                words[i / 32] |= u32::from(self.sum(sums, [x, y, z]) <= most) << (i % 32);
             }
         });
         found
+    }
+
+    /// The sum of a number of each of its voxels at a place.
+    pub(super) fn sum(&self, sums: &Sums, place: [i32; 3]) -> u32 {
+        self.bars.iter().map(|bar| sums.count_bar(bar, place)).sum()
     }
 
     /// How far its voxels are at most from the one in its middle, in whole voxels, rounded up.
@@ -181,7 +185,7 @@ fn chord(n: u32, others: &[u32]) -> Range<u32> {
     first.map_or(0..0, |first| first..n - first)
 }
 
-/// Running sums of a set along x and z, for each y by itself.
+/// Running sums of a set, or of a number of each voxel, along x and z, for each y by itself.
 pub(super) struct Sums {
     window: Window,
     /// For each y, each z and one more, each x and one more.
@@ -190,7 +194,11 @@ pub(super) struct Sums {
 
 impl Sums {
     pub(super) fn new(set: &BitGrid) -> Sums {
-        let window = set.window();
+        Sums::from_counts(set.window(), |voxel| u32::from(set.get(voxel)))
+    }
+
+    /// The sums of a number of each voxel of a window; sums of one y stay below 2³².
+    pub(super) fn from_counts(window: Window, count: impl Fn([i32; 3]) -> u32 + Sync) -> Sums {
         let [width, _, height] = window.size.map(|n| n as usize);
         let mut before = vec![0; (width + 1) * (height + 1) * window.size[1] as usize];
         before.par_chunks_mut((width + 1) * (height + 1)).enumerate().for_each(|(y, slice)| {
@@ -199,7 +207,7 @@ impl Sums {
                 let (above, row) = slice[k * (width + 1)..][..2 * (width + 1)].split_at_mut(width + 1);
                 let mut sum = 0;
                 for i in 0..width {
-                    sum += u32::from(set.get([window.min[0] + i as i32, y, window.min[2] + k as i32]));
+                    sum += count([window.min[0] + i as i32, y, window.min[2] + k as i32]);
                     row[i + 1] = above[i + 1] + sum;
                 }
             }

@@ -117,12 +117,12 @@ pub(super) fn nearest_at_entry(
 }
 
 /// The squared distance of a body at a place.
-fn squared_distance(body: &Body, place: [i32; 3], distances: &Distances) -> Option<u32> {
+pub(super) fn squared_distance(body: &Body, place: [i32; 3], distances: &Distances) -> Option<u32> {
     body.voxels(place).map(|voxel| distances.squared_distance(voxel)).min()
 }
 
 /// What that is not below: no voxel of a body is nearer than its middle less its radius.
-fn least(body: &Body, place: [i32; 3], distances: &Distances) -> u64 {
+pub(super) fn least(body: &Body, place: [i32; 3], distances: &Distances) -> u64 {
     let least = distances.squared_distance(body.middle(place)).isqrt().saturating_sub(body.radius());
     u64::from(least).pow(2)
 }

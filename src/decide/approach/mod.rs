@@ -35,6 +35,7 @@ mod moments;
 mod needed;
 mod picture;
 mod table;
+mod unnoticed_path;
 mod ways;
 
 pub use approach_json::{APPROACH, APPROACH_JSON, ApproachRow, Approaches};
@@ -46,4 +47,5 @@ pub use ground::{Company, Ground};
 pub use moments::{ApproachAnswer, ApproachMoment, AtEntry, BodyPlan, NearestApproach, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
 pub use table::{describe, fusion_warning};
+pub(crate) use unnoticed_path::WatchCounts;
 pub use ways::{Way, nearest_ways};

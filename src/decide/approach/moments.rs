@@ -81,12 +81,12 @@ pub struct BodyPlan {
 
 /// A moment of a scene, or all of them at once, as it is whatever the sensors.
 pub struct ApproachMoment<'g> {
-    ground: &'g Ground<'g>,
+    pub(super) ground: &'g Ground<'g>,
     company: Company,
     snapshot: Option<usize>,
     solid: Arc<BitGrid>,
     hazard: Arc<BitGrid>,
-    distances: Distances,
+    pub(super) distances: Distances,
     /// Of each body, where it has room.
     free: Vec<BitGrid>,
 }
@@ -135,13 +135,15 @@ impl<'g> ApproachMoment<'g> {
     /// Of each body, where it has room and is not noticed.
     fn open(&self, watched: &BitGrid) -> Vec<BitGrid> {
         let sums = Sums::new(watched);
-        let each = self.ground.bodies.iter().zip(&self.ground.places).zip(&self.free);
-        let open = each.map(|((body, &places), free)| {
-            let mut open = body.covers_at_most(body.min_voxels - 1, &sums, places);
-            open.keep(free);
-            open
-        });
-        open.collect()
+        (0..self.ground.bodies.len()).map(|body| self.open_to(body, &sums)).collect()
+    }
+
+    /// The same of one body, from the sums of watched voxels.
+    pub(super) fn open_to(&self, body: usize, watched: &Sums) -> BitGrid {
+        let Ground { bodies, places, .. } = self.ground;
+        let mut open = bodies[body].covers_at_most(bodies[body].min_voxels - 1, watched, places[body]);
+        open.keep(&self.free[body]);
+        open
     }
 
     fn room<'r>(&'r self, body: usize, open: &'r [BitGrid]) -> FreeRoom<'r> {
@@ -159,7 +161,7 @@ impl<'g> ApproachMoment<'g> {
 
     /// The body and the entry of each answer, in the order of [`ApproachMoment::nearest`], with the least squared distance of the
     /// body at the entry; `None` where it has no room there.
-    pub(super) fn entries(&self) -> Vec<([usize; 2], Option<u32>)> {
+    pub(crate) fn entries(&self) -> Vec<([usize; 2], Option<u32>)> {
         self.each(|[number, entry]| {
             let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
             ([number, entry], nearest_at_entry(body, begin, &self.free[number], &self.distances))

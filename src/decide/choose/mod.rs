@@ -28,6 +28,7 @@ pub use evidence::{Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
 pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use outcome::{Outcome, as_swept};
 pub use problem::{answer, problem_of, progress_of};
+pub(crate) use problem::{odds_of, rules_of};
 pub use refine::{Refinement, refine};
 pub use report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport};
 pub use verify::{Claims, Verified};

@@ -26,23 +26,32 @@ pub fn problem_of<'a>(
     evidence: &'a CandidateEvidence,
 ) -> Problem<'a> {
     let items = &evidence.items;
-    let reading = |&[sensor, _]: &[usize; 2]| {
-        let kind = &study.sensors[sensor].kind;
-        (kind.speaks_last(), kind.log_odds(choose.representations[sensor]))
-    };
-    let odds = match choose.fusion {
-        Fusion::Octomap => Odds::new(items.iter().map(reading).collect(), evidence),
-        _ => None,
-    };
     Problem {
         evidence,
         goal: (choose.objective, choose.over),
         require: choose.require.iter().map(|r| (r.score, r.over, Ratio::from_f64(r.at_least))).collect(),
         limits: SetLimits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
         rules: rules_of(study, items, worlds, &choose.always, choose.apart_m),
-        odds,
+        odds: odds_of(study, choose.fusion, &choose.representations, evidence),
     }
     .drop_idle_odds()
+}
+
+/// How labels come to be where that is not by unions, from the representation of each sensor.
+pub(crate) fn odds_of(
+    study: &Study,
+    fusion: Fusion,
+    representations: &[usize],
+    evidence: &CandidateEvidence,
+) -> Option<Odds> {
+    let reading = |&[sensor, _]: &[usize; 2]| {
+        let kind = &study.sensors[sensor].kind;
+        (kind.speaks_last(), kind.log_odds(representations[sensor]))
+    };
+    match fusion {
+        Fusion::Octomap => Odds::new(evidence.items.iter().map(reading).collect(), evidence),
+        _ => None,
+    }
 }
 
 /// Which of some candidates, by sensor and candidate, a set may have together, and what they cost.

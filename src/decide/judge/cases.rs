@@ -39,7 +39,7 @@ pub struct Passage {
 
 impl Passage {
     /// Whether a requirement asks it, and it has such a score.
-    pub(super) fn is_asked(&self, nearness: &Nearness) -> bool {
+    pub(crate) fn is_asked(&self, nearness: &Nearness) -> bool {
         let is_asked = |name: &Option<String>, own: &String| name.as_ref().is_none_or(|name| name == own);
         is_asked(&nearness.body, &self.body)
             && is_asked(&nearness.entry, &self.entry)

@@ -16,7 +16,7 @@ use super::what_if::WhatIf;
 use crate::approach::{Ground, fusion_warning};
 use crate::controller::{MeasuredMoment, separation_csv};
 use crate::view::Choice;
-use perirobot_march::backend::factory::{BackendFactory, ChosenBackends, Fallback};
+use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
@@ -120,24 +120,14 @@ impl<'a> Judging<'a> {
         let mut backends = counts.then(open).transpose()?;
         let (mut sets, mut all_draws) = (Vec::new(), Vec::new());
         for ((choice, what_if), grounds) in self.choices.iter().zip(&self.what_ifs).zip(&self.grounds) {
-            let mut conditions = match &mut backends {
+            let conditions = match &mut backends {
                 Some(backends) if !is_swept(choice) => {
                     what_if.count_plan(self.results, backends, progress)?
                 }
                 _ => Conditions::from_results(self.study, self.results, choice)?,
             };
-            let drawn = match &mut backends {
-                Some(backends) if !asked.is_empty() => {
-                    what_if.count(&asked, &mut conditions, backends, progress)?
-                }
-                _ => None,
-            };
-            what_if.come_near(grounds, &mut conditions, drawn.as_ref(), progress)?;
-            if self.study.stopping.is_some() {
-                // Opened when the others have let go of the device.
-                let mut backend = open()?.open(Fallback::None)?;
-                what_if.measure(&mut conditions, drawn.as_ref(), &mut *backend, progress)?;
-            }
+            let (conditions, drawn) =
+                what_if.add_cases(conditions, &asked, grounds, (backends.as_mut(), open), progress)?;
             all_draws.extend(drawn);
             sets.push(match is_swept(choice) {
                 true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),

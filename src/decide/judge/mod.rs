@@ -15,10 +15,12 @@
 //!   would measure.
 //! - Verdicts: `value` compares scores, `verdict` decides, `speed` decides at each speed of the robot, `spread` sums up
 //!   how good scores are under a condition, `leaders` finds the choices that meet most requirements, `cheapest` the
-//!   cheapest. `judging` does all of it for the choices of a sweep.
+//!   cheapest. `judging` does all of it for the choices of a sweep, `alone`
+//!   for one set that was not swept.
 //! - Files: `judge_json` has verdicts and scores with their types, which the report reads; `table` and `junit` write them
 //!   for others. `tables` has the tables of the study by which a verdict was decided.
 
+mod alone;
 mod alter;
 mod alteration;
 mod cases;
@@ -41,6 +43,7 @@ mod value;
 mod verdict;
 mod what_if;
 
+pub(crate) use alone::judge_alone;
 pub use alter::alter;
 pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
@@ -51,10 +54,14 @@ pub use judged::JudgedSet;
 pub use judging::{JudgeResult, Judging, forget, requires_something};
 pub use junit::junit_xml;
 pub use leaders::{LeaderScope, chosen_sets, leaders};
+pub(crate) use near::passages;
 pub use postures::check_postures;
 pub use speed::Speeds;
+pub(crate) use speed::requirements_at_speeds;
 pub use spread::{ScoreSpread, Summed, spreads};
 pub use tables::tables_sha256;
 pub use value::Value;
+pub(crate) use verdict::approach_value;
 pub use verdict::{CasePart, Judgement, Where, judgements};
 pub use what_if::WhatIf;
+pub(crate) use what_if::dead_members;

@@ -88,7 +88,7 @@ fn watcher(&[sensor, candidate, representation]: &[usize; 3]) -> Watcher {
 }
 
 /// The ways in of a scene, body by body, as [`ApproachMoment::nearest`] has them.
-fn passages(ground: &Ground, company: Company, repeat: usize) -> Vec<Passage> {
+pub(crate) fn passages(ground: &Ground, company: Company, repeat: usize) -> Vec<Passage> {
     let scene = ground.worlds[0].scene;
     let of = |body: &Body| {
         let entry = |entry: &EntrySpec| Passage {

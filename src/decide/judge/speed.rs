@@ -53,6 +53,11 @@ pub(super) fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
     shells.chain(speeds.map(|(speed, at)| far_enough(study, speed, at))).collect()
 }
 
+/// The requirements of each speed of the robot, by its number: as [`at_each_speed`] has them.
+pub(crate) fn requirements_at_speeds(study: &Study) -> Vec<(usize, Requirement)> {
+    at_each_speed(study).into_iter().map(|at| (at.speed, at.requirement)).collect()
+}
+
 /// That nobody comes nearer unnoticed than so far.
 fn far_enough(study: &Study, speed: usize, at: &AtSpeed) -> AtEachSpeed {
     let requirement = Requirement {

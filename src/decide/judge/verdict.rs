@@ -198,7 +198,7 @@ fn best_possible(requirement: &Requirement, baselines: &[Vec<Baselines>]) -> Opt
 
 /// A score of what a body can do; the edge of a voxel is taken to nine digits after the point. `None` of a margin where
 /// it is not said how far people must be.
-pub(super) fn approach_value(
+pub(crate) fn approach_value(
     score: ApproachScore,
     near: &NearestApproach,
     conditions: &Conditions,

@@ -158,17 +158,12 @@ impl<'a> WhatIf<'a> {
 
     /// The set whole, and without sensors that are dead.
     pub(super) fn left_out(&self, asked: &[Condition]) -> Vec<CaseVariant> {
-        let all = 0..self.members.len();
         let mut dead = vec![(Condition::AsPlanned, Vec::new())];
-        if asked.contains(&Condition::OneSensorDead) {
-            dead.extend(all.clone().map(|one| (Condition::OneSensorDead, vec![one])));
-        }
-        if asked.contains(&Condition::TwoSensorsDead) {
-            let pairs = all.clone().flat_map(|a| (a + 1..all.end).map(move |b| vec![a, b]));
-            dead.extend(pairs.map(|pair| (Condition::TwoSensorsDead, pair)));
-            // Of one sensor alone no two can be dead: the worst is that it is.
-            if all.len() == 1 {
-                dead.push((Condition::TwoSensorsDead, vec![0]));
+        for (condition, count) in [(Condition::OneSensorDead, 1), (Condition::TwoSensorsDead, 2)] {
+            if asked.contains(&condition) {
+                dead.extend(
+                    dead_members(self.members.len(), count).into_iter().map(|dead| (condition, dead)),
+                );
             }
         }
         let variant = |(condition, dead): (Condition, Vec<usize>)| {
@@ -312,6 +307,17 @@ impl Conditions {
             Some((_, cases)) => cases.push(case),
             None => self.cases.push((condition, vec![case])),
         }
+    }
+}
+
+/// Which members of a set of so many are dead in each case of a condition under which 0, 1 or 2 are. Of one sensor alone
+/// no two can be dead: the worst is that it is.
+pub(crate) fn dead_members(members: usize, dead: usize) -> Vec<Vec<usize>> {
+    let all = 0..members;
+    match dead {
+        0 => vec![Vec::new()],
+        2 if members > 1 => all.clone().flat_map(|a| (a + 1..all.end).map(move |b| vec![a, b])).collect(),
+        _ => all.map(|one| vec![one]).collect(),
     }
 }
 

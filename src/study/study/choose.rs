@@ -25,6 +25,8 @@ pub(super) struct ChooseFile {
     objective: Option<ObjectiveName>,
     /// With "cost": the score that is to be high among sets that pass and cost the same.
     then: Option<ObjectiveName>,
+    /// With "cost": of what else the cheapest set is looked for: of each speed of [stopping], or of all requirements but one.
+    front: Option<PurchaseFront>,
     /// The name of the region in which the score is counted.
     region: Option<String>,
     /// Of which counts it is the score: of those of all scenes, snapshots and repeats together, or the worst or
@@ -168,11 +170,24 @@ impl Wanted {
     }
 }
 
+/// Of what else than all requirements the cheapest set is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum PurchaseFront {
+    /// Of the requirements at each speed of the robot.
+    Speed,
+    /// Of all requirements but one, for each.
+    Requirements,
+}
+
 /// The cheapest set that passes all requirements of its study. Numbers are those of the study.
 #[derive(Clone, Debug)]
 pub struct Purchase {
     /// What is to be high among sets that pass and cost the same.
     pub then: Option<Counted>,
+    /// Of what else the cheapest set is looked for.
+    pub front: Option<PurchaseFront>,
     /// How many sensors a set may have.
     pub at_most: usize,
     /// What a set may cost.
@@ -213,6 +228,7 @@ pub(super) fn usual(known: &ChooseNames) -> Option<Wanted> {
     known.asks_for_cheapest().then(|| {
         Wanted::Cheapest(Purchase {
             then: None,
+            front: None,
             at_most: MOST_SENSORS as usize,
             budget: None,
             apart_m: 0.0,
@@ -279,7 +295,17 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
         _ => {
             let score = file.then.and_then(ObjectiveName::score).zip(region);
             let then = score.map(|(score, region)| Counted { score, region, over });
-            Wanted::Cheapest(Purchase { then, at_most, budget, apart_m, always, representations, fusion })
+            let front = file.front;
+            Wanted::Cheapest(Purchase {
+                then,
+                front,
+                at_most,
+                budget,
+                apart_m,
+                always,
+                representations,
+                fusion,
+            })
         }
     })
 }

@@ -182,6 +182,12 @@ impl Formula {
 }
 
 impl Stopping {
+    /// The same with its speeds up to one of them, by its number.
+    #[must_use]
+    pub fn up_to(&self, speed: usize) -> Stopping {
+        Stopping { speeds: self.speeds[..=speed].to_vec(), ..self.clone() }
+    }
+
     /// The highest speed that is listed.
     pub fn fastest(&self) -> &AtSpeed {
         // There is at least one.

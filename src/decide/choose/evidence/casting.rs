@@ -89,7 +89,7 @@ impl<'a> Casting<'a> {
         )
     }
 
-    pub(super) fn new(
+    pub(crate) fn new(
         study: &'a Study,
         worlds: &'a [World],
         (region, representations): (usize, &'a [usize]),

@@ -1,0 +1,25 @@
+//! The cheapest set of sensors that passes all requirements of a study, with a proof.
+//!
+//! # Theory
+//! Each requirement becomes what `perirobot_cover::cheapest` searches with. A score of counts is a *share*: under
+//! `one_sensor_dead` it must hold without any one member. How near bodies come becomes *demands*: a path on which a body
+//! comes too near and that no member notices fails every set whose members all miss it, so that a passing set has one of
+//! the other candidates, and one more for each sensor that may be dead. A demand is made larger than it need be in one
+//! place: candidates that together notice the path only with each other count as missing it as long as they do.
+//! What no bound tells (mounts that are off, other people, what a controller measures) is judged for the sets that pass
+//! everything else.
+//!
+//! # Practice
+//! `purchasing` runs the stages for the command line and Python. `terms` has the requirements as the search has them,
+//! also at a lower speed of the robot or without some of them; `passing` tests a set, with `ways` for bodies that come
+//! near and `remaining` for what is judged. `fronts` asks for several sets at once. `report` has the answer in names and
+//! numbers, and `files` writes and reads it.
+
+mod passing;
+mod purchasing;
+mod remaining;
+mod terms;
+mod ways;
+
+pub use purchasing::{PurchaseAim, PurchaseAnswer, Purchasing};
+pub use ways::SceneWays;

@@ -1,0 +1,200 @@
+//! Whether a set passes: decided by the code of judge, from what was cast of each candidate.
+
+use perirobot_cover::Problem;
+use perirobot_cover::cheapest::{Demand, SetTest, TestAnswer};
+use perirobot_march::Result;
+use perirobot_march::metrics::Confusion;
+use perirobot_study::study::{ApproachScore, Counted, Limit, Measure, Nearness, Requirement};
+
+use super::remaining::Remaining;
+use super::terms::{Terms, dead_in, is_counted};
+use super::ways::{SceneWays, WayIn};
+use crate::approach::NearestApproach;
+use crate::judge::{Conditions, Value, approach_value, dead_members};
+
+/// Most ways in that one failing set is asked for, by each passage.
+const MOST_WAYS: usize = 8;
+
+/// Decides whether a set meets some terms.
+pub(super) struct PassingTest<'t, 'a> {
+    terms: &'t Terms,
+    /// What candidates say in each region in which anything is counted.
+    problems: &'t [(usize, Problem<'a>)],
+    ways: &'t [SceneWays<'a>],
+    /// What is known of ways in; those that are found are added.
+    known: &'t mut Vec<WayIn>,
+    candidates: usize,
+    /// Where distances are taken from.
+    scale: Conditions,
+    remaining: Remaining<'t>,
+}
+
+impl<'t, 'a> PassingTest<'t, 'a> {
+    pub(super) fn new(
+        terms: &'t Terms,
+        problems: &'t [(usize, Problem<'a>)],
+        (ways, known): (&'t [SceneWays<'a>], &'t mut Vec<WayIn>),
+        (candidates, voxel_size_m): (usize, f64),
+        remaining: Remaining<'t>,
+    ) -> PassingTest<'t, 'a> {
+        let needed = terms.stopping.as_ref().map(|stopping| *stopping.fastest());
+        let scale = Conditions { voxel_size_m, needed, ..Conditions::default() };
+        PassingTest { terms, problems, ways, known, candidates, scale, remaining }
+    }
+
+    /// What sets that pass must have by what is known of ways in.
+    pub(super) fn known_demands(&self) -> Vec<Demand> {
+        self.known.iter().filter_map(|way| self.demand(way)).collect()
+    }
+
+    /// What sets that pass must have of who notices a way in: one more than may be dead, if it leads too near.
+    fn demand(&self, way: &WayIn) -> Option<Demand> {
+        let near = NearestApproach { squared: Some(way.squared), unnoticed: 0, joined: 0 };
+        let passage = &self.ways[way.scene].passages[way.passage];
+        let fails = self.nearness().filter(|(requirement, nearness, _)| {
+            let is_asked = passage.is_asked(nearness) && !nearness.score.is_area();
+            is_asked && !self.is_met(nearness.score, &requirement.limit, &near)
+        });
+        let dead = fails.map(|(.., dead)| dead).max()?;
+        Some(Demand::new(self.candidates, way.noticed_by.iter().copied(), dead + 1))
+    }
+
+    /// Whether a requirement fails whatever is chosen, since a body is too near where it comes in: the first of them, with
+    /// the number of the scene, the passage and how near that is, squared in voxels.
+    pub(super) fn too_near_at_entry(&self) -> Option<(&Requirement, [usize; 2], u32)> {
+        for (number, ways) in self.ways.iter().enumerate() {
+            for (passage, squared) in ways.at_entries().into_iter().enumerate() {
+                let Some(squared) = squared else { continue };
+                let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
+                let mut asked = self.nearness().filter(|(_, nearness, _)| {
+                    ways.passages[passage].is_asked(nearness) && !nearness.score.is_area()
+                });
+                let fails = asked.find(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near));
+                if let Some((requirement, ..)) = fails {
+                    return Some((requirement, [number, passage], squared));
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether a set meets a requirement of counts in all cases without so many of its members.
+    fn meets_counted(
+        &self,
+        requirement: &Requirement,
+        counted: &Counted,
+        set: &[usize],
+        dead: usize,
+    ) -> bool {
+        let known = self.problems.iter().find(|(region, _)| *region == counted.region);
+        let Some((_, problem)) = known else { return false };
+        dead_members(set.len(), dead).iter().all(|dead| {
+            let counts: Vec<Confusion> = problem.counts(&alive(set, dead));
+            let value = Value::from_counts(counted.score, counted.over, &requirement.limit, &counts);
+            value.is_some_and(|value| value.meets(&requirement.limit))
+        })
+    }
+
+    /// Requirements on bodies that come near, each with the number of sensors that may be dead.
+    fn nearness(&self) -> impl Iterator<Item = (&Requirement, &Nearness, usize)> {
+        self.terms.requirements.iter().flat_map(|requirement| {
+            let nearness = match &requirement.measure {
+                Measure::Nearness(nearness) => Some(nearness),
+                Measure::Counted(_) | Measure::Controller(_) => None,
+            };
+            let under = requirement.under.iter().filter_map(|&condition| dead_in(condition));
+            under.filter_map(move |dead| Some((requirement, nearness?, dead)))
+        })
+    }
+
+    fn is_met(&self, score: ApproachScore, limit: &Limit, near: &NearestApproach) -> bool {
+        approach_value(score, near, &self.scale).is_some_and(|value| value.meets(limit))
+    }
+
+    /// Whether bodies stay away as far as they must in all cases; if not, what passing sets must have.
+    fn come_near(&mut self, set: &[usize]) -> TestAnswer {
+        let ways = self.ways;
+        let mut fails = false;
+        for dead in 0..=2 {
+            if self.nearness().all(|(.., own)| own != dead) {
+                continue;
+            }
+            for out in dead_members(set.len(), dead) {
+                let alive = alive(set, &out);
+                for (scene, ways) in ways.iter().enumerate() {
+                    let nearest = ways.nearest(&ways.watched_by(&alive));
+                    let mut failed = Vec::new();
+                    for (passage, near) in nearest.iter().enumerate() {
+                        let asked = self.nearness().filter(|(_, nearness, own)| {
+                            *own == dead && ways.passages[passage].is_asked(nearness)
+                        });
+                        let missed = asked.filter(|(requirement, nearness, _)| {
+                            !self.is_met(nearness.score, &requirement.limit, near)
+                        });
+                        let mut missed = missed.peekable();
+                        fails |= missed.peek().is_some();
+                        // An area is no way in.
+                        if missed.any(|(_, nearness, _)| !nearness.score.is_area()) {
+                            failed.push(passage);
+                        }
+                    }
+                    let before = self.known.len();
+                    failed.iter().for_each(|&passage| self.find_ways([scene, passage], &alive, dead));
+                    if self.known.len() > before {
+                        return TestAnswer::Lacks(self.known_demands());
+                    }
+                }
+            }
+        }
+        if fails { TestAnswer::Fails } else { TestAnswer::Passes }
+    }
+
+    /// Finds ways in on which some candidates do not notice a body: as many as are found by adding to them candidates that
+    /// do.
+    fn find_ways(&mut self, [scene, passage]: [usize; 2], alive: &[usize], dead: usize) {
+        let (ways, mut watching) = (&self.ways[scene], alive.to_vec());
+        for _ in 0..MOST_WAYS {
+            let is_too_near = |squared: u32| {
+                let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
+                self.nearness().any(|(requirement, nearness, own)| {
+                    let is_asked = ways.passages[passage].is_asked(nearness) && !nearness.score.is_area();
+                    own == dead && is_asked && !self.is_met(nearness.score, &requirement.limit, &near)
+                })
+            };
+            let Some(way) = ways.way_in([scene, passage], &watching, &is_too_near) else { return };
+            // The next one is another way, which the first of those does not notice.
+            let next = way.noticed_by.first().copied();
+            self.known.push(way);
+            match next {
+                Some(next) => watching.push(next),
+                None => return,
+            }
+        }
+    }
+}
+
+impl SetTest for PassingTest<'_, '_> {
+    fn test(&mut self, set: &[usize]) -> Result<TestAnswer> {
+        for requirement in &self.terms.requirements {
+            let Measure::Counted(counted) = &requirement.measure else { continue };
+            let under = requirement.under.iter().filter(|&&condition| is_counted(requirement, condition));
+            let mut dead = under.filter_map(|&condition| dead_in(condition));
+            if !dead.all(|dead| self.meets_counted(requirement, counted, set, dead)) {
+                return Ok(TestAnswer::Fails);
+            }
+        }
+        match self.come_near(set) {
+            // Without sensors there is nothing to buy.
+            TestAnswer::Passes if set.is_empty() => Ok(TestAnswer::Fails),
+            TestAnswer::Passes if self.remaining.passes(set)? => Ok(TestAnswer::Passes),
+            TestAnswer::Passes => Ok(TestAnswer::Fails),
+            other => Ok(other),
+        }
+    }
+}
+
+/// The members of a set but for those at some places.
+fn alive(set: &[usize], dead: &[usize]) -> Vec<usize> {
+    let alive = set.iter().enumerate().filter(|(place, _)| !dead.contains(place));
+    alive.map(|(_, &item)| item).collect()
+}

@@ -1,0 +1,90 @@
+//! What no bound tells of sets: mounts that are off, other people, and what a controller measures. A set that passes
+//! everything else is judged, which casts its sensors again.
+
+use std::collections::BTreeMap;
+
+use perirobot_march::Result;
+use perirobot_march::backend::factory::ChosenBackends;
+use perirobot_march::progress::Progress;
+use perirobot_study::study::{Combination, Condition, Member, Purchase, Study};
+use perirobot_study::world::World;
+
+use super::terms::Terms;
+use crate::judge::judge_alone;
+use crate::view::Choice;
+
+/// Opens backends.
+pub(super) type OpenBackends<'t> = &'t dyn Fn() -> Result<ChosenBackends>;
+
+/// Judges what is left to be judged of sets.
+pub(super) struct Remaining<'t> {
+    /// The study with only that; none where nothing is left.
+    study: Option<Study>,
+    worlds: &'t [World],
+    purchase: &'t Purchase,
+    /// Sensor and candidate of each candidate of the search.
+    items: &'t [[usize; 2]],
+    open: OpenBackends<'t>,
+    progress: &'t dyn Progress,
+    judged: BTreeMap<Vec<usize>, bool>,
+}
+
+impl<'t> Remaining<'t> {
+    pub(super) fn new(
+        (study, purchase, worlds): (&Study, &'t Purchase, &'t [World]),
+        terms: &Terms,
+        items: &'t [[usize; 2]],
+        open: OpenBackends<'t>,
+        progress: &'t dyn Progress,
+    ) -> Remaining<'t> {
+        let requirements = terms.remaining();
+        let is_under = |condition| requirements.iter().any(|one| one.under.contains(&condition));
+        let [is_off, others_stand] = [Condition::MountingError, Condition::Postures].map(is_under);
+        let study = (!requirements.is_empty()).then(|| Study {
+            mounting_error: study.mounting_error.clone().filter(|_| is_off),
+            postures: if others_stand { study.postures.clone() } else { Vec::new() },
+            stopping: terms.stopping.clone(),
+            requirements,
+            ..study.clone()
+        });
+        Remaining { study, worlds, purchase, items, open, progress, judged: BTreeMap::new() }
+    }
+
+    /// Whether a set passes.
+    ///
+    /// # Errors
+    /// When a backend fails; `Error::Stopped`.
+    pub(super) fn passes(&mut self, set: &[usize]) -> Result<bool> {
+        let Some(study) = &self.study else { return Ok(true) };
+        if let Some(&known) = self.judged.get(set) {
+            return Ok(known);
+        }
+        let passes = match set {
+            // Nobody is off, and nobody is noticed.
+            [] => false,
+            _ => {
+                let combination = combination(study, self.purchase, self.items, String::new(), set);
+                let study = study.with_combinations(&self.purchase.representations, vec![combination]);
+                let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
+                judge_alone(&study, self.worlds, &choice, self.open, self.progress)?.meets_all()
+            }
+        };
+        self.judged.insert(set.to_vec(), passes);
+        Ok(passes)
+    }
+}
+
+/// A set as a combination with one choice of poses.
+pub(super) fn combination(
+    study: &Study,
+    purchase: &Purchase,
+    items: &[[usize; 2]],
+    name: String,
+    set: &[usize],
+) -> Combination {
+    let mut members: Vec<[usize; 2]> = set.iter().map(|&item| items[item]).collect();
+    // As in any combination, who speaks last stands last.
+    members.sort_by_key(|&[sensor, _]| study.sensors[sensor].kind.speaks_last());
+    let member = |[sensor, candidate]: [usize; 2]| Member { sensor, candidates: vec![candidate] };
+    Combination { name, fusion: purchase.fusion, members: members.into_iter().map(member).collect() }
+}

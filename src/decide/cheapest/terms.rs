@@ -1,0 +1,80 @@
+//! What sets must pass: the requirements of a study, all of them or some, at the highest of its speeds or a lower one.
+
+use perirobot_study::study::{Condition, Counted, Limit, Measure, RegionSpec, Requirement, Stopping, Study};
+
+use crate::judge::requirements_at_speeds;
+
+/// Requirements that a set must meet, and the speeds of the robot at which it must.
+#[derive(Clone, Debug)]
+pub(super) struct Terms {
+    /// The requirements.
+    pub(super) requirements: Vec<Requirement>,
+    /// The speeds up to the one at which the robot may run.
+    pub(super) stopping: Option<Stopping>,
+}
+
+impl Terms {
+    /// All that a study requires.
+    pub(super) fn from_study(study: &Study) -> Terms {
+        Terms { requirements: study.requirements.clone(), stopping: study.stopping.clone() }
+    }
+
+    /// What it requires so that the robot may run at one of its speeds, by its number: what belongs to a speed is
+    /// required at this one and at all slower ones.
+    pub(super) fn at_speed(study: &Study, speed: usize) -> Terms {
+        let is_of_speed = |requirement: &Requirement| {
+            let region = requirement.region().map(|region| &study.regions[region].1);
+            matches!(region, Some(RegionSpec::Separation { .. }))
+        };
+        let own = study.requirements.iter().filter(|one| !is_of_speed(one)).cloned();
+        let at_speeds = requirements_at_speeds(study).into_iter();
+        let at_speeds = at_speeds.filter(|(at, _)| *at <= speed).map(|(_, requirement)| requirement);
+        let stopping = study.stopping.as_ref().map(|stopping| stopping.up_to(speed));
+        Terms { requirements: own.chain(at_speeds).collect(), stopping }
+    }
+
+    /// The same without some of the requirements, by their places.
+    pub(super) fn without(&self, left_out: &[usize]) -> Terms {
+        let own = self.requirements.iter().enumerate().filter(|(place, _)| !left_out.contains(place));
+        Terms { requirements: own.map(|(_, one)| one.clone()).collect(), stopping: self.stopping.clone() }
+    }
+
+    /// The regions in which anything is counted, in study order.
+    pub(super) fn regions(&self) -> Vec<usize> {
+        let mut regions: Vec<usize> = self.requirements.iter().filter_map(Requirement::region).collect();
+        regions.sort_unstable();
+        regions.dedup();
+        regions
+    }
+
+    /// The requirements and conditions that no bound tells of; none of a requirement of which all are.
+    pub(super) fn remaining(&self) -> Vec<Requirement> {
+        let remaining = |one: &Requirement| {
+            let under = one.under.iter().copied().filter(|&condition| !is_counted(one, condition)).collect();
+            Requirement { under, ..one.clone() }
+        };
+        self.requirements.iter().map(remaining).filter(|one| !one.under.is_empty()).collect()
+    }
+}
+
+/// Whether what is cast of each candidate decides a requirement under a condition.
+pub(super) fn is_counted(requirement: &Requirement, condition: Condition) -> bool {
+    dead_in(condition).is_some() && !requirement.is_of_controller()
+}
+
+/// How many sensors are dead under a condition, if that is all that is different.
+pub(super) fn dead_in(condition: Condition) -> Option<usize> {
+    match condition {
+        Condition::AsPlanned => Some(0),
+        Condition::OneSensorDead => Some(1),
+        Condition::TwoSensorsDead => Some(2),
+        Condition::MountingError | Condition::Postures => None,
+    }
+}
+
+/// A score of counts that bounds a search, with what it must be: its limit is on the side that less is worse.
+pub(super) fn bounding(requirement: &Requirement) -> Option<(&Counted, Limit)> {
+    let Measure::Counted(counted) = &requirement.measure else { return None };
+    let is_upper = matches!(requirement.limit, Limit::AtMost(_));
+    (is_upper == counted.score.less_is_better()).then_some((counted, requirement.limit))
+}

@@ -1,0 +1,263 @@
+//! Bodies that come near: what each candidate watches, and which candidates a passing set must have some of.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::approach::{ApproachMoment, Company, Ground, NearestApproach, WatchCounts};
+use crate::judge::Passage;
+use crate::view::watched::{Watcher, Watchers};
+use perirobot_march::Result;
+use perirobot_march::progress::Progress;
+use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_scene::truth::Truth;
+use perirobot_study::study::Study;
+
+/// One scene in some company and repeat, all its snapshots at once.
+pub struct SceneWays<'g> {
+    moment: ApproachMoment<'g>,
+    ground: &'g Ground<'g>,
+    /// The ways in, body by body.
+    pub(super) passages: Vec<Passage>,
+    /// For each candidate and snapshot what it watches where bodies may be.
+    watched: Vec<Vec<Arc<BitGrid>>>,
+    counts: WatchCounts,
+}
+
+/// A path on which a body comes near, and the candidates of which one at least notices it there.
+#[derive(Clone, Debug)]
+pub(super) struct WayIn {
+    /// Which of the scenes, companies and repeats.
+    pub(super) scene: usize,
+    /// Which of its passages.
+    pub(super) passage: usize,
+    /// The places of the body.
+    pub(super) places: Vec<[i32; 3]>,
+    /// How near it comes at the end, squared in voxels.
+    pub(super) squared: u32,
+    /// All others together do not notice it.
+    pub(super) noticed_by: Vec<usize>,
+}
+
+impl<'g> SceneWays<'g> {
+    /// How many looks of a candidate at a snapshot there are in all scenes.
+    pub(super) fn total(study: &Study, grounds: &[Ground], candidates: usize) -> u64 {
+        let looks = |ground: &Ground| (ground.companies().len() * ground.worlds.len()) as u64;
+        grounds.iter().map(looks).sum::<u64>() * u64::from(study.repeats) * candidates as u64
+    }
+
+    /// Looks from each candidate at each scene.
+    ///
+    /// # Errors
+    /// `Error::Stopped`; when there is nothing that bodies come near to.
+    pub(super) fn all(
+        study: &Study,
+        grounds: &'g [Ground<'g>],
+        watchers: &[Watcher],
+        progress: &dyn Progress,
+    ) -> Result<Vec<SceneWays<'g>>> {
+        let mut all = Vec::new();
+        for ground in grounds {
+            for company in ground.companies() {
+                for repeat in 0..study.repeats as usize {
+                    all.push(SceneWays::new(study, ground, company, repeat, watchers, progress)?);
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    fn new(
+        study: &Study,
+        ground: &'g Ground<'g>,
+        company: Company,
+        repeat: usize,
+        watchers: &[Watcher],
+        progress: &dyn Progress,
+    ) -> Result<SceneWays<'g>> {
+        let truths: Vec<Arc<Truth>> = ground.worlds.iter().map(|world| company.truth(world)).collect();
+        let moment = ApproachMoment::new(ground, company, ground.worlds, &truths)?;
+        let room = moment.body_window();
+        let looking = Watchers::from_watchers(study, watchers.to_vec(), repeat);
+        let look = |one: &Watcher| -> Result<Vec<Arc<BitGrid>>> {
+            let mut of_snapshots: Vec<Arc<BitGrid>> = Vec::new();
+            for (world, truth) in ground.worlds.iter().zip(&truths) {
+                progress.check_stop()?;
+                let watched = looking.watched_voxels(one, world, truth).to_window(room).trim();
+                // Most sensors watch the same in most snapshots.
+                let known = of_snapshots.last().filter(|last| ***last == watched).cloned();
+                of_snapshots.push(known.unwrap_or_else(|| watched.into()));
+                progress.advance(1);
+            }
+            Ok(of_snapshots)
+        };
+        let watched: Vec<Vec<Arc<BitGrid>>> = watchers.par_iter().map(look).collect::<Result<_>>()?;
+        let mut counts = vec![0u16; room.volume() as usize];
+        let [width, depth, _] = room.size.map(|n| n as usize);
+        for each in &watched {
+            for voxel in at_all(room, each.iter()).voxels() {
+                let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (voxel[r] - room.min[r]) as usize);
+                let count = &mut counts[x + width * (y + depth * z)];
+                *count = count.saturating_add(1);
+            }
+        }
+        let counts = WatchCounts::new(room, &counts);
+        let passages = crate::judge::passages(ground, company, repeat);
+        Ok(SceneWays { moment, ground, passages, watched, counts })
+    }
+
+    /// The voxels that some candidates watch in all snapshots.
+    pub(super) fn watched_by(&self, set: &[usize]) -> BitGrid {
+        let room = self.moment.body_window();
+        let at_snapshot = |snapshot: usize| {
+            let mut all = BitGrid::new(room);
+            set.iter().for_each(|&item| all.add(&self.watched[item][snapshot]));
+            all
+        };
+        let mut all = at_snapshot(0);
+        for snapshot in 1..self.ground.worlds.len() {
+            let is_same =
+                |&item: &usize| Arc::ptr_eq(&self.watched[item][snapshot], &self.watched[item][snapshot - 1]);
+            if !set.iter().all(is_same) {
+                all.keep(&at_snapshot(snapshot));
+            }
+        }
+        all
+    }
+
+    /// What each body can do from each entry where these voxels are watched, in the order of the passages.
+    pub(super) fn nearest(&self, watched: &BitGrid) -> Vec<NearestApproach> {
+        self.moment.nearest(watched)
+    }
+
+    /// How near each body is at each entry whatever is watched, squared in voxels; `None` where it has no room.
+    pub(super) fn at_entries(&self) -> Vec<Option<u32>> {
+        self.moment.entries().into_iter().map(|(_, squared)| squared).collect()
+    }
+
+    /// Body and entry of a passage.
+    fn body_and_entry(&self, passage: usize) -> [usize; 2] {
+        let entries = self.ground.study.approach.entries.len();
+        [passage / entries, passage % entries]
+    }
+
+    /// A path by which a passage leads too near, and on which some candidates do not notice the body, with as few others
+    /// as can be found who do.
+    pub(super) fn way_in(
+        &self,
+        [scene, passage]: [usize; 2],
+        unnoticing: &[usize],
+        is_too_near: &dyn Fn(u32) -> bool,
+    ) -> Option<WayIn> {
+        let watched = self.watched_by(unnoticing);
+        let (places, squared) =
+            self.moment.unnoticed_path(self.body_and_entry(passage), &watched, &self.counts, is_too_near)?;
+        let noticed_by = self.noticed_by(passage, &places, unnoticing);
+        Some(WayIn { scene, passage, places, squared, noticed_by })
+    }
+
+    /// The candidates but for as many as can be that together, and with some others who do, leave a body unnoticed on a
+    /// path.
+    fn noticed_by(&self, passage: usize, places: &[[i32; 3]], unnoticing: &[usize]) -> Vec<usize> {
+        let sight = PathSight::new(self, self.body_and_entry(passage)[0], places);
+        let mut missing = sight.nothing();
+        unnoticing.iter().for_each(|&item| sight.join(&mut missing, item));
+        let seen = |item: usize| sight.seen[item].iter().flatten().map(|word| word.count_ones()).sum::<u32>();
+        let others = (0..self.watched.len()).filter(|item| !unnoticing.contains(item));
+        let mut others: Vec<(u32, usize)> =
+            others.map(|item| (seen(item), item)).filter(|(seen, _)| *seen > 0).collect();
+        // Who watches little of it first: more of them fit together.
+        others.sort_unstable();
+        let mut among = Vec::new();
+        for (_, item) in others {
+            let mut with = missing.clone();
+            sight.join(&mut with, item);
+            match sight.notices(&with) {
+                true => among.push(item),
+                false => missing = with,
+            }
+        }
+        among.sort_unstable();
+        among
+    }
+}
+
+/// What candidates watch of the voxels of a body along a path.
+struct PathSight {
+    /// For each place of the path the voxels of the body.
+    bodies: Vec<Vec<u64>>,
+    min_voxels: u32,
+    /// For each candidate and snapshot the voxels that it watches.
+    seen: Vec<Vec<Vec<u64>>>,
+    words: usize,
+    snapshots: usize,
+}
+
+impl PathSight {
+    fn new(ways: &SceneWays, body: usize, places: &[[i32; 3]]) -> PathSight {
+        let body = &ways.ground.bodies[body];
+        let mut voxels: Vec<[i32; 3]> = places.iter().flat_map(|&place| body.voxels(place)).collect();
+        voxels.sort_unstable();
+        voxels.dedup();
+        let words = voxels.len().div_ceil(64);
+        let pack = |has: &dyn Fn(&[i32; 3]) -> bool| {
+            let mut bits = vec![0u64; words];
+            let set = voxels.iter().enumerate().filter(|(_, voxel)| has(voxel));
+            set.for_each(|(number, _)| bits[number / 64] |= 1 << (number % 64));
+            bits
+        };
+        let of_place = |&place: &[i32; 3]| {
+            let mut bits = vec![0u64; words];
+            for voxel in body.voxels(place) {
+                if let Ok(number) = voxels.binary_search(&voxel) {
+                    bits[number / 64] |= 1 << (number % 64);
+                }
+            }
+            bits
+        };
+        let seen = ways.watched.par_iter().map(|of_snapshots| {
+            let mut seen: Vec<Vec<u64>> = Vec::new();
+            for (snapshot, watched) in of_snapshots.iter().enumerate() {
+                let is_same = snapshot > 0 && Arc::ptr_eq(watched, &of_snapshots[snapshot - 1]);
+                let bits =
+                    if is_same { seen[snapshot - 1].clone() } else { pack(&|&voxel| watched.get(voxel)) };
+                seen.push(bits);
+            }
+            seen
+        });
+        PathSight {
+            bodies: places.par_iter().map(of_place).collect(),
+            min_voxels: body.min_voxels,
+            seen: seen.collect(),
+            words,
+            snapshots: ways.ground.worlds.len(),
+        }
+    }
+
+    fn nothing(&self) -> Vec<Vec<u64>> {
+        vec![vec![0; self.words]; self.snapshots]
+    }
+
+    fn join(&self, all: &mut [Vec<u64>], item: usize) {
+        for (to, from) in all.iter_mut().zip(&self.seen[item]) {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
+        }
+    }
+
+    /// Whether the body is noticed anywhere on the path.
+    fn notices(&self, all: &[Vec<u64>]) -> bool {
+        let always = |word: usize| all.iter().fold(u64::MAX, |both, own| both & own[word]);
+        let always: Vec<u64> = (0..self.words).map(always).collect();
+        let watched = |body: &Vec<u64>| {
+            body.iter().zip(&always).map(|(body, always)| (body & always).count_ones()).sum::<u32>()
+        };
+        self.bodies.iter().any(|body| watched(body) >= self.min_voxels)
+    }
+}
+
+/// The voxels that are in all of some sets.
+fn at_all<'b>(room: Window, mut each: impl Iterator<Item = &'b Arc<BitGrid>>) -> BitGrid {
+    let mut all = each.next().map_or(BitGrid::new(room), |first| BitGrid::clone(first));
+    each.for_each(|one| all.keep(one));
+    all
+}
