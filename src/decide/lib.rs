@@ -9,3 +9,7 @@ pub mod controller;
 mod json_file;
 pub mod judge;
 pub mod view;
+
+#[cfg(test)]
+#[path = "../thorough.rs"]
+mod thorough;

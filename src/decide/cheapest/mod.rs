@@ -23,3 +23,6 @@ mod ways;
 
 pub use purchasing::{PurchaseAim, PurchaseAnswer, Purchasing};
 pub use ways::SceneWays;
+
+#[cfg(test)]
+mod tests;

@@ -151,8 +151,7 @@ impl<'a> Purchasing<'a> {
         open: &dyn Fn() -> Result<ChosenBackends>,
         progress: &dyn Progress,
     ) -> Result<Vec<PurchaseAnswer>> {
-        let Purchase { always, apart_m, .. } = self.purchase;
-        let rules = rules_of(self.study, &self.items, self.worlds, always, *apart_m);
+        let rules = self.rules();
         let problems = self.regions.iter().zip(evidence);
         let problems: Vec<(usize, Problem)> =
             problems.map(|(&region, evidence)| (region, self.problem(evidence, &rules))).collect();
@@ -169,7 +168,19 @@ impl<'a> Purchasing<'a> {
         Ok(answers)
     }
 
-    fn limits(&self) -> SetLimits {
+    /// Sensor and candidate of each candidate.
+    #[cfg(test)]
+    pub(super) fn items(&self) -> &[[usize; 2]] {
+        &self.items
+    }
+
+    /// Which candidates a set may have together, and what they cost.
+    pub(super) fn rules(&self) -> SetRules {
+        let Purchase { always, apart_m, .. } = self.purchase;
+        rules_of(self.study, &self.items, self.worlds, always, *apart_m)
+    }
+
+    pub(super) fn limits(&self) -> SetLimits {
         let Purchase { at_most, budget, .. } = *self.purchase;
         SetLimits { at_most, budget: budget.map(Cost::thousandths) }
     }
