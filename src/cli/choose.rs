@@ -1,10 +1,13 @@
 //! `perirobot choose`: the best set of sensors. Cast and searched in `choose`, told in `report::terminal::choose`.
 
+mod cheapest;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use perirobot_cover::CandidateEvidence;
+use perirobot_decide::cheapest::PurchaseReport;
 use perirobot_decide::choose::{
     CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding, Verified,
 };
@@ -12,7 +15,7 @@ use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::metrics::Across;
 use perirobot_march::{Error, Result};
 use perirobot_page::report;
-use perirobot_study::study::{Choose, Study};
+use perirobot_study::study::{Study, Wanted};
 use perirobot_sweep::sweep::check::ONE_IN;
 
 use super::backend::BackendArgs;
@@ -97,8 +100,14 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let out = args.out.clone().unwrap_or_else(|| study.usual_out("-choose"));
     let packages = study.package_words();
     let (study, worlds) = study.load_unless(&|| stop.reason())?;
-    let choose = choose_keys(&study)?;
+    let choose = match wanted(&study)? {
+        Wanted::Best(choose) => choose,
+        Wanted::Cheapest(purchase) => {
+            return cheapest::search(args, &out, (&study, purchase, &worlds), stop, begin);
+        }
+    };
     let choosing = Choosing::new(&study, choose, &worlds, args.evidence_bytes())?;
+    PurchaseReport::forget(&out)?;
     let folder = choosing.open(&out)?;
     let casting = choosing.begin_casting(Some(folder.path()), args.restart)?;
     let mut backends = args.backend.backends()?;
@@ -141,7 +150,10 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
             swept::study_of(folder, place, &Default::default())?
         }
     };
-    let choosing = Choosing::new(&study, choose_keys(&study)?, &worlds, args.evidence_bytes())?;
+    let Wanted::Best(choose) = wanted(&study)? else {
+        return Err(Error::input(folder, "holds the cheapest set that passes, which is not verified yet"));
+    };
+    let choosing = Choosing::new(&study, choose, &worlds, args.evidence_bytes())?;
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = args.backend.backends()?;
@@ -212,10 +224,12 @@ impl Args {
 }
 
 /// What the study asks for.
-fn choose_keys(study: &Study) -> Result<&Choose> {
+fn wanted(study: &Study) -> Result<&Wanted> {
     study.choose.as_ref().ok_or_else(|| {
         let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
-        Error::input(&study.path, "no [choose]")
-            .with_advice(format!("say what is looked for, as in {example}"))
+        Error::input(&study.path, "no [choose]").with_advice(format!(
+            "say what is looked for, as in {example}; or add [[require]] and the cost of each sensor, and the cheapest set \
+             that passes is looked for"
+        ))
     })
 }

@@ -7,7 +7,7 @@ use perirobot_decide::choose::{Choosing, Found, MEMORY_BYTES, SearchEnding, Veri
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Study};
+use perirobot_study::study::{Choose, Study, Wanted};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::check::ONE_IN;
 
@@ -64,7 +64,7 @@ pub(crate) fn check(
 }
 
 fn choose_keys(study: &Study) -> Result<&Choose> {
-    study.choose.as_ref().ok_or_else(|| {
+    study.choose.as_ref().and_then(Wanted::best).ok_or_else(|| {
         let wanted = "say what is looked for, as in objective=\"f1\", region=\"robot\", at_most=3";
         Error::from(Issue::missing("choose").with_place(&study.path)).with_advice(wanted)
     })

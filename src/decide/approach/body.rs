@@ -125,7 +125,7 @@ impl Body {
     }
 
     /// Its middle at a place, in world metres.
-    pub(super) fn middle_m(&self, place: [i32; 3], grid: &Grid) -> DVec3 {
+    pub(crate) fn middle_m(&self, place: [i32; 3], grid: &Grid) -> DVec3 {
         let half = DVec3::from_array(self.size.map(|n| f64::from(n) / 2.0 * grid.voxel_size_m));
         grid.corner_m(place) + half
     }

@@ -12,16 +12,24 @@
 //! # Practice
 //! `purchasing` runs the stages for the command line and Python. `terms` has the requirements as the search has them,
 //! also at a lower speed of the robot or without some of them; `passing` tests a set, with `ways` for bodies that come
-//! near and `remaining` for what is judged. `fronts` asks for several sets at once. `report` has the answer in names and
-//! numbers, and `files` writes and reads it.
+//! near and `remaining` for what is judged. `reasons` says why nothing passes. `report` has the
+//! answer in names and numbers, written and read as files, and `outcome` scores its sets in the folder as a sweep.
 
+mod outcome;
 mod passing;
 mod purchasing;
+mod reasons;
 mod remaining;
+mod report;
 mod terms;
 mod ways;
 
-pub use purchasing::{PurchaseAim, PurchaseAnswer, Purchasing};
+pub use outcome::PurchaseOutcome;
+pub use purchasing::{PurchaseAim, Purchasing};
+pub use report::{
+    AimReport, CHEAPEST, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet,
+    ReasonReport,
+};
 pub use ways::SceneWays;
 
 #[cfg(test)]

@@ -29,6 +29,16 @@ pub(super) struct PassingTest<'t, 'a> {
     remaining: Remaining<'t>,
 }
 
+/// An entry at which a body is too near already.
+pub(super) struct EntryTooNear<'t> {
+    pub(super) requirement: &'t Requirement,
+    /// Which of the scenes, companies and repeats.
+    pub(super) scene: usize,
+    pub(super) passage: usize,
+    /// How near it is, squared in voxels.
+    pub(super) squared: u32,
+}
+
 impl<'t, 'a> PassingTest<'t, 'a> {
     pub(super) fn new(
         terms: &'t Terms,
@@ -59,10 +69,9 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         Some(Demand::new(self.candidates, way.noticed_by.iter().copied(), dead + 1))
     }
 
-    /// Whether a requirement fails whatever is chosen, since a body is too near where it comes in: the first of them, with
-    /// the number of the scene, the passage and how near that is, squared in voxels.
-    pub(super) fn too_near_at_entry(&self) -> Option<(&Requirement, [usize; 2], u32)> {
-        for (number, ways) in self.ways.iter().enumerate() {
+    /// Whether a requirement fails whatever is chosen, since a body is too near where it comes in; the first of several.
+    pub(super) fn too_near_at_entry(&self) -> Option<EntryTooNear<'t>> {
+        for (scene, ways) in self.ways.iter().enumerate() {
             for (passage, squared) in ways.at_entries().into_iter().enumerate() {
                 let Some(squared) = squared else { continue };
                 let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
@@ -71,11 +80,41 @@ impl<'t, 'a> PassingTest<'t, 'a> {
                 });
                 let fails = asked.find(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near));
                 if let Some((requirement, ..)) = fails {
-                    return Some((requirement, [number, passage], squared));
+                    return Some(EntryTooNear { requirement, scene, passage, squared });
                 }
             }
         }
         None
+    }
+
+    /// A way in that leads too near and that fewer candidates notice than a passing set needs.
+    pub(super) fn unnoticeable_way(&self) -> Option<&WayIn> {
+        let is_out_of_reach =
+            |way: &&WayIn| self.demand(way).is_some_and(|demand| demand.least > way.noticed_by.len());
+        self.known.iter().find(is_out_of_reach)
+    }
+
+    /// The score of all candidates together, if it misses what is required of counts.
+    pub(super) fn missed_by_all(&self, requirement: &Requirement) -> Option<f64> {
+        let counted = requirement.counted_score()?;
+        let (_, problem) = self.problems.iter().find(|(region, _)| *region == counted.region)?;
+        let all: Vec<usize> = (0..self.candidates).collect();
+        let value =
+            Value::from_counts(counted.score, counted.over, &requirement.limit, &problem.counts(&all))?;
+        (!value.meets(&requirement.limit)).then(|| value.number())
+    }
+
+    /// How far a body must stay away by a requirement, in metres.
+    pub(super) fn needed_m(&self, requirement: &Requirement) -> f64 {
+        let Limit::AtLeast(limit) = requirement.limit else { return 0.0 };
+        let is_margin = matches!(&requirement.measure, Measure::Nearness(nearness)
+            if nearness.score == ApproachScore::ApproachMarginM);
+        let besides = self.scale.needed.filter(|_| is_margin).map_or(0.0, |at| at.needed_m);
+        limit.value() + besides
+    }
+
+    pub(super) fn ways(&self) -> &'t [SceneWays<'a>] {
+        self.ways
     }
 
     /// Whether a set meets a requirement of counts in all cases without so many of its members.
@@ -96,8 +135,9 @@ impl<'t, 'a> PassingTest<'t, 'a> {
     }
 
     /// Requirements on bodies that come near, each with the number of sensors that may be dead.
-    fn nearness(&self) -> impl Iterator<Item = (&Requirement, &Nearness, usize)> {
-        self.terms.requirements.iter().flat_map(|requirement| {
+    fn nearness(&self) -> impl Iterator<Item = (&'t Requirement, &'t Nearness, usize)> + use<'t, 'a> {
+        let terms = self.terms;
+        terms.requirements.iter().flat_map(|requirement| {
             let nearness = match &requirement.measure {
                 Measure::Nearness(nearness) => Some(nearness),
                 Measure::Counted(_) | Measure::Controller(_) => None,

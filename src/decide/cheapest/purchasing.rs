@@ -2,7 +2,7 @@
 
 use perirobot_cover::cheapest::{CheapestAnswer, CheapestProblem, Share, cheapest};
 use perirobot_cover::layout::WantedCounts;
-use perirobot_cover::{CandidateEvidence, Problem, Ratio, SetLimits, SetRules};
+use perirobot_cover::{CandidateEvidence, Problem, Ratio, SetLimits, SetRules, Worth};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends};
 use perirobot_march::metrics::{Across, Score};
@@ -10,14 +10,19 @@ use perirobot_march::progress::Progress;
 use perirobot_study::sensor::Cost;
 use perirobot_study::study::{Purchase, PurchaseFront, Requirement, Study};
 use perirobot_study::world::World;
+use perirobot_study::world::place::Places;
 use perirobot_sweep::sweep::Failover;
 
 use super::passing::PassingTest;
-use super::remaining::Remaining;
+use super::reasons;
+use super::remaining::{Remaining, combination};
+use super::report::{
+    AimReport, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet, ReasonReport,
+};
 use super::terms::{Terms, bounding, dead_in, is_counted};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
-use crate::choose::{Casting, odds_of, rules_of};
+use crate::choose::{Casting, fingerprint, odds_of, rules_of};
 use crate::view::watched::Watcher;
 
 /// A search for the cheapest set.
@@ -45,15 +50,6 @@ pub enum PurchaseAim {
     Speed(usize),
     /// All requirements but the one of this number.
     Without(usize),
-}
-
-/// The cheapest set for one aim.
-#[derive(Clone, Debug)]
-pub struct PurchaseAnswer {
-    /// What it is to pass.
-    pub aim: PurchaseAim,
-    /// What was found.
-    pub found: CheapestAnswer,
 }
 
 impl<'a> Purchasing<'a> {
@@ -94,6 +90,16 @@ impl<'a> Purchasing<'a> {
         regions.sort_unstable();
         regions.dedup();
         Ok(Purchasing { study, purchase, worlds, memory_bytes, items, grounds, asked, regions })
+    }
+
+    /// How many candidates [`Purchasing::cast`] casts, in each scene, snapshot and repeat for itself.
+    pub fn casts(&self) -> u64 {
+        let repeats = |sensor: usize| match self.study.sensors[sensor].kind.is_noisy() {
+            true => u64::from(self.study.repeats),
+            false => 1,
+        };
+        let each = self.items.iter().map(|&[sensor, _]| repeats(sensor)).sum::<u64>();
+        each * (self.worlds.len() * self.regions.len()) as u64
     }
 
     /// Casts every candidate.
@@ -140,7 +146,7 @@ impl<'a> Purchasing<'a> {
         SceneWays::all(self.study, &self.grounds, &watchers, progress)
     }
 
-    /// Searches for the cheapest set of each aim.
+    /// Searches for the cheapest set of each aim, and for the set that comes nearest if none passes all.
     ///
     /// # Errors
     /// When a backend fails that judges what no bound tells; when evidence in a file cannot be read.
@@ -150,22 +156,125 @@ impl<'a> Purchasing<'a> {
         ways: &[SceneWays],
         open: &dyn Fn() -> Result<ChosenBackends>,
         progress: &dyn Progress,
-    ) -> Result<Vec<PurchaseAnswer>> {
+    ) -> Result<PurchaseReport> {
         let rules = self.rules();
         let problems = self.regions.iter().zip(evidence);
         let problems: Vec<(usize, Problem)> =
             problems.map(|(&region, evidence)| (region, self.problem(evidence, &rules))).collect();
-        let mut known = Vec::new();
-        let mut answers = Vec::new();
+        let mut search = PurchaseSearch {
+            purchasing: self,
+            rules: &rules,
+            problems: &problems,
+            ways,
+            known: Vec::new(),
+            open,
+            progress,
+        };
+        let mut points = Vec::new();
         for (aim, terms) in &self.asked {
-            let found = self.cheapest(terms, (&rules, &problems), (ways, &mut known), open, progress)?;
-            answers.push(PurchaseAnswer { aim: *aim, found });
+            let found = search.cheapest(terms)?;
+            let reasons = search.reasons(terms, &found)?;
+            points.push(self.point(AimReport::new(self.study, *aim), &found, reasons));
+            if points.len() == 1 {
+                points.extend(self.nearest(&mut search, &points[0].reasons)?);
+            }
             if progress.stops() {
                 break;
             }
         }
         evidence.iter().try_for_each(CandidateEvidence::was_read)?;
-        Ok(answers)
+        let ways_in = search.known.iter().map(|way| self.proven_way(&ways[way.scene], way)).collect();
+        Ok(PurchaseReport {
+            format: PurchaseReport::FORMAT,
+            perirobot: env!("CARGO_PKG_VERSION").into(),
+            semantics_version: perirobot_march::SEMANTICS_VERSION,
+            study: self.study.path.display().to_string(),
+            fingerprint: fingerprint(self.study, self.worlds),
+            candidates: self.items.len(),
+            at_most: self.purchase.at_most,
+            budget: self.purchase.budget,
+            requirements: self.study.requirements.len(),
+            stopped: points.iter().any(|point| !point.proven || !point.best_of_cost),
+            points,
+            ways_in,
+        })
+    }
+
+    /// The cheapest set that meets all requirements but those that cannot be met, if there are any.
+    fn nearest(
+        &self,
+        search: &mut PurchaseSearch,
+        reasons: &[ReasonReport],
+    ) -> Result<Option<PurchasePoint>> {
+        let mut terms = Terms::from_study(self.study);
+        let mut left_out: Vec<String> = Vec::new();
+        let mut reasons = reasons.to_vec();
+        while !reasons.is_empty() {
+            left_out.extend(reasons.into_iter().map(|reason| reason.requirement));
+            terms.requirements.retain(|one| !left_out.contains(&one.name));
+            if terms.requirements.is_empty() {
+                return Ok(None);
+            }
+            let found = search.cheapest(&terms)?;
+            reasons = search.reasons(&terms, &found)?;
+            if found.best.is_some() {
+                return Ok(Some(self.point(AimReport::Nearest(left_out), &found, Vec::new())));
+            }
+        }
+        Ok(None)
+    }
+
+    fn point(&self, aim: AimReport, found: &CheapestAnswer, reasons: Vec<ReasonReport>) -> PurchasePoint {
+        let set = found.best.as_ref().map(|best| {
+            let combination = combination(self.study, self.purchase, &self.items, aim.title(), &best.set);
+            let members = combination.members.iter().map(|member| [member.sensor, member.candidates[0]]);
+            let cost = Cost::from_thousandths(best.cost);
+            let score = best.worth.map(Worth::value);
+            PurchasedSet {
+                name: aim.title(),
+                cost,
+                score,
+                sensors: members.map(|one| self.sensor(one)).collect(),
+            }
+        });
+        PurchasePoint {
+            aim,
+            set,
+            no_set_below: found.no_set_below.map(Cost::from_thousandths),
+            proven: found.is_proven,
+            best_of_cost: found.is_best_of_cost,
+            tested: found.tested,
+            reasons,
+        }
+    }
+
+    fn sensor(&self, [sensor, candidate]: [usize; 2]) -> PurchasedSensor {
+        let spec = &self.study.sensors[sensor];
+        PurchasedSensor {
+            sensor: spec.name.clone(),
+            pose: spec.candidates[candidate].name.clone(),
+            place: Places::new(self.study, &self.worlds[0]).words(sensor, candidate),
+            cost: spec.terms.cost.unwrap_or_default(),
+        }
+    }
+
+    fn proven_way(&self, ways: &SceneWays, way: &WayIn) -> ProvenWay {
+        let passage = &ways.passages[way.passage];
+        let name = |&item: &usize| {
+            let [sensor, candidate] = self.items[item];
+            let spec = &self.study.sensors[sensor];
+            format!("{}:{}", spec.name, spec.candidates[candidate].name)
+        };
+        ProvenWay {
+            scene: self.study.scenes[passage.scene].name.clone(),
+            people: passage.company.name().into(),
+            repeat: passage.repeat,
+            body: passage.body.clone(),
+            entry: passage.entry.clone(),
+            places: way.places.clone(),
+            nearest_m: f64::from(way.squared).sqrt() * self.study.voxel_size_m,
+            noticed_by: way.noticed_by.iter().map(name).collect(),
+        }
     }
 
     /// Sensor and candidate of each candidate.
@@ -197,31 +306,64 @@ impl<'a> Purchasing<'a> {
             odds: odds_of(self.study, *fusion, representations, evidence),
         }
     }
+}
 
-    fn cheapest(
-        &self,
-        terms: &Terms,
-        (rules, problems): (&SetRules, &[(usize, Problem)]),
-        (ways, known): (&[SceneWays], &mut Vec<WayIn>),
-        open: &dyn Fn() -> Result<ChosenBackends>,
-        progress: &dyn Progress,
-    ) -> Result<CheapestAnswer> {
-        let asked = (self.study, self.purchase, self.worlds);
-        let remaining = Remaining::new(asked, terms, &self.items, open, progress);
-        let scale = (self.items.len(), self.study.voxel_size_m);
-        let mut test = PassingTest::new(terms, problems, (ways, known), scale, remaining);
-        if test.too_near_at_entry().is_some() {
-            return Ok(CheapestAnswer::NONE);
-        }
+/// A search for sets that pass several terms, one after the other: what is known of ways in is kept.
+struct PurchaseSearch<'s, 'a> {
+    purchasing: &'s Purchasing<'a>,
+    rules: &'s SetRules,
+    problems: &'s [(usize, Problem<'s>)],
+    ways: &'s [SceneWays<'s>],
+    known: Vec<WayIn>,
+    open: &'s dyn Fn() -> Result<ChosenBackends>,
+    progress: &'s dyn Progress,
+}
+
+impl PurchaseSearch<'_, '_> {
+    fn cheapest(&mut self, terms: &Terms) -> Result<CheapestAnswer> {
+        let (problems, Purchasing { purchase, .. }) = (self.problems, self.purchasing);
         let shares = terms.requirements.iter().flat_map(|one| shares(one, problems)).collect();
-        let then = self.purchase.then.and_then(|then| {
+        let then = purchase.then.and_then(|then| {
             let (_, problem) = problems.iter().find(|(region, _)| *region == then.region)?;
             let limit = Ratio::from_f64(0.0);
             Some(Share { evidence: problem.evidence, score: then.score, over: then.over, limit, dead: 0 })
         });
-        let problem = CheapestProblem { rules, limits: self.limits(), shares, then };
+        let limits = self.purchasing.limits();
+        let problem = CheapestProblem { rules: self.rules, limits, shares, then };
+        let progress = self.progress;
+        let mut test = self.test(terms);
+        if test.too_near_at_entry().is_some() {
+            return Ok(CheapestAnswer::NONE);
+        }
         let mut demands = test.known_demands();
         cheapest(&problem, &mut demands, &mut test, progress)
+    }
+
+    fn test<'t>(&'t mut self, terms: &'t Terms) -> PassingTest<'t, 't> {
+        let Purchasing { study, purchase, worlds, items, .. } = self.purchasing;
+        let remaining = Remaining::new((study, purchase, worlds), terms, items, self.open, self.progress);
+        let scale = (items.len(), study.voxel_size_m);
+        PassingTest::new(terms, self.problems, (self.ways, &mut self.known), scale, remaining)
+    }
+
+    /// Why no set passes, if it is proven that none does.
+    fn reasons(&mut self, terms: &Terms, found: &CheapestAnswer) -> Result<Vec<ReasonReport>> {
+        if found.best.is_some() || !found.is_proven {
+            return Ok(Vec::new());
+        }
+        let mut is_possible = |terms: &Terms| {
+            let found = self.cheapest(terms)?;
+            Ok(found.best.is_some() || !found.is_proven)
+        };
+        let places = reasons::fewest(terms, &mut is_possible)?;
+        let study = self.purchasing.study;
+        if let [place] = places[..] {
+            let others: Vec<usize> = (0..terms.requirements.len()).filter(|&other| other != place).collect();
+            let alone = terms.without(&others);
+            let why = reasons::explain(study, &terms.requirements[place], &self.test(&alone));
+            return Ok(reasons::reports(terms, &places, &|_| why.clone()));
+        }
+        Ok(reasons::reports(terms, &places, &|one| reasons::asked(study, one)))
     }
 }
 

@@ -22,6 +22,9 @@ pub struct SceneWays<'g> {
     /// For each candidate and snapshot what it watches where bodies may be.
     watched: Vec<Vec<Arc<BitGrid>>>,
     counts: WatchCounts,
+    looking: Watchers<'g>,
+    /// What is where at each snapshot.
+    truths: Vec<Arc<Truth>>,
 }
 
 /// A path on which a body comes near, and the candidates of which one at least notices it there.
@@ -51,7 +54,7 @@ impl<'g> SceneWays<'g> {
     /// # Errors
     /// `Error::Stopped`; when there is nothing that bodies come near to.
     pub(super) fn all(
-        study: &Study,
+        study: &'g Study,
         grounds: &'g [Ground<'g>],
         watchers: &[Watcher],
         progress: &dyn Progress,
@@ -68,7 +71,7 @@ impl<'g> SceneWays<'g> {
     }
 
     fn new(
-        study: &Study,
+        study: &'g Study,
         ground: &'g Ground<'g>,
         company: Company,
         repeat: usize,
@@ -103,7 +106,7 @@ impl<'g> SceneWays<'g> {
         }
         let counts = WatchCounts::new(room, &counts);
         let passages = crate::judge::passages(ground, company, repeat);
-        Ok(SceneWays { moment, ground, passages, watched, counts })
+        Ok(SceneWays { moment, ground, passages, watched, counts, looking, truths })
     }
 
     /// The voxels that some candidates watch in all snapshots.
@@ -154,6 +157,24 @@ impl<'g> SceneWays<'g> {
             self.moment.unnoticed_path(self.body_and_entry(passage), &watched, &self.counts, is_too_near)?;
         let noticed_by = self.noticed_by(passage, &places, unnoticing);
         Some(WayIn { scene, passage, places, squared, noticed_by })
+    }
+
+    /// Where the middle of the body is at the end of a way, in world metres.
+    pub(super) fn end_m(&self, way: &WayIn) -> [f64; 3] {
+        let body = &self.ground.bodies[self.body_and_entry(way.passage)[0]];
+        let end = way.places.last().copied().unwrap_or_default();
+        body.middle_m(end, &self.ground.worlds[0].grid).to_array()
+    }
+
+    /// The object that stands before the end of a way, seen from most candidates; the first by name of equals.
+    pub(super) fn hiding_object(&self, way: &WayIn) -> Option<String> {
+        let body = &self.ground.bodies[self.body_and_entry(way.passage)[0]];
+        let end = *way.places.last()?;
+        let truth = &self.truths[0];
+        let watch = self.looking.watch(&self.ground.worlds[0], truth.clone());
+        let often = self.looking.blocking_objects(&watch, body.voxels(end));
+        let named = often.into_iter().map(|(object, often)| (often, &truth.objects[object].name));
+        named.max_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(a.1))).map(|(_, name)| name.clone())
     }
 
     /// The candidates but for as many as can be that together, and with some others who do, leave a body unnoticed on a

@@ -139,7 +139,7 @@ impl ChooseQuestion {
 }
 
 /// What tells a study from every other, as far as counts go.
-pub(super) fn fingerprint(study: &Study, worlds: &[World]) -> String {
+pub(crate) fn fingerprint(study: &Study, worlds: &[World]) -> String {
     hex(&Manifest::new(study, worlds, Shard::WHOLE, &[]).fingerprint())
 }
 

@@ -25,6 +25,7 @@ mod verify;
 pub use check::count_again;
 pub use choosing::{CastEvidence, Choosing, Found, SearchEnding};
 pub use evidence::{Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
+pub(crate) use files::fingerprint;
 pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use outcome::{Outcome, as_swept};
 pub use problem::{answer, problem_of, progress_of};

@@ -1,6 +1,7 @@
 //! Tables for a terminal: a file for each, with a function `render` that gives the text.
 
 pub mod best;
+pub mod cheapest;
 pub mod choose;
 pub mod distribution;
 pub mod groups;

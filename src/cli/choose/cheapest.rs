@@ -1,0 +1,97 @@
+//! The cheapest set that passes: searched, written, judged and printed.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use perirobot_decide::cheapest::{PurchaseOutcome, Purchasing};
+use perirobot_decide::judge::{Judging, Speeds};
+use perirobot_decide::view::Choice;
+use perirobot_march::Result;
+use perirobot_march::progress::Progress;
+use perirobot_page::report::terminal;
+use perirobot_study::study::{Purchase, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::sweep::check::ONE_IN;
+
+use super::super::onlooker::{Onlooker, Shown};
+use super::super::stop::{StopAt, stop_code};
+use super::super::sweep::command;
+use super::Args;
+
+/// The exit code if no set passes, as that of `judge` where a requirement is missed.
+const NONE_PASSES: u8 = 4;
+
+/// Finds the cheapest set that passes, writes it and prints it.
+pub(super) fn search(
+    args: &Args,
+    out: &std::path::Path,
+    (study, purchase, worlds): (&Study, &Purchase, &[World]),
+    stop: &StopAt,
+    begin: Instant,
+) -> Result<ExitCode> {
+    let purchasing = Purchasing::new(study, purchase, worlds, args.evidence_bytes())?;
+    let folder = PurchaseOutcome::folder(out, study)?;
+    let mut backends = args.backend.backends()?;
+    let prepare_s = begin.elapsed().as_secs_f64();
+    let shown = Shown::Job(args.progress.start("poses", 0, purchasing.casts()));
+    let onlooker = Onlooker::new(shown, Some(stop), true);
+    let evidence = purchasing.cast(&mut backends, &onlooker)?;
+    onlooker.finish();
+    let shown = match purchasing.looks() {
+        0 => Shown::Nothing,
+        looks => Shown::Job(args.progress.start("looks", 0, looks)),
+    };
+    let onlooker = Onlooker::new(shown, Some(stop), false);
+    let ways = purchasing.look(&onlooker)?;
+    onlooker.finish();
+    let onlooker = Onlooker::new(Shown::Search(args.progress.search()), Some(stop), false);
+    let report = purchasing.search(&evidence, &ways, &|| args.backend.backends(), &onlooker)?;
+    let is_stopped = onlooker.stops() && report.stopped;
+    onlooker.finish();
+    drop((evidence, ways));
+    let outcome = PurchaseOutcome::new((study, purchase, worlds), report);
+    let shown = match outcome.total() {
+        0 => Shown::Nothing,
+        total => Shown::Job(args.progress.start("sets", 0, total)),
+    };
+    // What was found is written even if the search was stopped.
+    let onlooker = Onlooker::new(shown, None, false);
+    let results = outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command(), &onlooker)?;
+    onlooker.finish();
+    let (sets, report) = (&outcome.sets, &outcome.report);
+    match &results {
+        None => super::super::print(&terminal::cheapest::render(report, None))?,
+        Some(results) => {
+            let choices: Vec<Choice> = (0..sets.combinations.len())
+                .map(|combination| Choice { combination, choice: 0, representation: 0, repeat: 0 })
+                .collect();
+            let judging = Judging::new(sets, worlds, results, &choices)?;
+            judging.warnings.iter().for_each(|warning| say!("warning: {warning}"));
+            let shown = match judging.total() {
+                0 => Shown::Nothing,
+                total => Shown::Job(args.progress.start("cases", 0, total)),
+            };
+            let onlooker = Onlooker::new(shown, None, false);
+            let judged = judging.judge(&|| args.backend.backends(), &onlooker)?;
+            onlooker.finish();
+            outcome.agrees(&judged.sets)?;
+            judging.write(out, &judged)?;
+            let speeds = judging.speeds(&judged.sets);
+            let first = judged.sets.first().map(|set| {
+                let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
+                let own: Option<&Speeds> = own.map(|(_, speeds)| speeds);
+                (set, own, study.stopping.as_ref())
+            });
+            super::super::print(&terminal::cheapest::render(report, first))?;
+        }
+    }
+    super::super::print(&format!("\nresults in {}\n", out.display()))?;
+    Ok(match (is_stopped, &report.main().set) {
+        (true, _) => {
+            say!("{}: not all sets were searched", stop.reason().unwrap_or_default());
+            stop_code()
+        }
+        (false, Some(_)) => ExitCode::SUCCESS,
+        (false, None) => ExitCode::from(NONE_PASSES),
+    })
+}

@@ -1,0 +1,97 @@
+//! The end of a search: the answer goes into a folder, with a sweep of its sets beside it, so that all commands that take
+//! the folder of a sweep take this one.
+
+use std::path::Path;
+
+use super::report::PurchaseReport;
+use crate::choose::Chosen;
+use crate::judge::JudgedSet;
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Purchase, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::files::OutputFolder;
+use perirobot_sweep::results::journal::Shard;
+use perirobot_sweep::results::table::TableFormat;
+use perirobot_sweep::results::{Results, Subject, jobs, rows, scores};
+use perirobot_sweep::sweep::session::{Ending, Session};
+
+/// What was found, to be written.
+pub struct PurchaseOutcome<'a> {
+    /// The answer.
+    pub report: PurchaseReport,
+    /// Its sets as combinations of the study, the recommended one first.
+    pub sets: Study,
+    worlds: &'a [World],
+}
+
+impl<'a> PurchaseOutcome<'a> {
+    /// What was found for a study.
+    pub fn new(
+        (study, purchase, worlds): (&Study, &Purchase, &'a [World]),
+        report: PurchaseReport,
+    ) -> PurchaseOutcome<'a> {
+        let sets = report.study_of_sets(study, purchase);
+        PurchaseOutcome { report, sets, worlds }
+    }
+
+    /// Opens a folder for an answer to a study: what an earlier answer left in it is removed.
+    ///
+    /// # Errors
+    /// Those of [`Chosen::folder`].
+    pub fn folder(path: &Path, study: &Study) -> Result<OutputFolder> {
+        let is_earlier = PurchaseReport::read(path).is_ok_and(|report| report.is_some());
+        let folder = if is_earlier { OutputFolder::open(path)? } else { Chosen::folder(path, study)? };
+        Ok(folder)
+    }
+
+    /// How many sets there are to score, each in each snapshot and repeat.
+    pub fn total(&self) -> u64 {
+        if self.sets.combinations.is_empty() { 0 } else { jobs(&self.sets) }
+    }
+
+    /// Writes the answer into a folder and scores its sets as a sweep does; `None` if there is no set. `prepare_s` and
+    /// `command` are for the manifest; one choice in `verify` that a device counts is checked.
+    ///
+    /// # Errors
+    /// When a file cannot be written; when a backend fails; `Error::Stopped`.
+    pub fn write(
+        &self,
+        folder: OutputFolder,
+        backends: &mut dyn BackendFactory,
+        (verify, prepare_s): (u64, f64),
+        command: &[String],
+        progress: &dyn Progress,
+    ) -> Result<Option<Results>> {
+        let out = folder.path();
+        self.report.write(out)?;
+        if self.sets.combinations.is_empty() {
+            return Ok(None);
+        }
+        let mut session = Session::open(&self.sets, self.worlds, out, Shard::WHOLE, true, command)?;
+        if let Ending::Stopped(why) = session.run(backends, verify, prepare_s, progress)?.ending {
+            return Err(Error::Stopped(Issue::says(why)));
+        }
+        let results = Results::new(Subject::from_study(&self.sets, self.worlds), session.into_pages());
+        rows::write(&results, out, TableFormat::Csv)?;
+        scores::write(&results, out, TableFormat::Csv)?;
+        Ok(Some(results))
+    }
+
+    /// Fails unless a set that passes all was judged so.
+    ///
+    /// # Errors
+    /// `Error::Disagreement`.
+    pub fn agrees(&self, judged: &[JudgedSet]) -> Result<()> {
+        let is_wrong = self.report.main().set.is_some() && judged.first().is_none_or(|set| !set.meets_all());
+        match is_wrong {
+            false => Ok(()),
+            true => {
+                let what = "the set that was found to pass all requirements is judged otherwise: report this";
+                Err(Error::Disagreement(Issue::says(what)))
+            }
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! An answer in names and numbers: the cheapest set for each aim, what proves it, and why nothing passes where that is
+//! so. `cheapest.json` holds it; texts, tables and pages are made from it.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::purchasing::PurchaseAim;
+use crate::json_file::JsonFile;
+use perirobot_march::Result;
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::{Combination, Member, Purchase, Study};
+use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
+
+/// The table of the cheapest sets.
+pub const CHEAPEST: &str = "cheapest.csv";
+
+const FILE: JsonFile =
+    JsonFile { name: "cheapest.json", format: 1, table: CHEAPEST, again: "run `perirobot choose` again" };
+
+/// The cheapest sets that pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PurchaseReport {
+    /// The format of the file.
+    pub format: u32,
+    /// The version of the program.
+    pub perirobot: String,
+    /// The version of what counts mean.
+    pub semantics_version: u32,
+    /// The study's file.
+    pub study: String,
+    /// What tells the study from every other, as far as counts go.
+    pub fingerprint: String,
+    /// How many candidates there are.
+    pub candidates: usize,
+    /// How many sensors a set may have.
+    pub at_most: usize,
+    /// What a set may cost.
+    pub budget: Option<Cost>,
+    /// How many requirements the study has.
+    pub requirements: usize,
+    /// The answer for each aim: all requirements first.
+    pub points: Vec<PurchasePoint>,
+    /// What proves that cheaper sets fail, besides scores of counts: ways in, of each of which a passing set has at least one
+    /// of some candidates, or one more than may be dead.
+    pub ways_in: Vec<ProvenWay>,
+    /// Whether the search was stopped.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stopped: bool,
+}
+
+/// The cheapest set for one aim.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PurchasePoint {
+    /// What it passes.
+    pub aim: AimReport,
+    /// The cheapest set that was found.
+    pub set: Option<PurchasedSet>,
+    /// No set that passes costs less; `None` if no allowed set passes.
+    pub no_set_below: Option<Cost>,
+    /// Whether all cheaper sets are proven to fail, or all sets if none passes.
+    pub proven: bool,
+    /// Whether no set of the same cost has a better score, if one decides among them.
+    pub best_of_cost: bool,
+    /// How many sets were tested.
+    pub tested: u64,
+    /// Why nothing passes: all of these together, and not fewer.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reasons: Vec<ReasonReport>,
+}
+
+/// What a set is to pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AimReport {
+    /// All requirements.
+    All,
+    /// All requirements at a speed of the robot, in metres a second.
+    Speed(f64),
+    /// All requirements but the one of this name.
+    Without(String),
+    /// All requirements but those of these names, which are the reasons that nothing passes all.
+    Nearest(Vec<String>),
+}
+
+/// A set that passes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PurchasedSet {
+    /// The name of its combination in results.csv.
+    pub name: String,
+    /// What it costs.
+    pub cost: Cost,
+    /// The score that decides among sets of the same cost, if there is one and it has a value.
+    pub score: Option<f64>,
+    /// Its sensors.
+    pub sensors: Vec<PurchasedSensor>,
+}
+
+/// A sensor of a set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PurchasedSensor {
+    /// The sensor's name.
+    pub sensor: String,
+    /// The pose's name.
+    pub pose: String,
+    /// Where that is, in words.
+    pub place: String,
+    /// What it costs.
+    pub cost: Cost,
+}
+
+/// A way in, and who notices it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProvenWay {
+    /// The scene.
+    pub scene: String,
+    /// Whether the people of the scene are there.
+    pub people: String,
+    /// Which repeat, counted from 0.
+    pub repeat: usize,
+    /// Who comes.
+    pub body: String,
+    /// By which entry.
+    pub entry: String,
+    /// The lowest corner of the box around the body at each place, in voxels of the grid.
+    pub places: Vec<[i32; 3]>,
+    /// How near it comes at the end, in metres.
+    pub nearest_m: f64,
+    /// All candidates but these together do not notice it there; as in `camera:wall/8/1`.
+    pub noticed_by: Vec<String>,
+}
+
+/// A requirement that cannot be met, alone or with others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReasonReport {
+    /// The requirement.
+    pub requirement: String,
+    /// Why it cannot be met, and what could help; of several that cannot be met together, what is asked of it.
+    pub why: String,
+}
+
+impl PurchasedSet {
+    /// As in the column `poses` of results.csv.
+    pub fn poses(&self) -> String {
+        let each = self.sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose));
+        each.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
+    }
+}
+
+impl PurchaseReport {
+    /// The format that is written.
+    pub(super) const FORMAT: u32 = FILE.format;
+
+    /// The answer for all requirements.
+    pub fn main(&self) -> &PurchasePoint {
+        &self.points[0]
+    }
+
+    /// The set that is recommended: the one that passes all, or comes nearest.
+    pub fn recommended(&self) -> Option<&PurchasedSet> {
+        let is_first = |point: &&PurchasePoint| matches!(point.aim, AimReport::All | AimReport::Nearest(_));
+        self.points.iter().filter(is_first).find_map(|point| point.set.as_ref())
+    }
+
+    /// All sets, each once, the recommended one first.
+    pub fn sets(&self) -> Vec<&PurchasedSet> {
+        let mut sets: Vec<&PurchasedSet> = Vec::new();
+        let recommended = self.recommended().into_iter();
+        for set in recommended.chain(self.points.iter().filter_map(|point| point.set.as_ref())) {
+            if sets.iter().all(|known| known.poses() != set.poses()) {
+                sets.push(set);
+            }
+        }
+        sets
+    }
+
+    /// The study of the sets, each a combination with one choice of poses.
+    pub fn study_of_sets(&self, study: &Study, purchase: &Purchase) -> Study {
+        let combination = |set: &PurchasedSet| {
+            let member = |one: &PurchasedSensor| {
+                let sensor = study.sensors.iter().position(|known| known.name == one.sensor)?;
+                let candidates = &study.sensors[sensor].candidates;
+                let candidate = candidates.iter().position(|known| known.name == one.pose)?;
+                Some(Member { sensor, candidates: vec![candidate] })
+            };
+            let members = set.sensors.iter().filter_map(member).collect();
+            Combination { name: set.name.clone(), fusion: purchase.fusion, members }
+        };
+        let combinations = self.sets().into_iter().map(combination).collect();
+        study.with_combinations(&purchase.representations, combinations)
+    }
+
+    /// Writes `cheapest.json` and `cheapest.csv`.
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        perirobot_sweep::results::files::write_whole(&folder.join(CHEAPEST), &self.csv())?;
+        FILE.write(folder, self)
+    }
+
+    /// Reads it; `None` where no cheapest set was looked for.
+    ///
+    /// # Errors
+    /// Those of a file that is damaged or of another version.
+    pub fn read(folder: &Path) -> Result<Option<PurchaseReport>> {
+        FILE.read(folder)
+    }
+
+    /// Removes what an earlier answer left in a folder.
+    ///
+    /// # Errors
+    /// When a file cannot be removed.
+    pub fn forget(folder: &Path) -> Result<()> {
+        perirobot_sweep::results::files::remove_files([FILE.name, CHEAPEST].map(|name| folder.join(name)))
+    }
+
+    fn csv(&self) -> Vec<u8> {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        let mut row = |fields: [String; 8]| {
+            csv.write_record(&fields).expect("all rows are as long as the header, and memory takes them");
+        };
+        let header = ["aim", "value", "cost", "no_set_below", "proven", "sensors", "poses", "reasons"];
+        row(header.map(String::from));
+        for point in &self.points {
+            let (aim, value) = point.aim.columns();
+            let or_empty = |cost: Option<Cost>| cost.map_or(String::new(), |cost| cost.to_string());
+            let set = point.set.as_ref();
+            row([
+                aim.into(),
+                value,
+                or_empty(set.map(|set| set.cost)),
+                or_empty(point.no_set_below),
+                u8::from(point.proven).to_string(),
+                set.map_or(String::new(), |set| set.sensors.len().to_string()),
+                set.map_or(String::new(), PurchasedSet::poses),
+                point.reasons.iter().map(|one| one.requirement.as_str()).collect::<Vec<_>>().join("; "),
+            ]);
+        }
+        csv.into_inner().expect("memory takes all bytes")
+    }
+}
+
+impl AimReport {
+    pub(super) fn new(study: &Study, aim: PurchaseAim) -> AimReport {
+        match aim {
+            PurchaseAim::All => AimReport::All,
+            PurchaseAim::Speed(speed) => {
+                let speeds = study.stopping.as_ref().map(|stopping| stopping.speeds[speed].speed_m_s);
+                AimReport::Speed(speeds.unwrap_or_default())
+            }
+            PurchaseAim::Without(one) => AimReport::Without(study.requirements[one].name.clone()),
+        }
+    }
+
+    fn columns(&self) -> (&'static str, String) {
+        match self {
+            AimReport::All => ("all", String::new()),
+            AimReport::Speed(speed) => ("speed", speed.to_string()),
+            AimReport::Without(name) => ("without", name.clone()),
+            AimReport::Nearest(names) => ("nearest", names.join("; ")),
+        }
+    }
+
+    /// What the combination of its set is called.
+    pub(super) fn title(&self) -> String {
+        match self {
+            AimReport::All => "cheapest".into(),
+            AimReport::Speed(speed) => format!("cheapest at {speed} m/s"),
+            AimReport::Without(name) => format!("cheapest without {name}"),
+            AimReport::Nearest(_) => "nearest".into(),
+        }
+    }
+}
