@@ -4,6 +4,7 @@
 mod common;
 
 mod best;
+mod cheapest;
 mod command;
 mod evidence;
 mod exp1;

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::report::PurchaseReport;
-use crate::choose::Chosen;
+use crate::choose::{Chosen, FRONT, PROOF, REFINED, SETS};
 use crate::judge::JudgedSet;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
@@ -12,7 +12,7 @@ use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Purchase, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::results::files::OutputFolder;
+use perirobot_sweep::results::files::{OutputFolder, remove_files};
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, Subject, jobs, rows, scores};
@@ -42,8 +42,9 @@ impl<'a> PurchaseOutcome<'a> {
     /// # Errors
     /// Those of [`Chosen::folder`].
     pub fn folder(path: &Path, study: &Study) -> Result<OutputFolder> {
-        let is_earlier = PurchaseReport::read(path).is_ok_and(|report| report.is_some());
-        let folder = if is_earlier { OutputFolder::open(path)? } else { Chosen::folder(path, study)? };
+        PurchaseReport::forget(path)?;
+        let folder = Chosen::folder(path, study)?;
+        remove_files([PROOF, FRONT, SETS, REFINED].map(|name| path.join(name)))?;
         Ok(folder)
     }
 

@@ -11,6 +11,7 @@ use perirobot_march::Result;
 use perirobot_study::sensor::Cost;
 use perirobot_study::study::{Combination, Member, Purchase, Study};
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
+use perirobot_sweep::results::files::{JOURNAL, remove_files, write_whole};
 
 /// The table of the cheapest sets.
 pub const CHEAPEST: &str = "cheapest.csv";
@@ -195,7 +196,7 @@ impl PurchaseReport {
     /// # Errors
     /// When one cannot be written.
     pub fn write(&self, folder: &Path) -> Result<()> {
-        perirobot_sweep::results::files::write_whole(&folder.join(CHEAPEST), &self.csv())?;
+        write_whole(&folder.join(CHEAPEST), &self.csv())?;
         FILE.write(folder, self)
     }
 
@@ -207,12 +208,15 @@ impl PurchaseReport {
         FILE.read(folder)
     }
 
-    /// Removes what an earlier answer left in a folder.
+    /// Removes an earlier answer from a folder, with the counts of its sets, which are no sweep of a user's.
     ///
     /// # Errors
     /// When a file cannot be removed.
     pub fn forget(folder: &Path) -> Result<()> {
-        perirobot_sweep::results::files::remove_files([FILE.name, CHEAPEST].map(|name| folder.join(name)))
+        match folder.join(FILE.name).exists() {
+            true => remove_files([FILE.name, CHEAPEST, JOURNAL].map(|name| folder.join(name))),
+            false => Ok(()),
+        }
     }
 
     fn csv(&self) -> Vec<u8> {

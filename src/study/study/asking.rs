@@ -26,6 +26,7 @@ impl Study {
             regions: &self.regions,
             sensors: &self.sensors,
             has_requirements: !self.requirements.is_empty(),
+            has_stopping: self.stopping.is_some(),
         };
         let choose = file.choose.map(|file| choose::check(&at, file, &known)).transpose();
         Ok(Study { choose: choose.map_err(Error::first)?, ..self.clone() })

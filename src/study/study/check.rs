@@ -76,6 +76,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         regions: &regions,
         sensors: &sensors,
         has_requirements: !demands.requirements.is_empty(),
+        has_stopping: stopping.is_some(),
     };
     let choose = match file.choose {
         Some(file) => Some(choose::check(at, file, &known)?),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::stopping::EXAMPLE;
 use super::{Counted, RegionSpec, region};
 use crate::diagnostics::{Place, Problems};
 use crate::sensor::{Cost, Sensor};
@@ -220,6 +221,8 @@ pub(super) struct ChooseNames<'a> {
     pub(super) sensors: &'a [Sensor],
     /// Whether anything is required.
     pub(super) has_requirements: bool,
+    /// Whether it is said how far people must be at which speed of the robot.
+    pub(super) has_stopping: bool,
 }
 
 /// What a study without `[choose]` asks for: the cheapest set that passes, if it requires something and all sensors have
@@ -268,9 +271,10 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
     if let (Some(Some(budget)), Some(always)) = (budget, &always) {
         problems.keep(affordable(&at, budget, always, sensors));
     }
-    if is_cheapest {
-        problems.keep(purchase(&at, &file, known));
-    }
+    problems.keep(match is_cheapest {
+        true => purchase(&at, &file, known),
+        false => no_purchase(&at, &file),
+    });
     problems.none()?;
     let (Some(region), Some(at_most), Some(representations), Some(always), Some(budget)) =
         (region, at_most, representations, always, budget)
@@ -379,6 +383,15 @@ fn set_requirement(at: &Place, entry: &RequireFile) -> Result<SetRequirement> {
     Ok(SetRequirement { score, over: entry.over.to_across(), at_least })
 }
 
+/// Whether nothing is said that belongs to the cheapest set.
+fn no_purchase(at: &Place, file: &ChooseFile) -> Result<()> {
+    let keys = [("then", file.then.is_some()), ("front", file.front.is_some())];
+    match keys.into_iter().find(|(_, is_said)| *is_said) {
+        Some((key, _)) => Err(at.says(format!("{key} belongs to objective = \"cost\": leave it out"))),
+        None => Ok(()),
+    }
+}
+
 /// Whether the cheapest set that passes can be asked for.
 fn purchase(at: &Place, file: &ChooseFile, known: &ChooseNames) -> Result<()> {
     if !known.has_requirements {
@@ -399,6 +412,10 @@ fn purchase(at: &Place, file: &ChooseFile, known: &ChooseNames) -> Result<()> {
     }
     if file.refine {
         return Err(at.wrong("refine", true, "is of a score: the cheapest set is one of the listed poses"));
+    }
+    if file.front == Some(PurchaseFront::Speed) && !known.has_stopping {
+        let rule = format!("needs the speeds of the robot: add a table to the study, as in {EXAMPLE}");
+        return Err(at.wrong("front", "\"speed\"", &rule));
     }
     match file.then {
         Some(ObjectiveName::Cost) => {

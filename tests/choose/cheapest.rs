@@ -1,0 +1,234 @@
+//! The cheapest set that passes as it is asked for: what is printed and written, what is proven, and what is refused.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::common;
+use crate::common::program::{Edit, Folder, choose, perirobot, refused, rows, text};
+
+/// Cameras around a robot, a shelf and a colleague; a door on the other side.
+const STUDY: &str = r#"[grid]
+voxel_size_m = 0.1
+bounds_m = { min = [-2, -1.5, 0], max = [2, 1.5, 2.2] }
+[[scene]]
+file = "cell.toml"
+[[region]]
+name = "robot"
+sphere = { center_m = [-1, 0, 0.6], radius_m = 0.8 }
+[[sensor]]
+name = "camera"
+kind = "rgbd"
+fov_deg = [110, 90]
+resolution_px = [96, 72]
+range_m = [0.1, 6.0]
+cost = 450
+[[sensor.poses]]
+name = "wall"
+list = [
+    { name = "west", position_m = [-1.9, 0, 2.1], facing = [1, 0, 0], tilt_deg = -30 },
+    { name = "east", position_m = [1.9, 0, 2.1], facing = [-1, 0, 0], tilt_deg = -30 },
+    { name = "north", position_m = [0.1, 1.4, 2.1], facing = [0, -1, 0], tilt_deg = -40 },
+    { name = "south", position_m = [0.1, -1.4, 2.1], facing = [0, 1, 0], tilt_deg = -40 },
+]
+[[sensor]]
+name = "narrow"
+kind = "rgbd"
+fov_deg = [70, 60]
+resolution_px = [64, 48]
+range_m = [0.1, 6.0]
+cost = 250.5
+[[sensor.poses]]
+name = "corner"
+list = [
+    { name = "ne", position_m = [1.9, 1.4, 2.1], facing = [-1, -0.6, 0], tilt_deg = -30 },
+    { name = "se", position_m = [1.9, -1.4, 2.1], facing = [-1, 0.6, 0], tilt_deg = -30 },
+]
+[[require]]
+name = "nobody comes near"
+score = "nearest_unnoticed_m"
+at_least = 1.2
+under = ["as_planned", "one_sensor_dead"]
+[[require]]
+name = "the robot's surroundings are known"
+score = "unknown"
+region = "robot"
+at_most = 0.9
+[stopping]
+formula = "speed_and_separation"
+robot_speeds_m_s = [0.25, 0.5, 4.0]
+sensor_reaction_s = 0.05
+control_reaction_s = 0.05
+robot_deceleration_m_s2 = 4.0
+intrusion_m = 0.1
+person_uncertainty_m = 0.05
+robot_uncertainty_m = 0.01
+[approach]
+hazard = "robot"
+min_voxels = 3
+[[approach.body]]
+name = "standing"
+[[approach.entry]]
+name = "door"
+box = { min_m = [1.2, -1.2, 0], max_m = [2.0, 1.2, 2.0] }
+"#;
+
+const SCENE: &str = include_str!("../../scenes/approach/cell.toml");
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("cell.toml", SCENE);
+    folder.write("study.toml", STUDY);
+    folder
+}
+
+fn json(folder: &Folder, out: &str, file: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.path(out).join(file)).unwrap()).unwrap()
+}
+
+#[test]
+fn a_study_with_requirements_and_costs_needs_no_more() {
+    let folder = folder();
+    folder.edit("study.toml", "", "[choose]\nfront = \"speed\"\nthen = \"f1\"\nregion = \"robot\"\n");
+    let first = choose(&folder, "oracle", &["--backend", "oracle"]);
+    assert_eq!(first.code, Some(0), "{}{}", first.stdout, first.stderr);
+    let files =
+        ["cheapest.json", "cheapest.csv", "results.csv", "requirements.csv", "judge.json", "speeds.csv"];
+    let read = |out: &str| files.map(|file| fs::read_to_string(folder.path(out).join(file)).unwrap());
+    let expected = read("oracle");
+    let mut others =
+        vec![vec!["--backend", "cpu", "--threads", "1"], vec!["--backend", "cpu", "--threads", "2"]];
+    others.extend(common::on_adapter().map(Vec::from));
+    for (number, options) in others.iter().enumerate() {
+        let out = format!("out{number}");
+        let outcome = choose(&folder, &out, options);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        assert_eq!(read(&out), expected, "{options:?}");
+        assert_eq!(outcome.stdout.replace(&out, "oracle"), first.stdout, "{options:?}");
+    }
+    // The sentence, then what proves it.
+    let sentence = first.stdout.lines().next().unwrap();
+    assert!(sentence.contains(" verdicts; the robot may run at "), "{sentence}");
+    assert!(sentence.contains("4 m/s is impossible with these places: entry \"door\" begins "), "{sentence}");
+    assert!(
+        first.stdout.contains("proven: no cheaper set of the 6 listed places passes"),
+        "{}",
+        first.stdout
+    );
+    // Slower robots need no dearer sets.
+    let points = rows(&folder.path("oracle").join("cheapest.csv"));
+    assert_eq!(
+        points.iter().map(|row| row["aim"].as_str()).collect::<Vec<_>>(),
+        ["all", "speed", "speed", "speed"]
+    );
+    assert!(points.iter().all(|row| row["proven"] == "1"), "{points:?}");
+    let cost = |row: usize| points[row]["cost"].parse::<f64>().ok();
+    assert!(cost(1).unwrap() <= cost(2).unwrap() && cost(3).is_none(), "{points:?}");
+    assert!(points[3]["reasons"].contains("comes nearer"), "{points:?}");
+    // judge of the folder says the same again, byte for byte.
+    let out = folder.path("oracle");
+    let again = perirobot(&["judge", text(&out), "--backend", "cpu", "--progress", "none"]);
+    assert!(again.code == Some(0) || again.code == Some(4), "{}", again.stderr);
+    let best =
+        perirobot(&["judge", text(&out), "--set", "cheapest", "--backend", "cpu", "--progress", "none"]);
+    assert_eq!(best.code, Some(0), "{}{}", best.stdout, best.stderr);
+    let judged = json(&folder, "oracle", "judge.json");
+    let sets = serde_json::from_str::<Value>(&expected[4]).unwrap();
+    assert_eq!(judged["sets"][0], sets["sets"][0]);
+}
+
+#[test]
+fn what_stands_in_the_way_is_named() {
+    let folder = folder();
+    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.01");
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(4), "{}{}", outcome.stdout, outcome.stderr);
+    let text = &outcome.stdout;
+    assert!(text.starts_with("no allowed set passes all; "), "{text}");
+    assert!(
+        text.contains("the robot's surroundings are known: all listed places together have unknown 0."),
+        "{text}"
+    );
+    let report = json(&folder, "out", "cheapest.json");
+    let points = report["points"].as_array().unwrap();
+    assert!(points[0]["set"].is_null() && points[0]["proven"] == true, "{report}");
+    assert_eq!(points[1]["aim"]["nearest"][0], "the robot's surroundings are known");
+    assert!(points[1]["set"]["cost"].as_f64().unwrap() > 0.0);
+    // An entry beside the robot is too near for any sensor.
+    folder.edit("study.toml", "at_most = 0.01", "at_most = 1");
+    folder.edit("study.toml", "min_m = [1.2, -1.2, 0]", "min_m = [-0.6, -1.2, 0]");
+    let outcome = choose(&folder, "near", &[]);
+    assert_eq!(outcome.code, Some(4), "{}", outcome.stderr);
+    assert!(outcome.stdout.contains("m are needed: no sensor helps; move the entry "), "{}", outcome.stdout);
+}
+
+#[test]
+fn without_a_requirement_sets_cost_no_more() {
+    let folder = folder();
+    folder.edit("study.toml", "", "[choose]\nfront = \"requirements\"\n");
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let points = rows(&folder.path("out").join("cheapest.csv"));
+    let cost = |row: usize| points[row]["cost"].parse::<f64>().unwrap();
+    assert_eq!(points[1]["value"], "nobody comes near");
+    assert!(cost(1) < cost(0) && cost(2) <= cost(0), "{points:?}");
+}
+
+#[test]
+fn a_search_that_is_stopped_tells_its_bound() {
+    let folder = folder();
+    let outcome = choose(&folder, "out", &["--max-time", "0.001s"]);
+    assert_eq!(outcome.code, Some(75), "{}{}", outcome.stdout, outcome.stderr);
+}
+
+#[test]
+fn an_answer_of_the_other_kind_leaves_nothing_behind() {
+    let folder = folder();
+    assert_eq!(choose(&folder, "out", &[]).code, Some(0));
+    assert!(folder.path("out").join("cheapest.json").exists());
+    let best = "[choose]\nobjective = \"f1\"\nregion = \"robot\"\nat_most = 1\n";
+    folder.edit("study.toml", "", best);
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(!folder.path("out").join("cheapest.json").exists());
+    folder.edit("study.toml", best, "");
+    assert_eq!(choose(&folder, "out", &[]).code, Some(0));
+    assert!(!folder.path("out").join("choose.json").exists());
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused() {
+    let cost = "[choose]\nobjective = \"cost\"\n";
+    let f1 = "[choose]\nobjective = \"f1\"\nregion = \"robot\"\nat_most = 2\n";
+    let cases: [(&str, &str, &str, &[&str]); 9] = [
+        (cost, "cost = 450\n", "", &["\"camera\" has none"]),
+        (cost, "[choose]", "[choose]\nrefine = true", &["refine", "the listed poses"]),
+        (cost, "[choose]", "[choose]\nregion = \"robot\"", &["region", "then = \"f1\""]),
+        (cost, "[choose]", "[choose]\nthen = \"f1\"", &["region", "f1 is counted"]),
+        (cost, "[choose]", "[choose]\nthen = \"cost\"\nregion = \"robot\"", &["then"]),
+        (cost, "[choose]", "[choose]\nrequire = [{ score = \"f1\", at_least = 0.5 }]", &["[[require]]"]),
+        (cost, "objective = \"cost\"", "objective = \"unknown\"", &["then = \"unknown\""]),
+        (f1, "[choose]", "[choose]\nthen = \"f1\"", &["then belongs to"]),
+        ("[choose]\nat_most = 3\n", "cost = 450\n", "", &["no objective", "objective = \"cost\""]),
+    ];
+    for (choose, from, to, words) in cases {
+        let folder = folder();
+        folder.edit("study.toml", "", choose);
+        let edits: [Edit; 1] = [("study.toml", from, to)];
+        refused(&folder, &edits, words);
+    }
+    // Nothing that sets must pass, and no speeds.
+    let part = |from: &str, to: &str| -> String {
+        let (begin, end) = (STUDY.find(from).unwrap(), STUDY.find(to).unwrap());
+        STUDY[begin..end].into()
+    };
+    let (required, stopping) = (part("[[require]]", "[stopping]"), part("[stopping]", "[approach]"));
+    for (left_out, choose, words) in [
+        (required, cost, "has none: add one"),
+        (stopping, "[choose]\nfront = \"speed\"\n", "needs the speeds of the robot"),
+    ] {
+        let folder = folder();
+        folder.write("study.toml", STUDY.replace(&left_out, "") + choose);
+        refused(&folder, &[], &[words]);
+    }
+}
