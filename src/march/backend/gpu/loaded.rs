@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::device::{GpuDevice, GrowingBuffer};
 use super::plan::{SceneSizes, TableSizes};
-use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
+use super::tiles::{BOX_BITS, BOX_EDGE};
+use super::types::{NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
 use crate::backend::body_words::BodyWords;
 use crate::backend::{OverTime, Rays, Reading, Slot, VoxelScene};
 use crate::voxel::{BitGrid, Bricks, Window};

@@ -13,13 +13,14 @@ mod prelude;
 mod queue;
 mod score;
 mod sense;
+mod tiles;
 mod timestamps;
 pub mod types;
 mod upload;
 
 pub use device::{GpuDevice, open};
 pub(super) use enumerate::enumerate;
-pub use kernels::{SHADER_COMPLETION, Stage};
+pub use kernels::{DONE_WORDS, SHADER_COMPLETION, Stage};
 pub use loop_bounds::WORKGROUP;
 pub use pipeline::evaluate;
 pub use prelude::{shader_prelude, shader_source};

@@ -5,12 +5,12 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::device::{GpuDevice, GrowingBuffer, Requested};
-use super::kernels::Stage;
+use super::kernels::{DONE_WORDS, Stage};
 use super::pace::Pace;
 use super::pipeline::{Groups, Pipeline};
 use super::plan::{self, Dispatch, Launched};
 use super::timestamps::{TimedDispatch, Timestamps};
-use super::types::{DONE_WORDS, HEAD_WORDS, Part};
+use super::types::{HEAD_WORDS, Part};
 use crate::Result;
 
 /// An open adapter, its kernels, and what they were given to do.

@@ -3,7 +3,8 @@
 use super::kernels::Stage;
 use super::loaded::FirstHitCache;
 use super::plan::CastBatch;
-use super::types::{ABREAST, BOX_EDGE, HEADS, PlacementWords};
+use super::tiles::BOX_EDGE;
+use super::types::{ABREAST, HEADS, PlacementWords};
 use super::{Gpu, no_scene};
 use crate::backend::{Carving, Shot, no_table};
 use crate::{Error, Result};

@@ -194,7 +194,7 @@ fn the_ends_of_a_camera_come_back_in_the_order_of_its_rays() {
     let sizes = TableSizes { rays: x * y, image: Some(image), ..camera() };
     let mut words = vec![u32::MAX; sizes.ends_words() as usize];
     for (ray, pixel) in (0..y).flat_map(|v| (0..x).map(move |u| [u, v])).enumerate() {
-        let place = &mut words[crate::backend::gpu::types::place_of_pixel(2, pixel) as usize];
+        let place = &mut words[crate::backend::gpu::tiles::place_of_pixel(2, pixel) as usize];
         assert_eq!(*place, u32::MAX, "two pixels have one place: {pixel:?}");
         *place = ray as u32;
     }
