@@ -121,6 +121,14 @@ impl DeviceScene {
         Ok(slot as u64 * self.sizes.plane_bytes())
     }
 
+    /// Clears the planes of a slot for new evidence: its offset.
+    pub(super) fn clear_slot(&self, encoder: &mut wgpu::CommandEncoder, slot: Slot) -> Result<u64> {
+        let (offset, bytes) = (self.offset(slot)?, self.sizes.plane_bytes());
+        encoder.clear_buffer(&self.ended, 2 * offset, Some(2 * bytes));
+        encoder.clear_buffer(&self.free, offset, Some(bytes));
+        Ok(offset)
+    }
+
     /// A reading as the device sees it: slots without evidence say nothing.
     pub(super) fn reading(&self, reading: &Reading) -> Result<ReadingWords> {
         let held = |slot: Slot| {

@@ -7,6 +7,7 @@ mod kernels;
 mod loaded;
 mod loop_bounds;
 mod pace;
+mod pass;
 mod pipeline;
 mod plan;
 mod prelude;
