@@ -8,8 +8,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::Criterion;
-use perirobot_march::backend::adapter::{AdapterChoice, adapters};
+use perirobot_march::backend::adapter::AdapterChoice;
 use perirobot_march::backend::cpu::{Cpu, SimdLevel};
+use perirobot_march::backend::factory::adapters;
 use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};

@@ -24,7 +24,7 @@ fn what_was_left_out_is_named() {
     let (study, out) = (folder.path("study.toml"), folder.path("out"));
     let sweep = ["sweep", text(&study), "--out", text(&out)];
     let outcome = perirobot(&[&sweep[..], &["--backend", "gpu", "--adapter", "software"]].concat());
-    let has_gpu = cfg!(feature = "gpu") && !perirobot_march::backend::adapter::adapters().is_empty();
+    let has_gpu = cfg!(feature = "gpu") && !perirobot_march::backend::factory::adapters().is_empty();
     if has_gpu || !cfg!(feature = "gpu") {
         asks_for("gpu", has_gpu, &outcome);
         assert_eq!(out.exists(), has_gpu);

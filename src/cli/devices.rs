@@ -4,7 +4,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use perirobot_march::Result;
-use perirobot_march::backend::adapter::{AdapterChoice, AdapterReport, adapters, select};
+use perirobot_march::backend::adapter::{AdapterChoice, AdapterReport, select};
+use perirobot_march::backend::factory::adapters;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind};
 use perirobot_march::backend::{SELF_TEST_POSES, self_test};
 use perirobot_march::error::Issue;

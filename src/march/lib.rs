@@ -1,13 +1,5 @@
-//! The voxel ray-marcher of perirobot: rays through a grid of voxels, and what they say of each voxel, on the
-//! CPU and on any GPU. All counts are integers and follow the [`rules`]. It opens no file, and gets scenes as
-//! voxels. Other programs use the crate `perirobot`, which has the map of all rooms on its first page: what is
-//! here may change with every version.
-//!
-//! It is a crate of its own since this is where the time goes. The profiles of the workspace compile it as one
-//! unit, in which all that is short is inlined; the rest of the program needs no optimising across units then,
-//! which took the compiler long.
-
-// The rooms' pages are read by developers, who build them with private items.
+#![doc = include_str!("README.md")]
+// The pages of rooms are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
 pub mod backend;

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use numpy::PyReadonlyArray3;
-use perirobot_march::backend::adapter::adapters;
+use perirobot_march::backend::factory::adapters;
 use perirobot_study::study::Overrides;
 use perirobot_sweep::sweep::reopen;
 use pyo3::prelude::*;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::common::cases::{self, Case, case};
 use crate::common::{self, Random, say};
 use perirobot_march::backend::gpu::{
-    Gpu, GpuDevice, SHADER_COMPLETION, Stage, WORKGROUP, evaluate, open, shader_prelude, shader_source,
-    types::DONE_WORDS,
+    DONE_WORDS, Gpu, GpuDevice, SHADER_COMPLETION, Stage, WORKGROUP, evaluate, open, shader_prelude,
+    shader_source,
 };
 use perirobot_march::backend::{Backend, Carving, Fusion, Noise, Shot, oracle::Oracle};
 use perirobot_march::march::{Gates, pcg};

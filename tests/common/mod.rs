@@ -17,7 +17,8 @@ pub(crate) mod watch;
 
 use std::io::Write;
 
-use perirobot_march::backend::adapter::{AdapterChoice, adapters};
+use perirobot_march::backend::adapter::AdapterChoice;
+use perirobot_march::backend::factory::adapters;
 
 /// Says something on stderr, also from a test that passes (`eprintln!` would be captured).
 pub(crate) fn say(message: &str) {

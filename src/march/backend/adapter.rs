@@ -1,4 +1,4 @@
-//! Which adapters there are, and which one a user means.
+//! What is known of an adapter, and which one a user means.
 
 use crate::Result;
 use crate::error::{Argument, Issue, Words};
@@ -58,15 +58,6 @@ impl std::str::FromStr for AdapterChoice {
             name => AdapterChoice::Named(name.into()),
         })
     }
-}
-
-/// The adapters of this machine; empty without a loader or driver of Vulkan, Metal or DirectX 12, and where the feature `gpu`
-/// was left out.
-pub fn adapters() -> Vec<AdapterReport> {
-    #[cfg(feature = "gpu")]
-    return super::gpu::enumerate().into_iter().map(|(report, _)| report).collect();
-    #[cfg(not(feature = "gpu"))]
-    Vec::new()
 }
 
 /// The place of the chosen adapter in a list, or what to do about there being none.

@@ -1,7 +1,7 @@
-//! Makes the backend that a user chose (which one, on which adapter, with how many threads and how much
-//! memory), and the fallbacks for when it fails.
+//! Lists the adapters, and makes the backend that a user chose (which one, on which adapter, with how many threads
+//! and how much memory) and the fallbacks for when it fails.
 
-use super::adapter::{AdapterChoice, adapters};
+use super::adapter::{AdapterChoice, AdapterReport};
 use super::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use super::gpu::Gpu;
@@ -107,6 +107,15 @@ impl BackendChoice {
         let what = Issue::left_out("the GPU backend", "gpu");
         Err(what.cure(Words::from("or use ") + Argument("backend").quote("cpu")).into())
     }
+}
+
+/// The adapters of this machine; empty without a loader or driver of Vulkan, Metal or DirectX 12, and without the
+/// feature `gpu`.
+pub fn adapters() -> Vec<AdapterReport> {
+    #[cfg(feature = "gpu")]
+    return super::gpu::enumerate().into_iter().map(|(report, _)| report).collect();
+    #[cfg(not(feature = "gpu"))]
+    Vec::new()
 }
 
 fn has_hardware() -> bool {

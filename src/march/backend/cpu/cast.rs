@@ -13,7 +13,8 @@ use super::cone::ConeAtPose;
 use super::first_hit::{self, FirstHit, Search};
 use super::limits::PacketLimits;
 use super::packet::RAYS;
-use super::sense::{Scratch, TableCaster};
+use super::scratch::Scratch;
+use super::table::TableCaster;
 use crate::backend::GridPose;
 
 /// Length of a section of a cone in voxels, how many are looked at one after the other, and the most blockers

@@ -24,8 +24,10 @@ mod packet;
 mod plan;
 mod projection;
 mod pyramid;
+mod scratch;
 mod sense;
 mod simd;
+mod table;
 #[cfg(test)]
 mod test_camera;
 mod through;
@@ -46,8 +48,10 @@ use crate::{Error, Result};
 pub use blocker_search::{BlockerSearch, RaysFrom};
 use first_hit::Layer;
 use plan::RelevantVoxels;
-use sense::{Blockers, PoseCache, RayTable, Scratch, TableCaster};
+use scratch::Scratch;
+use sense::PoseCache;
 pub use simd::SimdLevel;
+use table::{Blockers, RayTable, TableCaster};
 
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;

@@ -1,65 +1,20 @@
 //! Senses from one pose, from rays to evidence, in the order of the files named in `mod.rs`.
 
-use fearless_simd::Level;
-
 use super::alike::{self, Alike, DONE};
-use super::asked::{AskedPlaces, AskedTiles};
+use super::asked::AskedTiles;
 use super::beyond::{self, ConeCourse};
-use super::carve_rays::Marks;
 use super::carve_voxels::CarveVoxels;
 use super::cast::Clear;
-use super::cone::Cone;
-use super::end::{PacketEnds, Rules, Sent};
-use super::first_hit::{self, FirstHit, Layer, Search};
-use super::intersect::Intersect;
-use super::limits::PacketLimits;
-use super::packet::{Lanes, Packet, Packets, RAYS, RayPlaces, TILE};
-use super::plan::{self, RelevantVoxels};
+use super::end::{Rules, Sent};
+use super::first_hit::{self, FirstHit, Search};
+use super::packet::{Packets, RAYS, TILE};
+use super::plan;
 use super::projection::{BOXES, PixelRect, Projection};
-use super::pyramid::Pyramid;
-use super::through::Through;
-use crate::backend::{Carving, GridPose, Noise, Planes, Rays};
-use crate::march::{self, End, Gates};
+use super::scratch::Scratch;
+use super::table::{RayTable, TableCaster};
+use crate::backend::{Carving, GridPose, Planes};
+use crate::march::{self, End};
 use crate::voxel::{BitGrid, Window};
-
-/// A table of rays made ready.
-pub(super) struct RayTable {
-    pub(super) packets: Packets,
-    /// For a camera's packets, and for groups of so many tiles on each axis.
-    pub(super) cones: Vec<Cone>,
-    groups: Vec<Cone>,
-    pub(super) gates: Gates,
-    limits: Vec<PacketLimits>,
-    noise: Noise,
-    /// The farthest before its distance that a return may be read.
-    nearer_q16: u32,
-}
-
-impl RayTable {
-    pub(super) fn new(rays: &Rays) -> Self {
-        let packets = Packets::new(rays);
-        let tiles = if packets.image().is_some() { packets.count() } else { 0 };
-        let cones = (0..tiles).map(|tile| Cone::new(&packets, &[tile])).collect();
-        let groups = if packets.image().is_some() { packets.groups() } else { Vec::new() };
-        let groups = groups.iter().map(|tiles| Cone::new(&packets, tiles)).collect();
-        let limits = PacketLimits::from_packets(&packets, &rays.gates);
-        let nearer_q16 = rays.nearest_q16();
-        RayTable { packets, cones, groups, gates: rays.gates, limits, noise: rays.noise.clone(), nearer_q16 }
-    }
-
-    /// The limits of a packet's rays.
-    pub(super) fn limits(&self, packet: usize) -> &PacketLimits {
-        &self.limits[if self.gates.along_axis { packet } else { 0 }]
-    }
-}
-
-/// What stops rays: one layer, or what stands still in all snapshots and the rest.
-pub(super) struct Blockers<'a> {
-    pub(super) still: Option<&'a Layer>,
-    pub(super) moving: &'a Layer,
-    /// What stops rays in some snapshots, and not in all.
-    pub(super) sometimes: Option<&'a Layer>,
-}
 
 /// What is kept of a pose from snapshot to snapshot.
 #[derive(Clone, Default)]
@@ -90,56 +45,6 @@ impl Shoot<'_> {
     /// they hit elsewhere than they are believed to go.
     fn casts_all(&self) -> bool {
         self.see.is_some() || self.placement.truly.is_some()
-    }
-}
-
-/// A table of rays in a scene, before it has a pose.
-pub(super) struct TableCaster<'a> {
-    pub(super) level: Level,
-    /// Whether vectors are wide enough that all rays against many near blockers pay, or all pixels of a tile at once.
-    pub(super) wide: bool,
-    pub(super) table: &'a RayTable,
-    pub(super) blockers: Blockers<'a>,
-    pub(super) wanted: &'a RelevantVoxels,
-    pub(super) carving: Option<Carving>,
-    /// Most words of a plane that is kept from snapshot to snapshot.
-    pub(super) plane_words: usize,
-}
-
-/// What a thread works on, kept from pose to pose.
-pub(super) struct Scratch {
-    pub(super) packet: Packet,
-    /// The rays as they are truly cast, where those of the packet are only believed.
-    truly: Packet,
-    pub(super) found: Lanes<FirstHit>,
-    ends: PacketEnds,
-    pub(super) places: RayPlaces,
-    pub(super) made: [Lanes<u32>; 3],
-    pyramid: Option<Pyramid>,
-    asked: AskedPlaces,
-    through: Through,
-    marks: Marks,
-    pub(super) intersect: Intersect,
-    /// Blockers that a cone comes to.
-    pub(super) near: Vec<[i32; 3]>,
-}
-
-impl Scratch {
-    pub(super) fn new(caster: &TableCaster) -> Self {
-        Scratch {
-            packet: Packet::new(),
-            truly: Packet::new(),
-            found: [first_hit::UNKNOWN; RAYS],
-            ends: PacketEnds::new(),
-            places: RayPlaces { t_q16: [0; RAYS], axis: [2; RAYS] },
-            made: [[0; RAYS]; 3],
-            pyramid: caster.table.packets.image().map(Pyramid::new),
-            asked: AskedPlaces::new(),
-            through: Through::new(),
-            marks: Marks::new(caster.level, caster.wide),
-            intersect: Intersect::new(),
-            near: Vec::new(),
-        }
     }
 }
 
@@ -183,10 +88,6 @@ impl TableCaster<'_> {
             }
             _ => self.carve_the_rest(&mut shoot, scratch),
         }
-    }
-
-    fn search<'l>(&self, layer: &'l Layer, caster: &GridPose) -> Search<'l> {
-        Search::new(layer, self.table.gates.near_ignore_q16, caster.origin_q16.map(|x| x >> 16))
     }
 
     /// Casts the rays first; then each voxel is looked up in the image of what the pixels free.

@@ -5,12 +5,16 @@
 use perirobot_shaders::*;
 
 use super::loop_bounds::{FUSED_WORDS, WORDS_PER_INVOCATION, WORKGROUP};
-use super::types::TILE;
+use super::tiles::TILE;
 use Binding::{Part, Read, Uniform, Write};
 
 /// The proof that a kernel ran to its end, which follows the prelude in every kernel and needs the binding
 /// `done`.
 pub const SHADER_COMPLETION: &str = COMPLETION.text;
+
+/// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the
+/// invocations whose loops did.
+pub const DONE_WORDS: u32 = 2 * Stage::ALL.len() as u32;
 
 /// How a kernel sees a buffer; bindings are numbered in the order given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::device::{GpuDevice, GrowingBuffer};
 use super::plan::{SceneSizes, TableSizes};
-use super::types::{BOX_BITS, BOX_EDGE, NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
+use super::tiles::{BOX_BITS, BOX_EDGE};
+use super::types::{NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
 use crate::backend::body_words::BodyWords;
 use crate::backend::{OverTime, Rays, Reading, Slot, VoxelScene};
 use crate::voxel::{BitGrid, Bricks, Window};
@@ -118,6 +119,14 @@ impl DeviceScene {
             return Err(Error::device(format!("no slot {slot}: there are {}", self.held.len())));
         }
         Ok(slot as u64 * self.sizes.plane_bytes())
+    }
+
+    /// Clears the planes of a slot for new evidence: its offset.
+    pub(super) fn clear_slot(&self, encoder: &mut wgpu::CommandEncoder, slot: Slot) -> Result<u64> {
+        let (offset, bytes) = (self.offset(slot)?, self.sizes.plane_bytes());
+        encoder.clear_buffer(&self.ended, 2 * offset, Some(2 * bytes));
+        encoder.clear_buffer(&self.free, offset, Some(bytes));
+        Ok(offset)
     }
 
     /// A reading as the device sees it: slots without evidence say nothing.

@@ -14,7 +14,7 @@
 //! `carve_boxes` and `count` make some hundred turns. What the others do is bounded below. That no loop was
 //! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
-use super::types::{BOX_EDGE, TILE};
+use super::tiles::{BOX_EDGE, TILE};
 use crate::backend::Image;
 use crate::march::{MAX_RANGE_VOXELS, deviation};
 

@@ -14,11 +14,12 @@ pub(super) enum Groups<'a> {
     In(&'a wgpu::Buffer, u64),
 }
 
-/// A compute pipeline, entry point `main`, group 0.
+/// A compute pipeline, entry point `main`, group 0; a clone is another handle to it.
+#[derive(Clone)]
 pub(super) struct Pipeline {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
-    bindings: Vec<Binding>,
+    bindings: &'static [Binding],
 }
 
 impl Pipeline {
@@ -27,7 +28,7 @@ impl Pipeline {
         device: &GpuDevice,
         name: &str,
         source: String,
-        bindings: &[Binding],
+        bindings: &'static [Binding],
         overrides: &[(&str, f64)],
     ) -> Result<Self> {
         let entries: Vec<_> = bindings.iter().zip(0..).map(|(b, number)| b.layout_entry(number)).collect();
@@ -57,7 +58,7 @@ impl Pipeline {
             cache: None,
         });
         device.check()?;
-        Ok(Pipeline { pipeline, layout, bindings: bindings.to_vec() })
+        Ok(Pipeline { pipeline, layout, bindings })
     }
 
     /// Binds buffers to the kernel, in the order of its bindings.

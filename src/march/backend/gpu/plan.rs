@@ -10,7 +10,8 @@ use std::ops::Range;
 use super::kernels::Stage;
 use super::loop_bounds::{TEAMS, tiles_of_invocation};
 use super::pace::Pace;
-use super::types::{ABREAST, BOX_EDGE, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, Part};
+use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
+use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
 use crate::backend::{Carving, VoxelScene};
 use crate::voxel::BitGrid;
 pub(super) use budget::fits;
@@ -44,8 +45,6 @@ pub(super) struct Dispatch {
     pub(super) groups: [u32; 2],
     /// What it costs, about, in steps of a march.
     pub(super) work: u64,
-    /// Whether it is `cast` for plain placements.
-    pub(super) plain: bool,
 }
 
 impl Dispatch {
@@ -76,6 +75,11 @@ impl CastBatch {
     fn is_tiled(&self) -> bool {
         self.carving == Carving::ByVoxel
     }
+
+    /// Whether rays are cast by the kernel for plain placements, which only goes tile by tile.
+    pub(super) fn casts_plain(&self) -> bool {
+        self.plain && self.is_tiled()
+    }
 }
 
 impl SceneSizes {
@@ -101,9 +105,7 @@ impl SceneSizes {
         let every_ray = batch.everything as u32;
         let cast = Part { every_ray, tiles, ..Part::default() };
         let items = if batch.is_tiled() { 0..table.rays_of_tiles() } else { 0..table.rays };
-        let plain = batch.plain && batch.is_tiled();
-        let casts = self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace);
-        out.extend(casts.map(|cast| Dispatch { plain, ..cast }));
+        out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
         let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
@@ -220,7 +222,7 @@ impl Span {
         let work = (items.len() * rows.len()) as u64 * cost;
         let groups = [(items.len() as u32).div_ceil(per_group(stage, &part)), rows.len() as u32];
         let part = Part { first_row: rows.start, first: items.start, end: items.end, ..part };
-        Dispatch { stage, part, groups, work, plain: false }
+        Dispatch { stage, part, groups, work }
     }
 }
 

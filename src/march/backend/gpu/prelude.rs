@@ -5,15 +5,13 @@ use std::fmt::Write;
 
 use perirobot_shaders::{INTEGERS, MARCH, TYPES};
 
-use super::kernels::{ENTRIES, KernelEntry, SHADER_COMPLETION, Stage};
+use super::kernels::{DONE_WORDS, ENTRIES, KernelEntry, SHADER_COMPLETION, Stage};
 use super::loop_bounds::{
     DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_PIXELS, MOST_ROWS, MOST_SECTIONS,
     MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
-use super::types::{
-    ABREAST, BOX_BITS, BOX_EDGE, DONE_WORDS, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PYRAMID_LEVELS,
-    PlacementWords, TILE,
-};
+use super::tiles::{BOX_BITS, BOX_EDGE, PYRAMID_LEVELS, TILE};
+use super::types::{ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PlacementWords};
 use crate::backend::LOG_ODDS;
 use crate::march::{self, deviation};
 use crate::metrics::COUNTERS;

@@ -5,19 +5,20 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::device::{GpuDevice, GrowingBuffer, Requested};
-use super::kernels::Stage;
+use super::kernels::{DONE_WORDS, Stage};
 use super::pace::Pace;
-use super::pipeline::{Groups, Pipeline};
+use super::pass::Pass;
+use super::pipeline::Pipeline;
 use super::plan::{self, Dispatch, Launched};
 use super::timestamps::{TimedDispatch, Timestamps};
-use super::types::{DONE_WORDS, HEAD_WORDS, Part};
+use super::types::Part;
 use crate::Result;
 
 /// An open adapter, its kernels, and what they were given to do.
 pub(super) struct Queue {
     /// A pipeline a stage.
     pipelines: Vec<Pipeline>,
-    /// `cast` once more, for plain placements; it is bound as the other.
+    /// `cast` once more, for plain placements.
     plain_cast: Pipeline,
     /// Bytes from one dispatch's [`Part`] to the next.
     part_stride: u32,
@@ -81,36 +82,39 @@ impl Queue {
         self.parts.fill(&self.device, &parts)
     }
 
-    /// Binds buffers to a kernel: uniforms first, then storage, all but the completion counters.
-    pub(super) fn bind(
-        &self,
-        stage: Stage,
-        uniforms: &[&wgpu::Buffer],
-        storage: &[&wgpu::Buffer],
-    ) -> wgpu::BindGroup {
-        self.pipelines[stage as usize].bind(&self.device, &[uniforms, storage, &[&self.done]].concat())
+    /// The pass of a stage over buffers: uniforms first, then storage, all but the completion counters.
+    pub(super) fn pass(&self, stage: Stage, uniforms: &[&wgpu::Buffer], storage: &[&wgpu::Buffer]) -> Pass {
+        self.bind(stage, &self.pipelines[stage as usize], uniforms, storage)
     }
 
-    /// Submits dispatches after what the encoder holds; nothing is waited for. `bound` says what each is
-    /// bound to, and `heads` is where the device writes how many workgroups some have.
-    pub(super) fn run<'a>(
+    /// The pass of `cast` for plain placements, over the same buffers as for others.
+    pub(super) fn plain_cast(&self, uniforms: &[&wgpu::Buffer], storage: &[&wgpu::Buffer]) -> Pass {
+        self.bind(Stage::Cast, &self.plain_cast, uniforms, storage)
+    }
+
+    fn bind(
+        &self,
+        stage: Stage,
+        pipeline: &Pipeline,
+        uniforms: &[&wgpu::Buffer],
+        storage: &[&wgpu::Buffer],
+    ) -> Pass {
+        Pass::new(&self.device, stage, pipeline, &[uniforms, storage, &[&self.done]].concat())
+    }
+
+    /// Submits dispatches, each in its pass, after what the encoder holds; nothing is waited for.
+    pub(super) fn run(
         &mut self,
         mut encoder: wgpu::CommandEncoder,
         dispatches: &[Dispatch],
-        heads: Option<&wgpu::Buffer>,
-        bound: impl Fn(&Dispatch) -> &'a wgpu::BindGroup,
+        passes: &[Pass],
     ) {
         let mut offset = 0;
         for submission in plan::submissions(dispatches, &self.pace) {
             for dispatch in submission {
-                let pipeline =
-                    if dispatch.plain { &self.plain_cast } else { &self.pipelines[dispatch.stage as usize] };
-                let stamps = self.clock.stamp(dispatch);
-                let groups = match dispatch.head().zip(heads) {
-                    Some((head, heads)) => Groups::In(heads, u64::from(head * HEAD_WORDS) * 4),
-                    None => Groups::Known(dispatch.groups),
-                };
-                pipeline.dispatch(&mut encoder, bound(dispatch), Some(offset), groups, stamps);
+                let pass = passes.iter().find(|pass| pass.includes(dispatch));
+                let pass = pass.expect("each stage of a plan has its pass");
+                pass.record(&mut encoder, dispatch, offset, self.clock.stamp(dispatch));
                 offset += self.part_stride;
                 self.work[dispatch.stage as usize] += dispatch.work;
             }

@@ -97,19 +97,14 @@ impl Gpu {
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts];
         let storage = [&words, &readings, &loaded.ended, &loaded.free, &occupied, &free];
-        let fuse = queue.bind(Stage::Fuse, &uniforms, &storage);
-        let count = |region: &wgpu::Buffer| {
+        let mut passes = vec![queue.pass(Stage::Fuse, &uniforms, &storage)];
+        passes.extend(loaded.regions.iter().zip(0..).map(|(region, number)| {
             let storage = [&loaded.truth, &loaded.human, &loaded.robot, region, &occupied, &free, &counts];
-            queue.bind(Stage::Count, &uniforms, &storage)
-        };
-        let count: Vec<_> = loaded.regions.iter().map(count).collect();
-        let detect = [&words, &readings, &loaded.body, &loaded.ended, &found];
-        let detect = queue.bind(Stage::Detect, &uniforms, &detect);
-        queue.run(encoder, &dispatches, None, |d| match d.stage {
-            Stage::Fuse => &fuse,
-            Stage::Detect => &detect,
-            _ => &count[d.part.region as usize],
-        });
+            queue.pass(Stage::Count, &uniforms, &storage).with_region(number)
+        }));
+        let storage = [&words, &readings, &loaded.body, &loaded.ended, &found];
+        passes.push(queue.pass(Stage::Detect, &uniforms, &storage));
+        queue.run(encoder, &dispatches, &passes);
         Ok(queue.submit(&[(&counts, 0..bytes), (&found, 0..found_bytes)]))
     }
 }

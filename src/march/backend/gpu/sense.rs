@@ -1,12 +1,15 @@
-//! Casting and carving a batch of placements: which kernels run, over which buffers. `plan.rs` cuts the work.
+//! Casts and carves a batch of placements, pass by pass. `plan.rs` cuts the work, `passes` has the buffers of each kernel.
+
+mod passes;
 
 use super::kernels::Stage;
 use super::loaded::FirstHitCache;
 use super::plan::CastBatch;
-use super::types::{ABREAST, BOX_EDGE, HEADS, PlacementWords};
+use super::types::PlacementWords;
 use super::{Gpu, no_scene};
 use crate::backend::{Carving, Shot, no_table};
 use crate::{Error, Result};
+use passes::{RayBuffers, SensePasses, VoxelBuffers};
 
 impl Gpu {
     /// Casts and carves a batch of placements into their slots: all of their evidence, or what is inside the
@@ -22,13 +25,18 @@ impl Gpu {
         let Gpu { queue, room, tables, loaded, kept, carving, .. } = self;
         let loaded = loaded.as_mut().ok_or_else(no_scene)?;
         let table = tables.get(table).ok_or_else(|| no_table(table))?;
-        let sizes = &loaded.sizes;
+        let mut encoder = queue.device.encoder();
+        for &Shot { slot, .. } in shots {
+            loaded.clear_slot(&mut encoder, slot)?;
+            loaded.held[slot as usize] = true;
+        }
         let near =
             |shot: &&Shot| everything || table.sizes.is_near(shot.placement.origin_q16, &loaded.corners);
         let (near, far): (Vec<&Shot>, Vec<&Shot>) = shots.iter().partition(near);
         // Where the first hits in the still layer are known, the other blockers are enough.
         let known = shots.iter().all(|shot| shot.first_hits.is_some());
         let others = loaded.layers.as_ref().filter(|_| known).map(|[_, moving]| moving);
+        let sizes = &loaded.sizes;
         let batch = CastBatch {
             placements: shots.len() as u32,
             near: near.len() as u32,
@@ -37,69 +45,31 @@ impl Gpu {
             whole_layer: others.is_none(),
             plain: shots.iter().all(|shot| shot.first_hits.is_none() && shot.placement.truly.is_none()),
         };
-        let mut encoder = queue.device.encoder();
-        for &Shot { slot, .. } in shots {
-            let (offset, bytes) = (loaded.offset(slot)?, sizes.plane_bytes());
-            encoder.clear_buffer(&loaded.ended, 2 * offset, Some(2 * bytes));
-            encoder.clear_buffer(&loaded.free, offset, Some(bytes));
-            loaded.held[slot as usize] = true;
-        }
         let dispatches = sizes.sensing(&table.sizes, &batch, &queue.pace);
-        let words = near.into_iter().chain(far).map(PlacementWords::from);
-        let placements = room.placements.fill(&queue.device, &words.collect::<Vec<_>>());
-        let rows = u64::from(batch.placements);
-        let ends = room.ends.hold(&queue.device, rows * table.sizes.ends_bytes());
-        let first_hits = kept.buffer(&queue.device);
+        let words: Vec<_> = near.into_iter().chain(far).map(PlacementWords::from).collect();
+        let rays = RayBuffers::new(queue, room, kept.buffer(&queue.device), &words, table);
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts, &table.words];
-        let rays = [&placements, &table.dirs];
-        let bind = |stage, storage: &[&[&wgpu::Buffer]]| queue.bind(stage, &uniforms, &storage.concat());
         let layer = others.unwrap_or(&loaded.blockers);
-        let cast = [&table.noise, layer, &first_hits, &ends, &loaded.ended];
-        let cast = bind(Stage::Cast, &[&rays, &cast]);
-        let tiles = room.tiles.hold(&queue.device, rows * table.sizes.tiles_bytes());
-        let carve_rays = bind(Stage::CarveRays, &[&rays, &[&ends, &tiles, &loaded.free]]);
-        if batch.carving == Carving::ByRay {
-            queue.run(
-                encoder,
-                &dispatches,
-                None,
-                |d| if d.stage == Stage::Cast { &cast } else { &carve_rays },
-            );
-            return Ok((ends, batch.carving));
-        }
-        encoder.clear_buffer(&tiles, 0, Some(rows * table.sizes.tiles_bytes()));
-        let see_tiles = bind(Stage::SeeTiles, &[&[&placements, &loaded.boxes, &tiles]]);
-        let cast_tiles = bind(Stage::CastTiles, &[&rays, &[layer, &tiles, &ends]]);
-        let pyramid = room.pyramid.hold(&queue.device, rows * table.sizes.pyramid_bytes());
-        // What no tile of the image writes is a block of pixels that free nothing.
-        encoder.clear_buffer(&pyramid, 0, Some(rows * table.sizes.pyramid_bytes()));
-        let undecided = room.undecided.hold(&queue.device, sizes.undecided_bytes(batch.placements));
-        encoder.clear_buffer(&undecided, 0, Some(4));
-        let reduce = bind(Stage::Pyramid, &[&[&ends, &pyramid]]);
-        let carve_boxes = [&placements, &pyramid, &loaded.boxes, &undecided, &loaded.free];
-        let carve_boxes = bind(Stage::CarveBoxes, &[&carve_boxes]);
-        let heads = [[0, ABREAST, 1, 0]; HEADS as usize];
-        let by_voxel = dispatches.iter().filter(|d| d.stage == Stage::CarveVoxels);
-        let most_boxes = by_voxel.map(|d| d.part.end - d.part.first).max().unwrap_or(0);
-        let left = room
-            .left
-            .hold(&queue.device, (size_of_val(&heads) as u64) + u64::from(most_boxes * BOX_EDGE.pow(3)) * 4);
-        queue.device.write(&left, 0, &heads);
-        let looked = [&ends, &pyramid, &undecided, &left, &loaded.free];
-        let carve_voxels = bind(Stage::CarveVoxels, &[&rays, &looked]);
-        let carve_crowded = bind(Stage::CarveCrowded, &[&rays, &looked]);
-        queue.run(encoder, &dispatches, Some(&left), |d| match d.stage {
-            Stage::SeeTiles => &see_tiles,
-            Stage::CastTiles => &cast_tiles,
-            Stage::Cast => &cast,
-            Stage::Pyramid => &reduce,
-            Stage::CarveBoxes => &carve_boxes,
-            Stage::CarveVoxels => &carve_voxels,
-            Stage::CarveCrowded => &carve_crowded,
-            _ => &carve_rays,
-        });
-        Ok((ends, batch.carving))
+        let passes = SensePasses { queue, uniforms, loaded, table, layer, rays: &rays };
+        let passes = match batch.carving {
+            Carving::ByRay => vec![passes.cast(batch.casts_plain()), passes.carve_rays()],
+            Carving::ByVoxel => {
+                let voxels = VoxelBuffers::new(&passes, room, &mut encoder, &dispatches);
+                vec![
+                    passes.see_tiles(),
+                    passes.cast_tiles(),
+                    passes.cast(batch.casts_plain()),
+                    passes.carve_rays(),
+                    passes.build_pyramid(&voxels),
+                    passes.carve_boxes(&voxels),
+                    passes.carve_voxels(&voxels),
+                    passes.carve_crowded(&voxels),
+                ]
+            }
+        };
+        queue.run(encoder, &dispatches, &passes);
+        Ok((rays.ends, batch.carving))
     }
 
     /// Searches the still layer for placements whose first hits are to be kept, but are not.
@@ -131,8 +101,9 @@ impl Gpu {
         let placements = room.placements.fill(&queue.device, &new);
         let (first_hits, parts) = (kept.buffer(&queue.device), queue.parts(&dispatches));
         let uniforms = [&loaded.setup, &parts, &table.words];
-        let bound = queue.bind(Stage::StaticHits, &uniforms, &[&placements, &table.dirs, still, &first_hits]);
-        queue.run(queue.device.encoder(), &dispatches, None, |_| &bound);
+        let storage = [&placements, &table.dirs, still, &first_hits];
+        let pass = queue.pass(Stage::StaticHits, &uniforms, &storage);
+        queue.run(queue.device.encoder(), &dispatches, &[pass]);
         Ok(())
     }
 }

@@ -5,22 +5,9 @@ use std::mem::offset_of;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::kernels::Stage;
 use super::loop_bounds::last_near_voxels;
 use crate::backend::{Fusion, GridFrame, GridPose, Image, Rays, Shot, Slot, VoxelScene};
 use crate::voxel::Bricks;
-
-/// Voxels along the edge of the boxes that are decided whole; a row of one lies in one word of a plane.
-pub const BOX_EDGE: u32 = 8;
-
-/// Bits of a box's number, a third of them an axis: 1023 voxels are 128 boxes.
-pub const BOX_BITS: u32 = 21;
-
-/// The smallest and the largest blocks of a pyramid have an edge of two to the power of these pixels.
-pub const PYRAMID_LEVELS: std::ops::RangeInclusive<u32> = 1..=6;
-
-/// Edge in pixels of a tile, which is a block of a pyramid two levels above the smallest.
-pub const TILE: u32 = 4 << *PYRAMID_LEVELS.start();
 
 /// Most dispatches of `carve_voxels` in a batch; each has a head in the list of what it leaves.
 pub const HEADS: u32 = 2048;
@@ -37,10 +24,6 @@ pub const ABREAST: u32 = 16;
 /// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past
 /// the farthest range.
 pub const FARTHEST_READ_Q16: u32 = (1 << 28) - 1;
-
-/// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the
-/// invocations whose loops did.
-pub const DONE_WORDS: u32 = 2 * Stage::ALL.len() as u32;
 
 /// In place of a slot: there is no evidence.
 pub const NO_SLOT: Slot = u32::MAX;
@@ -226,13 +209,6 @@ impl From<&Shot> for PlacementWords {
 /// direction would take them nearly twice as long.
 pub fn dir_words([x, y, z]: [i32; 3]) -> [u32; 2] {
     [(x << 15 | z & 0x7fff) as u32, (y << 15 | z >> 15 & 3) as u32]
-}
-
-/// Where the end of a pixel's ray is among those of its placement, in an image of so many tiles across: by tiles, as
-/// `place_in_tile` of `shaders/tiles.wgsl` says.
-pub(crate) fn place_of_pixel(across: u32, [x, y]: [u32; 2]) -> u32 {
-    let (tile, [u, v]) = (y / TILE * across + x / TILE, [x % TILE, y % TILE]);
-    tile * TILE * TILE + v / 2 * 2 * TILE + u / 2 * 4 + v % 2 * 2 + u % 2
 }
 
 /// The twin of `Job` in `shaders/types.wgsl`: which readings are fused, and how.

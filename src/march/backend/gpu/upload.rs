@@ -60,9 +60,7 @@ impl Gpu {
         let mut encoder = device.encoder();
         let mut placed = Vec::with_capacity(3 * evidence.len());
         for (slot, planes) in evidence {
-            let (offset, bytes) = (loaded.offset(*slot)?, loaded.sizes.plane_bytes());
-            encoder.clear_buffer(&loaded.ended, 2 * offset, Some(2 * bytes));
-            encoder.clear_buffer(&loaded.free, offset, Some(bytes));
+            let (offset, bytes) = (loaded.clear_slot(&mut encoder, *slot)?, loaded.sizes.plane_bytes());
             placed.extend([
                 (&planes.occupied, &loaded.ended, 2 * offset),
                 (&planes.free, &loaded.free, offset),

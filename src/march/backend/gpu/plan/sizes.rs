@@ -8,7 +8,8 @@ use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::gpu::loop_bounds::{last_near_voxels, most_tiles};
-use crate::backend::gpu::types::{BOX_EDGE, FARTHEST_READ_Q16, HEADS, PYRAMID_LEVELS, TILE, place_of_pixel};
+use crate::backend::gpu::tiles::{BOX_EDGE, PYRAMID_LEVELS, TILE, place_of_pixel};
+use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEADS};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::voxel::Bricks;
 

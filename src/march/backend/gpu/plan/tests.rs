@@ -194,7 +194,7 @@ fn the_ends_of_a_camera_come_back_in_the_order_of_its_rays() {
     let sizes = TableSizes { rays: x * y, image: Some(image), ..camera() };
     let mut words = vec![u32::MAX; sizes.ends_words() as usize];
     for (ray, pixel) in (0..y).flat_map(|v| (0..x).map(move |u| [u, v])).enumerate() {
-        let place = &mut words[crate::backend::gpu::types::place_of_pixel(2, pixel) as usize];
+        let place = &mut words[crate::backend::gpu::tiles::place_of_pixel(2, pixel) as usize];
         assert_eq!(*place, u32::MAX, "two pixels have one place: {pixel:?}");
         *place = ray as u32;
     }
@@ -208,10 +208,7 @@ fn rays_by_tiles_of_plain_placements_are_cast_as_plain() {
         [Carving::ByVoxel, Carving::ByRay].into_iter().flat_map(|c| [(c, false), (c, true)])
     {
         let batch = CastBatch { plain, ..batch(3, carving) };
-        for dispatch in voxel(300, &[]).sensing(&camera(), &batch, &pace(1)) {
-            let expected = dispatch.stage == Stage::Cast && plain && carving == Carving::ByVoxel;
-            assert_eq!(dispatch.plain, expected, "{dispatch:?}");
-        }
+        assert_eq!(batch.casts_plain(), plain && carving == Carving::ByVoxel, "{batch:?}");
     }
     // Images that are not whole tiles are cast in whole ones.
     let image = Image { size_px: [1279, 717], focal_px: [674.4, 649.5] };

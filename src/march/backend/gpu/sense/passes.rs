@@ -1,0 +1,146 @@
+//! The passes of a batch of placements, a function each: which buffers a kernel reads and writes.
+
+use crate::backend::gpu::kernels::Stage;
+use crate::backend::gpu::loaded::{BufferPool, DeviceScene, DeviceTable};
+use crate::backend::gpu::pass::Pass;
+use crate::backend::gpu::plan::Dispatch;
+use crate::backend::gpu::queue::Queue;
+use crate::backend::gpu::tiles::BOX_EDGE;
+use crate::backend::gpu::types::{ABREAST, HEADS, PlacementWords};
+
+/// What all passes of a batch share.
+pub(super) struct SensePasses<'a> {
+    pub(super) queue: &'a Queue,
+    /// The scene, the parts of the dispatches, the table of rays.
+    pub(super) uniforms: [&'a wgpu::Buffer; 3],
+    pub(super) loaded: &'a DeviceScene,
+    pub(super) table: &'a DeviceTable,
+    /// The layer of blockers that rays are cast in.
+    pub(super) layer: &'a wgpu::Buffer,
+    pub(super) rays: &'a RayBuffers,
+}
+
+/// What a batch needs to cast rays.
+pub(super) struct RayBuffers {
+    /// How many placements.
+    count: u32,
+    placements: wgpu::Buffer,
+    /// What is known of first hits in the still layer.
+    first_hits: wgpu::Buffer,
+    /// The ends of rays.
+    pub(super) ends: wgpu::Buffer,
+    /// What the tiles of images see.
+    tiles: wgpu::Buffer,
+}
+
+/// What a batch needs besides to decide which voxels the pixels of cameras free.
+pub(super) struct VoxelBuffers {
+    pyramid: wgpu::Buffer,
+    /// The boxes that the pyramid does not decide.
+    undecided: wgpu::Buffer,
+    /// The voxels that `carve_voxels` leaves to `carve_crowded`, behind a head for each dispatch.
+    left: wgpu::Buffer,
+}
+
+impl RayBuffers {
+    /// Room for placements of a table.
+    pub(super) fn new(
+        queue: &Queue,
+        room: &mut BufferPool,
+        first_hits: wgpu::Buffer,
+        placements: &[PlacementWords],
+        table: &DeviceTable,
+    ) -> Self {
+        let (device, rows) = (&queue.device, placements.len() as u64);
+        RayBuffers {
+            count: placements.len() as u32,
+            placements: room.placements.fill(device, placements),
+            first_hits,
+            ends: room.ends.hold(device, rows * table.sizes.ends_bytes()),
+            tiles: room.tiles.hold(device, rows * table.sizes.tiles_bytes()),
+        }
+    }
+}
+
+impl VoxelBuffers {
+    /// Room for a batch, and for what the largest of its dispatches leaves. All that its passes add to is cleared.
+    pub(super) fn new(
+        passes: &SensePasses,
+        room: &mut BufferPool,
+        encoder: &mut wgpu::CommandEncoder,
+        dispatches: &[Dispatch],
+    ) -> Self {
+        let SensePasses { queue, loaded, table, rays, .. } = passes;
+        let (device, rows) = (&queue.device, u64::from(rays.count));
+        encoder.clear_buffer(&rays.tiles, 0, Some(rows * table.sizes.tiles_bytes()));
+        let pyramid = room.pyramid.hold(device, rows * table.sizes.pyramid_bytes());
+        // What no tile of the image writes is a block of pixels that free nothing.
+        encoder.clear_buffer(&pyramid, 0, Some(rows * table.sizes.pyramid_bytes()));
+        let undecided = room.undecided.hold(device, loaded.sizes.undecided_bytes(rays.count));
+        encoder.clear_buffer(&undecided, 0, Some(4));
+        let heads = [[0, ABREAST, 1, 0]; HEADS as usize];
+        let by_voxel = dispatches.iter().filter(|d| d.stage == Stage::CarveVoxels);
+        let most_boxes = by_voxel.map(|d| d.part.end - d.part.first).max().unwrap_or(0);
+        let list_bytes = u64::from(most_boxes * BOX_EDGE.pow(3)) * 4;
+        let left = room.left.hold(device, size_of_val(&heads) as u64 + list_bytes);
+        device.write(&left, 0, &heads);
+        VoxelBuffers { pyramid, undecided, left }
+    }
+}
+
+impl SensePasses<'_> {
+    pub(super) fn see_tiles(&self) -> Pass {
+        self.pass(Stage::SeeTiles, &[&self.rays.placements, &self.loaded.boxes, &self.rays.tiles])
+    }
+
+    pub(super) fn cast_tiles(&self) -> Pass {
+        let RayBuffers { placements, ends, tiles, .. } = self.rays;
+        self.pass(Stage::CastTiles, &[placements, &self.table.dirs, self.layer, tiles, ends])
+    }
+
+    /// By the kernel for plain placements, or for any.
+    pub(super) fn cast(&self, plain: bool) -> Pass {
+        let RayBuffers { placements, first_hits, ends, .. } = self.rays;
+        let DeviceTable { dirs, noise, .. } = self.table;
+        let storage = [placements, dirs, noise, self.layer, first_hits, ends, &self.loaded.ended];
+        match plain {
+            true => self.queue.plain_cast(&self.uniforms, &storage),
+            false => self.pass(Stage::Cast, &storage),
+        }
+    }
+
+    pub(super) fn carve_rays(&self) -> Pass {
+        let RayBuffers { placements, ends, tiles, .. } = self.rays;
+        self.pass(Stage::CarveRays, &[placements, &self.table.dirs, ends, tiles, &self.loaded.free])
+    }
+
+    pub(super) fn build_pyramid(&self, voxels: &VoxelBuffers) -> Pass {
+        self.pass(Stage::Pyramid, &[&self.rays.ends, &voxels.pyramid])
+    }
+
+    pub(super) fn carve_boxes(&self, voxels: &VoxelBuffers) -> Pass {
+        let VoxelBuffers { pyramid, undecided, .. } = voxels;
+        let DeviceScene { boxes, free, .. } = self.loaded;
+        self.pass(Stage::CarveBoxes, &[&self.rays.placements, pyramid, boxes, undecided, free])
+    }
+
+    pub(super) fn carve_voxels(&self, voxels: &VoxelBuffers) -> Pass {
+        self.look_up(Stage::CarveVoxels, voxels)
+    }
+
+    pub(super) fn carve_crowded(&self, voxels: &VoxelBuffers) -> Pass {
+        self.look_up(Stage::CarveCrowded, voxels).with_heads(&voxels.left)
+    }
+
+    /// Looks up voxels of undecided boxes in the image.
+    fn look_up(&self, stage: Stage, voxels: &VoxelBuffers) -> Pass {
+        let RayBuffers { placements, ends, .. } = self.rays;
+        let VoxelBuffers { pyramid, undecided, left } = voxels;
+        let free = &self.loaded.free;
+        self.pass(stage, &[placements, &self.table.dirs, ends, pyramid, undecided, left, free])
+    }
+
+    fn pass(&self, stage: Stage, storage: &[&wgpu::Buffer]) -> Pass {
+        self.queue.pass(stage, &self.uniforms, storage)
+    }
+}
