@@ -34,8 +34,8 @@ use super::swept::{self, StudyPlace};
 /// `export` and `report` take the folder.
 ///
 /// What is cast is kept there as soon as it is (evidence.journal): the same command goes on after whatever ended
-/// a run, and another question about the same study (objective, budget, requirements) casts nothing. A folder
-/// with evidence of something else is refused, with what has changed.
+/// a run, and another question about the same study (objective, region, budget, requirements) casts nothing. A
+/// folder with evidence of something else is refused, with what has changed.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false).required_unless_present("verify")))]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::evidence::Casting;
 use super::files::Chosen;
 use super::outcome::Outcome;
-use super::problem::{answer, examine, problem_of};
+use super::problem::{answer, examine, problem_of, wanted_counts};
 use super::refine::refine;
 use super::report::FrontReport;
 use super::verify::{Claims, Verified, verify};
@@ -96,7 +96,15 @@ impl<'a> Choosing<'a> {
     /// Those of [`Casting::begin`].
     pub fn begin_casting(&self, folder: Option<&Path>, restart: bool) -> Result<Casting<'a>> {
         let kept = folder.map(|folder| (folder, restart));
-        Casting::begin(self.study, self.choose, self.worlds, self.memory_bytes, kept)
+        let regions = [wanted_counts(self.choose)];
+        Casting::begin(
+            self.study,
+            &regions,
+            &self.choose.representations,
+            self.worlds,
+            self.memory_bytes,
+            kept,
+        )
     }
 
     /// Casts what is left. Where a device casts, one pose in `verify` is checked on the CPU.
@@ -114,7 +122,8 @@ impl<'a> Choosing<'a> {
             casting.run_on(&mut Failover::new(backends, progress))?;
         }
         let file = casting.path().filter(|_| casting.is_filed()).map(Path::to_path_buf);
-        let (evidence, checked) = casting.check(self.choose, backends, verify)?;
+        let (mut of_regions, checked) = casting.check(backends, verify)?;
+        let evidence = of_regions.pop().expect("one region was asked for");
         Ok(CastEvidence { evidence, file, checked })
     }
 
