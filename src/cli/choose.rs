@@ -37,8 +37,8 @@ use super::swept::{self, StudyPlace};
 /// `export` and `report` take the folder.
 ///
 /// What is cast is kept there as soon as it is (evidence.journal): the same command goes on after whatever ended
-/// a run, and another question about the same study (objective, budget, requirements) casts nothing. A folder
-/// with evidence of something else is refused, with what has changed.
+/// a run, and another question about the same study (objective, region, budget, requirements) casts nothing. A
+/// folder with evidence of something else is refused, with what has changed.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false).required_unless_present("verify")))]
@@ -84,6 +84,9 @@ Examples:
 On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the best sets so far are told and
 written, or what was cast is kept, and the exit code is 75.";
 
+/// What follows if evidence is read from a file.
+const FILED: &str = "sets come from adding and swapping single sensors, with a bound by cuts";
+
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let stop = StopAt::listen(args.max_time)?;
     args.backend.start_threads()?;
@@ -112,7 +115,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let casting = choosing.begin_casting(Some(folder.path()), args.restart)?;
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let evidence = cast(args, &choosing, casting, &mut backends, stop)?;
+    let evidence = cast(args, casting, &mut backends, stop, FILED)?.remove(0);
     let onlooker = Onlooker::new(Shown::Search(args.progress.search()), Some(stop), false);
     let found = choosing.search(&evidence, &mut backends, &onlooker)?;
     onlooker.finish();
@@ -157,7 +160,7 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = args.backend.backends()?;
-    let evidence = cast(args, &choosing, casting, &mut backends, stop)?;
+    let evidence = cast(args, casting, &mut backends, stop, FILED)?.remove(0);
     let onlooker = Onlooker::new(Shown::Search(args.progress.search()), Some(stop), false);
     let Verified { sets, proven, bounded, open, stopped, refining_stopped } =
         choosing.verify(&claims, &evidence, &mut backends, &onlooker)?;
@@ -176,14 +179,15 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What every candidate says: what is there already, and the rest cast.
+/// What every candidate says in each region that was asked for: what is there already, and the rest cast. `filed` says
+/// what follows if that is read from a file.
 fn cast(
     args: &Args,
-    choosing: &Choosing,
     casting: Casting,
     backends: &mut dyn BackendFactory,
     stop: &StopAt,
-) -> Result<CandidateEvidence> {
+    filed: &str,
+) -> Result<Vec<CandidateEvidence>> {
     let (left, total) = (casting.remaining(), casting.total());
     if let Some(path) = casting.path().map(Path::display) {
         if casting.damaged > 0 {
@@ -201,19 +205,15 @@ fn cast(
         _ => Shown::Job(args.progress.start("poses", total - left, total)),
     };
     let onlooker = Onlooker::new(shown, Some(stop), true);
-    let CastEvidence { evidence, file, checked } = choosing.cast(casting, backends, ONE_IN, &onlooker)?;
+    let CastEvidence { of_regions, file, checked } = casting.finish(backends, ONE_IN, &onlooker)?;
     onlooker.finish();
     if let Some(path) = file {
-        say!(
-            "evidence may take more than --memory and is read from {}: sets come from adding and swapping single \
-             sensors, with a bound by cuts",
-            path.display()
-        );
+        say!("evidence may take more than --memory and is read from {}: {filed}", path.display());
     }
     if let Some(checked) = checked {
         say!("{checked} poses counted again on the CPU: no difference");
     }
-    Ok(evidence)
+    Ok(of_regions)
 }
 
 impl Args {

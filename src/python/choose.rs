@@ -29,7 +29,7 @@ pub(crate) fn search(
     let mut backends = open(words, listener)?;
     let prepare_s = begin.elapsed().as_secs_f64();
     listener.begins("poses", casting.total());
-    let evidence = choosing.cast(casting, &mut backends, ONE_IN, listener)?.evidence;
+    let evidence = casting.finish(&mut backends, ONE_IN, listener)?.of_regions.remove(0);
     listener.begins("sets", 0);
     let found = choosing.search(&evidence, &mut backends, listener)?;
     // What Python stopped is not written.
@@ -56,7 +56,7 @@ pub(crate) fn check(
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = open(words, listener)?;
     listener.begins("poses", casting.total());
-    let evidence = choosing.cast(casting, &mut backends, ONE_IN, listener)?.evidence;
+    let evidence = casting.finish(&mut backends, ONE_IN, listener)?.of_regions.remove(0);
     listener.begins("steps", claims.steps() as u64);
     let Verified { sets, proven, bounded, open, .. } =
         choosing.verify(&claims, &evidence, &mut backends, listener)?;

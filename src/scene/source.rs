@@ -297,8 +297,8 @@ impl Sources {
         Ok(())
     }
 
-    /// The name of a file in the list.
-    fn name(&self, path: &Path) -> String {
+    /// The name of a file in the list of [`Sources::read_files`].
+    pub fn name(&self, path: &Path) -> String {
         for (package, folder) in &self.packages {
             if let Ok(rest) = path.strip_prefix(folder) {
                 return format!("package://{package}/{}", with_slashes(rest));

@@ -14,7 +14,7 @@ use perirobot_scene::scene::{Role, build::build, octomap};
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::{Truth, voxelize};
 use perirobot_study::sensor::{Camera, Station, placement};
-use perirobot_study::study::{Overrides, Study, load_scene};
+use perirobot_study::study::{Overrides, Study, Wanted, load_scene};
 use perirobot_study::world::{World, ray_tables};
 use perirobot_sweep::results::jobs;
 
@@ -177,7 +177,8 @@ fn the_best_three_cameras_are_sought_among_the_poses_of_experiment_1() {
     assert_eq!(asked.sensors[0].candidates, all.sensors[0].candidates);
     assert_eq!(asked.sensors[0].candidates.len(), 860);
     assert_eq!((asked.scenes[0].path.clone(), asked.sensors.len()), (all.scenes[0].path.clone(), 1));
-    assert_eq!(asked.choose.map(|choose| (choose.at_most, choose.budget)), Some((3, None)));
+    let choose = asked.choose.as_ref().and_then(Wanted::best).unwrap();
+    assert_eq!((choose.at_most, choose.budget), (3, None));
 }
 
 #[test]

@@ -2,14 +2,18 @@
 //! on, and what is torn, damaged or of another study is never taken for what was cast.
 
 use crate::common;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
 use crate::common::program::{self, Folder, choose, perirobot, text};
-use perirobot_decide::choose::{Casting, EVIDENCE};
+use perirobot_cover::CandidateEvidence;
+use perirobot_cover::layout::WantedCounts;
+use perirobot_decide::choose::{Casting, EVIDENCE, cast_evidence, wanted_counts};
 use perirobot_march::Error;
 use perirobot_march::backend::cpu::Cpu;
+use perirobot_march::metrics::Score;
 use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
@@ -92,19 +96,29 @@ fn another_question_casts_nothing_and_has_the_answer_of_a_fresh_folder() {
     let (said, again) = chosen(&folder, "out", &[]);
     assert!(said.contains("evidence of 19 scene-poses found in ") && said.contains(NOTHING_CAST), "{said}");
     assert_eq!(again, first);
-    // Costs, limits, the score and what is required decide nothing of it; nor does who would cast.
+    // Costs, limits, the score, its region and what is required decide nothing of it; nor does who would cast.
     folder.edit(STUDY, "name = \"camera\"", "name = \"camera\"\ncost = 250.0");
     folder.edit(STUDY, "name = \"lidar\"", "name = \"lidar\"\ncost = 499.5\nat_most = 1");
     let questions = [
-        "objective = \"kappa\"\nover = \"worst\"\nbudget = 800.0",
-        "objective = \"human_seen\"\napart_m = 0.5",
-        "objective = \"parts_detected\"\nalways = [\"lidar:posts/upright\"]",
-        "objective = \"f1\"\nrequire = [{ score = \"human_seen\", at_least = 0.01 }]",
+        ("objective = \"f1\"", "objective = \"kappa\"\nover = \"worst\"\nbudget = 800.0"),
+        (
+            "objective = \"kappa\"\nover = \"worst\"\nbudget = 800.0",
+            "objective = \"human_seen\"\napart_m = 0.5",
+        ),
+        ("region = \"box\"", "region = \"human\""),
+        (
+            "human_box = { object = \"operator\", margin_m = 0.2 }",
+            "sphere = { center_m = [0, 0, 0.8], radius_m = 3 }",
+        ),
+        ("objective = \"human_seen\"", "objective = \"parts_detected\"\nalways = [\"lidar:posts/upright\"]"),
+        ("seed = 7", "seed = 7\nmin_hits = 1"),
+        (
+            "objective = \"parts_detected\"\n",
+            "objective = \"f1\"\nrequire = [{ score = \"human_seen\", at_least = 0.01 }]\n",
+        ),
     ];
-    let mut asked = "objective = \"f1\"";
-    for (number, question) in questions.into_iter().enumerate() {
+    for (number, (asked, question)) in questions.into_iter().enumerate() {
         folder.edit(STUDY, asked, question);
-        asked = question;
         let (said, found) = chosen(&folder, "out", &["--backend", "oracle"]);
         assert!(said.contains(NOTHING_CAST) && !has_cast(&said), "{question}: {said}");
         let (said, fresh) = chosen(&folder, &format!("fresh{number}"), &[]);
@@ -146,7 +160,7 @@ fn damaged_bytes_are_found_and_cast_again() {
     let whole = journal(&folder);
     let records = first_record(&whole);
     // Within the header of the first record, its words, and somewhere behind.
-    for at in [0, 4, 8, 12, 16, 24, 31, 32, 100]
+    for at in [0, 4, 8, 12, 16, 24, 28, 35, 36, 43, 44, 100]
         .map(|at| records + at)
         .into_iter()
         .chain([(records + whole.len()) / 2, whole.len() - 1])
@@ -172,7 +186,7 @@ fn damaged_bytes_are_found_and_cast_again() {
         assert!(journal(&folder) == bytes, "it is left as it was");
     };
     before(0, &["evidence.journal: is no evidence of perirobot", "name another folder, or move it away"]);
-    before(8, &["is evidence of format 5, this perirobot writes 1", "--restart"]);
+    before(8, &["is evidence of format 6, this perirobot writes 2", "--restart"]);
     for at in [12, 20, 40, 59, 60, records - 1] {
         before(at, &["evidence.journal: has a damaged beginning", "--restart begins anew"]);
     }
@@ -186,7 +200,6 @@ fn evidence_of_another_study_is_refused_until_it_may_be_lost() {
     chosen(&folder, "out", &[]);
     for (from, to, expected) in [
         ("seed = 7", "seed = 8", "seed was 7, is 8"),
-        ("region = \"box\"", "region = \"human\"", "choose.region was \"box\", is \"human\""),
         ("std_m = 0.05", "std_m = 0.06", "study.sensor[0].noise.std_m was 0.05, is 0.06"),
         ("count = 2", "count = 3", "study.sensor[0].poses[1].random.count was 2, is 3"),
         ("voxel_size_m = 0.1", "voxel_size_m = 0.125", "voxel_size_m was 0.1, is 0.125"),
@@ -214,6 +227,176 @@ fn evidence_of_another_study_is_refused_until_it_may_be_lost() {
     let (said, found) = chosen(&folder, "out", &[]);
     assert!(said.contains("damaged in 1 places"), "{said}");
     assert_eq!(found, expected);
+}
+
+/// Changes of the small study of which nothing is cast, each with the key that it is of, what it replaces, and by what.
+const NOT_DECIDING: &[(&str, &str, &str)] = &[
+    ("choose", "objective = \"f1\"", "objective = \"human_seen\""),
+    ("choose", "region = \"box\"", "region = \"human\""),
+    ("choose", "at_most = 2", "at_most = 1\nover = \"worst\"\napart_m = 0.5\nrefine = true"),
+    ("choose", "at_most = 2", "at_most = 2\nalways = [\"lidar:posts/upright\"]"),
+    ("choose", "at_most = 2", "at_most = 2\nrequire = [{ score = \"human_seen\", at_least = 0.5 }]"),
+    ("sensor", "[[sensor.poses]]\nname = \"posts\"", "at_most = 1\n[[sensor.poses]]\nname = \"posts\""),
+    ("region", "radius_m = 0.6", "radius_m = 2.0"),
+    ("region", "name = \"human\"\n", "name = \"people\"\n"),
+    ("region", "[[sensor]]", "[[region]]\nname = \"block\"\nmesh = \"block.stl\"\n[[sensor]]"),
+    (
+        "stopping",
+        "[[sensor]]",
+        "[[region]]\nname = \"near\"\nseparation = {}\n[stopping]\nformula = \"speed_and_separation\"\n\
+         robot_speeds_m_s = [0.25, 0.5]\nsensor_reaction_s = 0.1\ncontrol_reaction_s = 0.05\n\
+         robot_deceleration_m_s2 = 2.0\nperson_uncertainty_m = 0.1\nrobot_uncertainty_m = 0.01\n[[sensor]]",
+    ),
+    ("min_hits", "seed = 7", "seed = 7\nmin_hits = 1"),
+    ("fusion", "seed = 7", "seed = 7\nfusion = \"octomap\""),
+    ("mixed_noise", "seed = 7", "seed = 7\nmixed_noise = true"),
+    ("combination", "", "[[combination]]\nsensors = [\"camera\"]"),
+    (
+        "require",
+        "",
+        "[[require]]\nname = \"seen\"\nscore = \"parts_detected\"\nregion = \"box\"\nat_least = 0.8",
+    ),
+    ("mounting_error", "", "[mounting_error]\ndraws = 2\nposition_m = 0.01\nangle_deg = 1.0"),
+    ("postures", "", "[postures]\npeople = [\"standing\"]\nspots = [[0.0, 0.0, 0.0]]"),
+    ("approach", "", "[approach]\nfloor_m = 0.1\nmin_voxels = 2"),
+];
+
+/// Changes with which it is refused, and what is said of each.
+const DECIDING: &[(&str, &str, &str, &str)] = &[
+    ("seed", "seed = 7", "seed = 8", "seed was 7, is 8"),
+    ("repeats", "repeats = 2", "repeats = 3", "study.repeats was 2, is 3"),
+    ("grid", "voxel_size_m = 0.1", "voxel_size_m = 0.125", "voxel_size_m was 0.1, is 0.125"),
+    (
+        "grid",
+        "voxel_size_m = 0.1",
+        "voxel_size_m = 0.1\noutside = \"backdrop\"",
+        "study.grid.outside was null",
+    ),
+    ("scene", "file = \"cell.toml\"", "file = \"cell.toml\"\nname = \"two\"", "study.scene[0].name was null"),
+    ("candidate", "", "[[candidate]]\nobject = \"crate\"\nx_m = 0.6\ny_m = 0.4", "study.candidate was null"),
+    ("sensor", "fov_deg = [87, 58]", "fov_deg = [80, 58]", "study.sensor[0].fov_deg was [87,58], is [80,58]"),
+    ("sensor", "std_m = 0.05", "std_m = 0.06", "study.sensor[0].noise.std_m was 0.05, is 0.06"),
+    ("sensor", "count = 2", "count = 3", "study.sensor[0].poses[1].random.count was 2, is 3"),
+    (
+        "choose",
+        "at_most = 2",
+        "at_most = 2\nrepresentation = { scanner = \"field\" }",
+        "choose.representation.scanner was \"points\", is \"field\"",
+    ),
+];
+
+/// A sensor that can be taken to say two things.
+const SCANNER: &str = r#"
+[[sensor]]
+name = "scanner"
+kind = "lidar"
+fov_deg = 270
+rings_deg = [0]
+beams = 28
+range_m = [0.1, 5]
+representations = ["points", "field"]
+field = { polygon_m = [[0, -0.4], [0.4, -0.4], [0.4, 0.4], [0, 0.4]], height_m = 0.5 }
+[[sensor.poses]]
+name = "floor"
+list = [{ position_m = [-0.9, -0.5, 0.2], facing = [1, 0, 0] }]
+"#;
+
+/// A closed surface in the small cell.
+const BLOCK: &str = "solid block
+facet normal 0 0 0\nouter loop\nvertex 0 0 0.2\nvertex 0 0.8 0.2\nvertex 0.8 0 0.2\nendloop\nendfacet
+facet normal 0 0 0\nouter loop\nvertex 0 0 0.2\nvertex 0.8 0 0.2\nvertex 0 0 1\nendloop\nendfacet
+facet normal 0 0 0\nouter loop\nvertex 0 0 0.2\nvertex 0 0 1\nvertex 0 0.8 0.2\nendloop\nendfacet
+facet normal 0 0 0\nouter loop\nvertex 0.8 0 0.2\nvertex 0 0.8 0.2\nvertex 0 0 1\nendloop\nendfacet
+endsolid block
+";
+
+#[test]
+fn each_key_of_a_study_decides_evidence_or_does_not() {
+    let folder = folder();
+    folder.edit(STUDY, "", SCANNER);
+    folder.write("block.stl", BLOCK);
+    chosen(&folder, "out", &[]);
+    let (cast, study, out) = (journal(&folder), fs::read(folder.path(STUDY)).unwrap(), folder.path("out"));
+    let left_of = |overrides: Overrides| {
+        let study = Study::load(&folder.path(STUDY), &overrides).unwrap();
+        let worlds = World::prepare_all(&study).unwrap();
+        begin(&study, &worlds, 1 << 30, Some((&out, false))).map(|casting| casting.remaining())
+    };
+    let left = || left_of(Overrides::default());
+    let said = left_of(Overrides { noiseless: true, ..Default::default() }).unwrap_err().to_string();
+    assert!(said.contains("noiseless was false, is true"), "{said}");
+    for (key, from, to) in NOT_DECIDING {
+        folder.edit(STUDY, from, to);
+        assert_eq!(left().unwrap_or_else(|e| panic!("{key}: {e}")), 0, "{key}: {to}");
+        folder.write(STUDY, &study);
+    }
+    for (key, from, to, expected) in DECIDING {
+        folder.edit(STUDY, from, to);
+        let said = left().expect_err(key).to_string();
+        assert!(
+            said.contains("holds evidence of something else: ") && said.contains(expected),
+            "{key}: {said}"
+        );
+        folder.write(STUDY, &study);
+    }
+    folder.edit("cell.toml", "position_m = [0.7, 0.4, 0.25]", "position_m = [0.6, 0.4, 0.25]");
+    let said = left().unwrap_err().to_string();
+    assert!(said.contains("scene_files[0].says.object[1].position_m was [0.7,0.4,0.25]"), "{said}");
+    assert!(journal(&folder) == cast, "it is left as it was");
+    // A new key of a study must be listed here as one or the other.
+    let schema = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/schemas/study.schema.json");
+    let schema: serde_json::Value = serde_json::from_slice(&fs::read(schema).unwrap()).unwrap();
+    let known: BTreeSet<&str> =
+        schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+    let tried = NOT_DECIDING.iter().map(|change| change.0).chain(DECIDING.iter().map(|change| change.0));
+    assert_eq!(tried.collect::<BTreeSet<&str>>(), known);
+}
+
+#[test]
+fn several_regions_share_what_is_cast_and_the_memory() {
+    let folder = folder();
+    let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
+    let (worlds, out) = (World::prepare_all(&study).unwrap(), folder.path("out"));
+    fs::create_dir(&out).unwrap();
+    let people = WantedCounts::from_scores([Score::HumanSeen].into_iter());
+    let asked = [(2, people), (0, WantedCounts::ALL), (1, WantedCounts::ALL)];
+    let ways = vec![0; study.sensors.len()];
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let alone = asked.map(|(region, _)| {
+        cast_evidence(&study, &worlds, (region, &ways), 1 << 30, &mut cpu, &|| None).unwrap()
+    });
+    let same = |all: &[CandidateEvidence]| {
+        for ((found, expected), (region, wanted)) in all.iter().zip(&alone).zip(&asked) {
+            assert_eq!(found.items, alone[0].items);
+            for item in 0..expected.count() {
+                let set = [item, (item * 7 + 3) % expected.count()];
+                let (found, expected) = (found.counts(&set), expected.counts(&set));
+                match wanted.labels {
+                    true => assert_eq!(found, expected, "region {region}: {set:?}"),
+                    false => {
+                        assert!(found.iter().map(|c| c.detection).eq(expected.iter().map(|c| c.detection)))
+                    }
+                }
+            }
+        }
+    };
+    let mut casting = begin_of(&study, &asked, &worlds, 1 << 30, Some((&out, false))).unwrap();
+    assert_eq!(casting.total(), 19, "each is cast once for all regions");
+    casting.run(&mut cpu, &|| None).unwrap();
+    let held = casting.evidence();
+    same(&held);
+    let bytes: u64 = held.iter().map(CandidateEvidence::bytes).sum();
+    assert!(held.iter().all(|of| of.bytes() > 0 && of.spare_bytes() == (1 << 30) - bytes));
+    drop(held);
+    let enough = begin_of(&study, &asked, &worlds, bytes, Some((&out, false))).unwrap();
+    assert!(!enough.is_filed() && enough.remaining() == 0);
+    same(&enough.evidence());
+    let filed = begin_of(&study, &asked, &worlds, bytes - 1, Some((&out, false))).unwrap();
+    assert!(filed.is_filed() && filed.remaining() == 0);
+    let filed = filed.evidence();
+    assert!(filed.iter().all(|of| of.is_filed() && of.spare_bytes() == bytes - 1));
+    same(&filed);
+    filed.iter().for_each(|of| of.was_read().unwrap());
 }
 
 #[test]
@@ -293,8 +476,20 @@ fn begin<'a>(
     kept: Option<(&Path, bool)>,
 ) -> perirobot_march::Result<Casting<'a>> {
     let choose = study.choose.as_ref().unwrap().best().unwrap();
+    begin_of(study, &[wanted_counts(choose)], worlds, memory_bytes, kept)
+}
+
+/// The same of some regions.
+fn begin_of<'a>(
+    study: &'a Study,
+    asked: &[(usize, WantedCounts)],
+    worlds: &'a [World],
+    memory_bytes: u64,
+    kept: Option<(&Path, bool)>,
+) -> perirobot_march::Result<Casting<'a>> {
+    let representations = &study.choose.as_ref().unwrap().best().unwrap().representations;
     loop {
-        match Casting::begin(study, choose, worlds, memory_bytes, kept) {
+        match Casting::begin(study, asked, representations, worlds, memory_bytes, kept) {
             Err(Error::Busy(_)) => std::thread::sleep(Duration::from_millis(10)),
             begun => return begun,
         }
@@ -339,12 +534,12 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
             assert_eq!(least_memory(&study, &worlds, None), needed);
             let mut casting = begin(&study, &worlds, needed, Some((&out, false))).unwrap();
             casting.run(&mut Cpu::new(Some(1)).unwrap(), &|| None).unwrap();
-            let evidence = casting.evidence();
+            let evidence = casting.evidence().remove(0);
             let held = evidence.bytes();
             // What is too much is read from the file, and says the same.
             let filed = begin(&study, &worlds, held - 1, Some((&out, false))).unwrap();
             assert!(filed.is_filed() && filed.remaining() == 0);
-            let filed = filed.evidence();
+            let filed = filed.evidence().remove(0);
             assert!(filed.is_filed() && filed.bytes() == 0);
             for item in 0..evidence.count() {
                 let set = [item, (item * 7 + 3) % evidence.count()];

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::common::program::Folder;
 use crate::common::watch::Onlooker;
-use perirobot_decide::choose::{Casting, MEMORY_BYTES, count_again};
+use perirobot_decide::choose::{Casting, MEMORY_BYTES, count_again, wanted_counts};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::backend::{
@@ -140,10 +140,12 @@ fn study() -> (Folder, Study, Vec<World>, Choose) {
 #[test]
 fn what_a_device_does_not_cast_others_do() {
     let (_folder, study, worlds, choose) = study();
-    let begin = || Casting::begin(&study, &choose, &worlds, MEMORY_BYTES, None).unwrap();
+    let asked = wanted_counts(&choose);
+    let begin =
+        || Casting::begin(&study, &[asked], &choose.representations, &worlds, MEMORY_BYTES, None).unwrap();
     let (mut cpu, mut casting) = (Cpu::new(Some(1)).unwrap(), begin());
     casting.run(&mut cpu, &|| None).unwrap();
-    let expected = casting.evidence();
+    let expected = casting.evidence().remove(0);
     let often = usize::MAX;
     for (full, small, instead) in [
         (often, often, &[][..]),
@@ -157,7 +159,7 @@ fn what_a_device_does_not_cast_others_do() {
         casting.run_on(&mut Failover::new(&mut devices, &watch)).unwrap();
         let heard = watch.heard();
         assert_eq!(heard.finished, casting.total(), "each is taken once");
-        let found = casting.evidence();
+        let found = casting.evidence().remove(0);
         assert_eq!(heard.faults.len(), instead.len(), "{:?}", heard.faults);
         for (fault, instead) in heard.faults.iter().zip(instead) {
             assert!(fault.what.contains("is lost") && fault.instead.contains(instead), "{fault:?}");
@@ -165,7 +167,9 @@ fn what_a_device_does_not_cast_others_do() {
         for item in 0..expected.count() {
             assert_eq!(found.counts(&[item]), expected.counts(&[item]), "{full}, {small}: {item}");
         }
-        let checked = count_again(&found, &study, &choose, &worlds, &mut cpu, 2).unwrap();
+        let found_in = [(asked, &found)];
+        let checked =
+            count_again(&found_in, (&study, &worlds), &choose.representations, &mut cpu, 2).unwrap();
         assert_eq!(checked, 1 + found.count().div_ceil(2) as u64, "the first three, and one in two");
     }
 }
@@ -175,10 +179,12 @@ fn a_lie_is_found_before_anything_is_searched() {
     let (_folder, study, worlds, choose) = study();
     let often = usize::MAX;
     let mut devices = Devices { full: often, small: often, lie: true };
-    let mut casting = Casting::begin(&study, &choose, &worlds, MEMORY_BYTES, None).unwrap();
+    let (asked, ways) = (wanted_counts(&choose), &choose.representations);
+    let mut casting = Casting::begin(&study, &[asked], ways, &worlds, MEMORY_BYTES, None).unwrap();
     casting.run_on(&mut Failover::new(&mut devices, &|| None)).unwrap();
     let mut cpu = Cpu::new(Some(1)).unwrap();
-    let told = count_again(&casting.evidence(), &study, &choose, &worlds, &mut cpu, 500).unwrap_err();
+    let found = casting.evidence().remove(0);
+    let told = count_again(&[(asked, &found)], (&study, &worlds), ways, &mut cpu, 500).unwrap_err();
     assert!(matches!(&told, Error::Disagreement(_)), "{told}");
     assert!(told.to_string().contains("disagree about camera:wall/0/0"), "{told}");
 }

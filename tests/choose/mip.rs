@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::common::program::Folder;
 use crate::common::{Random, python};
-use perirobot_decide::choose::{Casting, FrontReport, MEMORY_BYTES, answer, problem_of};
+use perirobot_decide::choose::{Casting, FrontReport, MEMORY_BYTES, answer, problem_of, wanted_counts};
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::oracle::Oracle;
@@ -81,9 +81,10 @@ fn claimed(path: &Path) -> Value {
     let study = Study::load(path, &Overrides::default()).unwrap();
     let choose = study.choose.as_ref().unwrap().best().unwrap();
     let worlds = World::prepare_all(&study).unwrap();
-    let mut casting = Casting::begin(&study, choose, &worlds, MEMORY_BYTES, None).unwrap();
+    let (asked, ways) = ([wanted_counts(choose)], &choose.representations);
+    let mut casting = Casting::begin(&study, &asked, ways, &worlds, MEMORY_BYTES, None).unwrap();
     casting.run(&mut Cpu::new(Some(2)).unwrap(), &|| None).unwrap();
-    let evidence = casting.evidence();
+    let evidence = casting.evidence().remove(0);
     let problem = problem_of(&study, choose, &worlds, &evidence);
     let told = FrontReport::new(&study, &worlds, &problem, &answer(&problem, &|| None).unwrap());
     let step = told.steps.iter().find(|step| step.at_most == choose.at_most).unwrap();

@@ -9,7 +9,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common;
 use crate::common::program::{Folder, Outcome, choose, perirobot, priced, rows, text};
-use perirobot_decide::choose::{self, Casting, Chosen, FrontReport, MEMORY_BYTES, Refinement, problem_of};
+use perirobot_decide::choose::{
+    self, Casting, Chosen, FrontReport, MEMORY_BYTES, Refinement, problem_of, wanted_counts,
+};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
@@ -350,10 +352,12 @@ fn a_stop_keeps_what_was_gained_until_then() {
     let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
     let (worlds, asked) =
         (World::prepare_all(&study).unwrap(), study.choose.as_ref().unwrap().best().unwrap());
-    let mut casting = Casting::begin(&study, asked, &worlds, MEMORY_BYTES, None).unwrap();
+    let ways = &asked.representations;
+    let mut casting =
+        Casting::begin(&study, &[wanted_counts(asked)], ways, &worlds, MEMORY_BYTES, None).unwrap();
     let patience = |most| Patience { gains: AtomicUsize::new(0), most };
     casting.run(&mut Cpu::new(Some(1)).unwrap(), &|| None).unwrap();
-    let evidence = casting.evidence();
+    let evidence = casting.evidence().remove(0);
     let problem = problem_of(&study, asked, &worlds, &evidence);
     let answer = choose::answer(&problem, &|| None).unwrap();
     let told = FrontReport::new(&study, &worlds, &problem, &answer);

@@ -16,10 +16,13 @@ use perirobot_sweep::sweep::check::ONE_IN;
 use super::super::onlooker::{Onlooker, Shown};
 use super::super::stop::{StopAt, stop_code};
 use super::super::sweep::command;
-use super::Args;
+use super::{Args, cast};
 
 /// The exit code if no set passes, as that of `judge` where a requirement is missed.
 const NONE_PASSES: u8 = 4;
+
+/// What follows if evidence is read from a file.
+const FILED: &str = "the search takes longer";
 
 /// Finds the cheapest set that passes, writes it and prints it.
 pub(super) fn search(
@@ -31,12 +34,10 @@ pub(super) fn search(
 ) -> Result<ExitCode> {
     let purchasing = Purchasing::new(study, purchase, worlds, args.evidence_bytes())?;
     let folder = PurchaseOutcome::folder(out, study)?;
+    let casting = purchasing.begin_casting(Some(folder.path()), args.restart)?;
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let shown = Shown::Job(args.progress.start("poses", 0, purchasing.casts()));
-    let onlooker = Onlooker::new(shown, Some(stop), true);
-    let evidence = purchasing.cast(&mut backends, &onlooker)?;
-    onlooker.finish();
+    let evidence = cast(args, casting, &mut backends, stop, FILED)?;
     let shown = match purchasing.looks() {
         0 => Shown::Nothing,
         looks => Shown::Job(args.progress.start("looks", 0, looks)),

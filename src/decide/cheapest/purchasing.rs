@@ -1,17 +1,18 @@
 //! The stages of a search for the cheapest set that passes: every candidate is cast once, then sets are searched.
 
+use std::path::Path;
+
 use perirobot_cover::cheapest::{CheapestAnswer, CheapestProblem, Share, cheapest};
 use perirobot_cover::layout::WantedCounts;
 use perirobot_cover::{CandidateEvidence, Problem, Ratio, SetLimits, SetRules, Worth};
 use perirobot_march::Result;
-use perirobot_march::backend::factory::{BackendFactory, ChosenBackends};
+use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::progress::Progress;
 use perirobot_study::sensor::Cost;
 use perirobot_study::study::{Purchase, PurchaseFront, Requirement, Study};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
-use perirobot_sweep::sweep::Failover;
 
 use super::passing::PassingTest;
 use super::reasons;
@@ -92,39 +93,16 @@ impl<'a> Purchasing<'a> {
         Ok(Purchasing { study, purchase, worlds, memory_bytes, items, grounds, asked, regions })
     }
 
-    /// How many candidates [`Purchasing::cast`] casts, in each scene, snapshot and repeat for itself.
-    pub fn casts(&self) -> u64 {
-        let repeats = |sensor: usize| match self.study.sensors[sensor].kind.is_noisy() {
-            true => u64::from(self.study.repeats),
-            false => 1,
-        };
-        let each = self.items.iter().map(|&[sensor, _]| repeats(sensor)).sum::<u64>();
-        each * (self.worlds.len() * self.regions.len()) as u64
-    }
-
-    /// Casts every candidate.
+    /// Reads the evidence in a folder, and keeps there what will be cast; with `restart` it is lost. Without a folder
+    /// none is kept.
     ///
     /// # Errors
-    /// When the backend fails; when the evidence takes more memory than it may; `Error::Stopped`.
-    pub fn cast(
-        &self,
-        backends: &mut dyn BackendFactory,
-        progress: &dyn Progress,
-    ) -> Result<Vec<CandidateEvidence>> {
-        let mut all = Vec::new();
-        for &region in &self.regions {
-            let mut casting = Casting::new(
-                self.study,
-                self.worlds,
-                (region, &self.purchase.representations),
-                WantedCounts::ALL,
-                self.memory_bytes,
-                None,
-            )?;
-            casting.run_on(&mut Failover::new(backends, progress))?;
-            all.push(casting.evidence());
-        }
-        Ok(all)
+    /// Those of [`Casting::begin`].
+    pub fn begin_casting(&self, folder: Option<&Path>, restart: bool) -> Result<Casting<'a>> {
+        let regions: Vec<_> = self.regions.iter().map(|&region| (region, WantedCounts::ALL)).collect();
+        let kept = folder.map(|folder| (folder, restart));
+        let Purchase { representations, .. } = self.purchase;
+        Casting::begin(self.study, &regions, representations, self.worlds, self.memory_bytes, kept)
     }
 
     /// How many looks of [`Purchasing::look`] there are.

@@ -160,7 +160,8 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let Some(Wanted::Cheapest(purchase)) = &study.choose else { panic!("{text}") };
         let worlds = World::prepare_all(&study).unwrap();
         let purchasing = Purchasing::new(&study, purchase, &worlds, 1 << 30).unwrap();
-        let evidence = purchasing.cast(&mut open().unwrap(), &|| None).unwrap();
+        let casting = purchasing.begin_casting(None, false).unwrap();
+        let evidence = casting.finish(&mut open().unwrap(), 1, &|| None).unwrap().of_regions;
         let ways = purchasing.look(&|| None).unwrap();
         let found = purchasing.search(&evidence, &ways, &open, &|| None).unwrap().remove(0).found;
         let rules = purchasing.rules();

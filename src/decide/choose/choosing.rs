@@ -1,12 +1,12 @@
 //! The stages of a search: evidence is cast, sets are searched and refined, and what was found is written or verified.
 //! A caller shows what a stage returns before the next one begins.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::evidence::Casting;
 use super::files::Chosen;
 use super::outcome::Outcome;
-use super::problem::{answer, examine, problem_of};
+use super::problem::{answer, examine, problem_of, wanted_counts};
 use super::refine::refine;
 use super::report::FrontReport;
 use super::verify::{Claims, Verified, verify};
@@ -17,7 +17,6 @@ use perirobot_march::{Error, Result};
 use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::OutputFolder;
-use perirobot_sweep::sweep::Failover;
 
 /// A question that has an answer.
 pub struct Choosing<'a> {
@@ -26,16 +25,6 @@ pub struct Choosing<'a> {
     worlds: &'a [World],
     /// How many bytes of evidence may be held.
     memory_bytes: u64,
-}
-
-/// What every candidate says.
-pub struct CastEvidence {
-    /// The evidence.
-    pub evidence: CandidateEvidence,
-    /// The file that it is read from, if it takes more memory than it may.
-    pub file: Option<PathBuf>,
-    /// How many poses of a device the CPU counted again.
-    pub checked: Option<u64>,
 }
 
 /// The best sets that were found.
@@ -96,26 +85,15 @@ impl<'a> Choosing<'a> {
     /// Those of [`Casting::begin`].
     pub fn begin_casting(&self, folder: Option<&Path>, restart: bool) -> Result<Casting<'a>> {
         let kept = folder.map(|folder| (folder, restart));
-        Casting::begin(self.study, self.choose, self.worlds, self.memory_bytes, kept)
-    }
-
-    /// Casts what is left. Where a device casts, one pose in `verify` is checked on the CPU.
-    ///
-    /// # Errors
-    /// Those of [`Casting::run_on`] and [`Casting::check`].
-    pub fn cast(
-        &self,
-        mut casting: Casting,
-        backends: &mut dyn BackendFactory,
-        verify: u64,
-        progress: &dyn Progress,
-    ) -> Result<CastEvidence> {
-        if casting.remaining() > 0 {
-            casting.run_on(&mut Failover::new(backends, progress))?;
-        }
-        let file = casting.path().filter(|_| casting.is_filed()).map(Path::to_path_buf);
-        let (evidence, checked) = casting.check(self.choose, backends, verify)?;
-        Ok(CastEvidence { evidence, file, checked })
+        let regions = [wanted_counts(self.choose)];
+        Casting::begin(
+            self.study,
+            &regions,
+            &self.choose.representations,
+            self.worlds,
+            self.memory_bytes,
+            kept,
+        )
     }
 
     /// Finds the best sets, and refines them if that is asked for. None if it was stopped before any set was found.

@@ -1,11 +1,13 @@
-//! What every sensor says at every candidate, cast once: rows of bits for the solver, over the voxels of one region in all
-//! scenes, snapshots and repeats.
+//! What every sensor says at every candidate, cast once: rows of bits for the solver, over the voxels of each region that
+//! is asked for in all scenes, snapshots and repeats. What is kept on disk serves any region.
 
 mod casting;
+mod deciding;
 mod file;
+mod region;
 mod rows;
 
-pub use casting::Casting;
+pub use casting::{CastEvidence, Casting};
 pub use file::EVIDENCE;
 use perirobot_cover::CandidateEvidence;
 use perirobot_cover::layout::WantedCounts;
@@ -18,20 +20,21 @@ use perirobot_study::world::World;
 /// Bytes of evidence that may be kept unless something else is said.
 pub const MEMORY_BYTES: u64 = 2 << 30;
 
-/// Casts every candidate of a study in all of its worlds, and keeps all of it in memory. `representations` is the
-/// representation of each sensor.
+/// Casts every candidate of a study in all of its worlds, and keeps all that it says of a region in memory.
+/// `representations` is the representation of each sensor.
 ///
 /// # Errors
 /// When it does not fit so many bytes, before anything is cast; when the backend fails; `Error::Stopped`.
 pub fn cast_evidence(
     study: &Study,
     worlds: &[World],
-    of: (usize, &[usize]),
+    (region, representations): (usize, &[usize]),
     memory_bytes: u64,
     backend: &mut dyn Backend,
     progress: &dyn Progress,
 ) -> Result<CandidateEvidence> {
-    let mut casting = Casting::new(study, worlds, of, WantedCounts::ALL, memory_bytes, None)?;
+    let regions = [(region, WantedCounts::ALL)];
+    let mut casting = Casting::begin(study, &regions, representations, worlds, memory_bytes, None)?;
     casting.run(backend, progress)?;
-    Ok(casting.evidence())
+    Ok(casting.evidence().pop().expect("one region was asked for"))
 }

@@ -1,25 +1,32 @@
 //! Which voxels of a study the bits of the solver are: those of one region in each scene, snapshot and repeat.
 
-use perirobot_cover::layout::{BitLayout, FALSE, FELT, MISSED, MomentBits, PLANES, PartBits};
-use perirobot_march::backend::Planes;
+use perirobot_cover::layout::{BitLayout, FALSE, FELT, MISSED, MomentBits, PLANES, PartBits, SPACE_OF};
 use perirobot_march::voxel::{BitGrid, Window};
-use perirobot_scene::truth::region::window_of;
 use perirobot_study::sensor::Kind;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::SensorSays;
 
 /// The bits of a region in all worlds of a study.
-pub(super) fn layout_of(study: &Study, worlds: &[World], region: usize) -> (BitLayout, Vec<RegionPlaces>) {
-    let (moments, places): (Vec<MomentBits>, Vec<RegionPlaces>) =
-        worlds.iter().map(|world| describe(world, region)).unzip();
+pub(super) fn layout_of(study: &Study, worlds: &[World], region: usize) -> BitLayout {
+    let windows: Vec<Window> = worlds.iter().map(|world| world.regions[region].voxels.window()).collect();
+    layout_in(study, worlds, &windows, region).0
+}
+
+/// The same, with where the voxels of the region are in planes over a window of each world.
+pub(super) fn layout_in(
+    study: &Study,
+    worlds: &[World],
+    windows: &[Window],
+    region: usize,
+) -> (BitLayout, Vec<RegionPlaces>) {
+    let described = worlds.iter().zip(windows).map(|(world, &window)| describe(world, window, region));
+    let (moments, places): (Vec<MomentBits>, Vec<RegionPlaces>) = described.unzip();
     (BitLayout::new(&moments, study.repeats, study.min_hits.into()), places)
 }
 
-/// Where the voxels of a world's region are in planes over the bounding box of the world's regions.
+/// Where the voxels of a world's region are in planes over a window of the world.
 #[derive(Debug)]
 pub(super) struct RegionPlaces {
-    window: Window,
     /// Of truly occupied and of truly free voxels: words of a plane, and the voxels in them.
     masks: [Vec<(usize, u32)>; 2],
     /// Of each part the bits of a plane.
@@ -38,52 +45,35 @@ pub(super) fn may_have_bits(kind: &dyn Kind, representation: usize) -> [bool; PL
 }
 
 impl RegionPlaces {
-    /// The six planes of what a sensor says as words of one moment; none of a plane without a bit.
-    pub(super) fn pick(&self, said: &[SensorSays]) -> [Vec<u64>; PLANES] {
-        let mut all = Planes::blank(self.window);
-        let mut felt = BitGrid::new(self.window);
-        for said in said {
-            for part in &said.parts {
-                all.occupied.add(&part.occupied);
-                all.free.add(&part.free);
-                all.hits.add(&part.hits);
-                if said.presence {
-                    felt.add(&part.hits);
-                }
+    /// One of the six planes as words of one moment, from the plane of [`SAID_OF`]; nothing if it has no bit.
+    ///
+    /// [`SAID_OF`]: super::planes::SAID_OF
+    pub(super) fn pick(&self, plane: usize, said: &BitGrid) -> Vec<u64> {
+        let said = said.words();
+        let words = match SPACE_OF[plane] {
+            space @ (0 | 1) => {
+                let masks = self.masks[space].iter();
+                pack_bits(masks.map(|&(word, mask)| (extract(said[word], mask), mask.count_ones())))
             }
-        }
-        all.free.remove(&all.occupied);
-        let [occupied, free, hits, felt] = [&all.occupied, &all.free, &all.hits, &felt].map(BitGrid::words);
-        let [truly, falsely] = &self.masks;
-        let of_people = |plane: &[u32]| {
-            let part = |bits: &Vec<usize>| {
-                let set = bits.iter().map(|&bit| (plane[bit >> 5] >> (bit & 31) & 1, 1));
-                pack_bits(set)
-            };
-            self.parts.iter().flat_map(part).collect::<Vec<u64>>()
+            _ => {
+                let part = |bits: &Vec<usize>| {
+                    pack_bits(bits.iter().map(|&bit| (said[bit >> 5] >> (bit & 31) & 1, 1)))
+                };
+                self.parts.iter().flat_map(part).collect()
+            }
         };
-        let of_mask = |plane: &[u32], masks: &[(usize, u32)]| {
-            pack_bits(masks.iter().map(|&(word, mask)| (extract(plane[word], mask), mask.count_ones())))
-        };
-        [
-            of_mask(occupied, truly),
-            of_mask(free, truly),
-            of_mask(occupied, falsely),
-            of_mask(free, falsely),
-            of_people(hits),
-            of_people(felt),
-        ]
-        .map(|words| if words.iter().all(|&word| word == 0) { Vec::new() } else { words })
+        if words.iter().all(|&word| word == 0) { Vec::new() } else { words }
     }
 }
 
-fn describe(world: &World, region: usize) -> (MomentBits, RegionPlaces) {
-    let window = window_of(&world.regions);
-    let scene = world.scene(window);
-    let (region, truth) = (&scene.regions[region], &scene.truth);
+fn describe(world: &World, window: Window, region: usize) -> (MomentBits, RegionPlaces) {
+    let truth = world.truth();
+    let [region, occupied, human, robot] =
+        [&*world.regions[region].voxels, &*truth.occupied, &truth.human, &truth.robot]
+            .map(|plane| plane.to_window(window));
     let mut masks = [Vec::new(), Vec::new()];
-    for (word, (&inside, &occupied)) in region.words().iter().zip(truth.words()).enumerate() {
-        for (masks, mask) in masks.iter_mut().zip([inside & occupied, inside & !occupied]) {
+    for (word, (&inside, &filled)) in region.words().iter().zip(occupied.words()).enumerate() {
+        for (masks, mask) in masks.iter_mut().zip([inside & filled, inside & !filled]) {
             if mask != 0 {
                 masks.push((word, mask));
             }
@@ -96,9 +86,9 @@ fn describe(world: &World, region: usize) -> (MomentBits, RegionPlaces) {
             masks[0].iter().map(|&(word, mask)| (extract(plane.words()[word], mask), mask.count_ones())),
         )
     };
-    let roles = [&scene.human, &scene.robot].map(role);
-    let mut body: Vec<_> = scene.people.voxels.iter().filter(|of| region.get(of.voxel)).collect();
-    body.sort_by_key(|of| (of.person, of.part, truth.bit_index(of.voxel)));
+    let roles = [&human, &robot].map(role);
+    let mut body: Vec<_> = world.people.voxels.iter().filter(|of| region.get(of.voxel)).collect();
+    body.sort_by_key(|of| (of.person, of.part, occupied.bit_index(of.voxel)));
     let (mut parts, mut bits, mut end) = (Vec::new(), Vec::new(), 0);
     for of_part in body.chunk_by(|a, b| (a.person, a.part) == (b.person, b.part)) {
         let first = end;
@@ -109,12 +99,12 @@ fn describe(world: &World, region: usize) -> (MomentBits, RegionPlaces) {
             voxels: of_part.len() as u64,
             words: first..end,
         });
-        bits.push(of_part.iter().filter_map(|of| truth.bit_index(of.voxel)).collect());
+        bits.push(of_part.iter().filter_map(|of| occupied.bit_index(of.voxel)).collect());
     }
     let words = [voxels[0].div_ceil(64) as usize, voxels[1].div_ceil(64) as usize, end];
     let people = parts.iter().map(|part| part.person + 1).max().unwrap_or(0);
     let moment = MomentBits { words: words.map(|words| 0..words), voxels, roles, parts, people };
-    (moment, RegionPlaces { window, masks, parts: bits })
+    (moment, RegionPlaces { masks, parts: bits })
 }
 
 /// Bits of a word at the places of a mask, moved together.

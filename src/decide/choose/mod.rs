@@ -3,8 +3,9 @@
 //! Every candidate is cast once, and a set is scored without a ray: `perirobot-cover` has the theory and the search.
 //!
 //! # Practice
-//! `layout` says which bit is which voxel, `evidence` has what each candidate says (`evidence/casting` casts it,
-//! `evidence/file` keeps it on disk, `check` counts some of it again), `problem` what is asked for. `report` has the answer
+//! `planes` are what a sensor says voxel by voxel, and `layout` which bits of a region they become. `evidence` has what each
+//! candidate says (`evidence/casting` casts it, `evidence/file` keeps it on disk for `evidence/deciding`, `check` counts some
+//! of it again), `problem` what is asked for. `report` has the answer
 //! in names and numbers, with `ties`, `files` writes and reads it, `sets` makes combinations of it, and `outcome` scores
 //! them in the folder as a sweep; `refine` looks between the listed poses, and `verify` checks what was written.
 //! `choosing` runs these stages for the command line and Python.
@@ -15,6 +16,7 @@ mod evidence;
 mod files;
 mod layout;
 mod outcome;
+mod planes;
 mod problem;
 mod refine;
 mod report;
@@ -23,12 +25,12 @@ mod ties;
 mod verify;
 
 pub use check::count_again;
-pub use choosing::{CastEvidence, Choosing, Found, SearchEnding};
-pub use evidence::{Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
+pub use choosing::{Choosing, Found, SearchEnding};
+pub use evidence::{CastEvidence, Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
 pub(crate) use files::fingerprint;
 pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use outcome::{Outcome, as_swept};
-pub use problem::{answer, problem_of, progress_of};
+pub use problem::{answer, problem_of, progress_of, wanted_counts};
 pub(crate) use problem::{odds_of, rules_of};
 pub use refine::{Refinement, refine};
 pub use report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport};

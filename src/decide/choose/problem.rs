@@ -1,7 +1,7 @@
 //! What a study asks for, as a problem for the solver, and why it has no answer.
 
 use super::layout::layout_of;
-use perirobot_cover::layout::MomentBits;
+use perirobot_cover::layout::{MomentBits, WantedCounts};
 use perirobot_cover::{
     CandidateEvidence, FrontAnswer, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SetLimits, SetRules,
 };
@@ -17,6 +17,12 @@ use perirobot_study::world::World;
 /// Two sensors are as far apart as they should be if this little is missing: lattices are made in floating
 /// point.
 const NEARLY_M: f64 = 1e-9;
+
+/// The region of a question, and the counts that its scores are made of.
+pub fn wanted_counts(choose: &Choose) -> (usize, WantedCounts) {
+    let required = choose.require.iter().map(|require| require.score);
+    (choose.region, WantedCounts::from_scores(std::iter::once(choose.objective).chain(required)))
+}
 
 /// What a study asks for that passed [`examine`].
 pub fn problem_of<'a>(
@@ -81,7 +87,7 @@ pub(crate) fn rules_of(
 /// # Errors
 /// When one cannot, or the region has too many voxels.
 pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
-    let (layout, _) = layout_of(study, worlds, choose.region);
+    let layout = layout_of(study, worlds, choose.region);
     let sum = |of: fn(&MomentBits) -> u64| layout.moments.iter().map(of).sum::<u64>();
     let name = &study.regions[choose.region].0;
     let voxels: u64 = layout.moments.iter().flat_map(|moment| moment.voxels).sum();

@@ -12,7 +12,6 @@ use perirobot_march::backend::{Backend, GridPose, Planes, Rays, Reading, Shot, S
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::voxel::Window;
 use perirobot_scene::truth::Truth;
-use perirobot_scene::truth::region::window_of;
 use perirobot_study::sensor::{Claim, Station};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -71,10 +70,10 @@ pub(super) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    /// An empty store for a world that the backend has loaded, with as many slots as it has.
+    /// An empty store for a world that the backend has loaded over a window, with as many slots as it has.
     pub(super) fn new(
         study: &'a Study,
-        world: &'a World,
+        (world, window): (&'a World, Window),
         tables: &'a [Option<Rays>],
         first_hits: &'a FirstHitSlots,
         slots: usize,
@@ -86,7 +85,7 @@ impl<'a> Store<'a> {
             truth: world.truth(),
             tables,
             first_hits,
-            window: window_of(&world.regions),
+            window,
             held: HashMap::new(),
             oldest: VecDeque::new(),
             vacant: (0..slots as Slot).rev().collect(),

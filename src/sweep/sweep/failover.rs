@@ -17,6 +17,7 @@ use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::catch_panic;
 use perirobot_march::progress::{Fault, Progress};
+use perirobot_march::voxel::Window;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -232,6 +233,10 @@ struct Located<'a> {
 impl Task for Located<'_> {
     fn begins(&mut self, world: &World) {
         *self.entered = Some(place_of(world));
+    }
+
+    fn window(&self, world: &World) -> Window {
+        self.task.window(world)
     }
 
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {

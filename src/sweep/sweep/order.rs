@@ -20,6 +20,7 @@ use crate::results::{PoseChoice, layout_of};
 use perirobot_march::backend::{Backend, Rays, VoxelScene};
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
+use perirobot_march::voxel::Window;
 use perirobot_march::{Error, Result};
 use perirobot_scene::truth::region::window_of;
 use perirobot_study::study::Study;
@@ -149,6 +150,11 @@ pub(super) trait Task {
     /// Work on a world begins.
     fn begins(&mut self, _: &World) {}
 
+    /// The part of a world that evidence is kept of.
+    fn window(&self, world: &World) -> Window {
+        window_of(&world.regions)
+    }
+
     /// Whether anything is to be done with a choice, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
@@ -192,11 +198,12 @@ pub(super) fn each_world(
                     continue;
                 }
                 task.begins(world);
-                let scene = world.scene(window_of(&world.regions));
+                let window = task.window(world);
+                let scene = world.scene(window);
                 backend.load(&VoxelScene { over_time: over_time.clone(), ..scene })?;
                 let first = || first_group(study, snapshots, &tables, left, backend.first_hit_slots());
                 let (group, first_hits) = group.get_or_insert_with(first);
-                let store = Store::new(study, world, &tables, first_hits, backend.slots(), batch);
+                let store = Store::new(study, (world, window), &tables, first_hits, backend.slots(), batch);
                 task.work(store, group, backend)?;
                 if task.enough() {
                     return Ok(());

@@ -7,17 +7,19 @@ use super::order::{Task, each_world};
 use crate::results::PoseChoice;
 use perirobot_march::Result;
 use perirobot_march::backend::{self, Backend, Planes, Slot};
+use perirobot_march::voxel::Window;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
 
-/// Choices whose evidence is read back at once.
+/// Choices whose evidence is read back at once, fewer where their planes take more bytes than this.
 const AT_ONCE: usize = 64;
+const BYTES_AT_ONCE: u64 = 256 << 20;
 
 /// The evidence of one sensor of a choice.
 #[derive(Clone, Debug)]
 pub struct SensorSays {
-    /// Its evidence in parts, which are joined. Each covers the bounding box of the regions, or a part of it
-    /// outside of which it says nothing.
+    /// Its evidence in parts, which are joined. Each covers the reader's window, or a part of it outside of which it
+    /// says nothing.
     pub parts: Vec<Planes>,
     /// Whether its hits are voxels of people that a presence sensor feels.
     pub presence: bool,
@@ -25,6 +27,9 @@ pub struct SensorSays {
 
 /// Says which evidence is wanted, and takes it.
 pub trait EvidenceReader {
+    /// The part of a world of which evidence is read.
+    fn window(&self, world: &World) -> Window;
+
     /// Whether the evidence of a choice is wanted, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
@@ -77,6 +82,10 @@ struct ReadTask<'a> {
 }
 
 impl Task for ReadTask<'_> {
+    fn window(&self, world: &World) -> Window {
+        self.reader.window(world)
+    }
+
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         self.reader.wants(world, repeat, pose_choice)
     }
@@ -88,6 +97,8 @@ impl Task for ReadTask<'_> {
         backend: &mut dyn Backend,
     ) -> Result<()> {
         let study = store.study;
+        let planes_bytes = 3 * self.reader.window(store.world).volume() / 8;
+        let at_once = (BYTES_AT_ONCE / planes_bytes.max(1)).clamp(1, AT_ONCE as u64) as usize;
         for repeat in 0..study.repeats as usize {
             let mut wanted = pose_choices.to_vec();
             wanted.retain(|pose_choice| self.reader.wants(store.world, repeat, pose_choice));
@@ -95,7 +106,7 @@ impl Task for ReadTask<'_> {
             while !left.is_empty() && !self.reader.enough() {
                 let made;
                 (made, left) = left.split_at(store.make_ready(left, repeat, backend)?);
-                for some in made.chunks(AT_ONCE) {
+                for some in made.chunks(at_once) {
                     let said = self.sense_choices(&store, some, repeat, backend)?;
                     self.reader.take(store.world, repeat, said)?;
                     self.taken += some.len() as u64;

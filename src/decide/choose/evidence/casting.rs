@@ -2,22 +2,27 @@
 //! both is held in memory if it fits.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::super::check::count_again;
-use super::super::layout::{RegionPlaces, layout_of, may_have_bits};
-use super::file::{CandidateWords, EvidenceFile, RecordKey, deciding};
-use super::rows::{FiledRows, RecordPlace};
+use super::super::planes::{SaidPlanes, join, pack, unpack};
+use super::deciding::deciding;
+use super::file::{EvidenceFile, PackedPlanes, RecordKey};
+use super::region::{CandidateWords, RegionRows};
+use super::rows::{FiledRecords, FiledRows, RecordPlace};
 use perirobot_cover::CandidateEvidence;
-use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF, WantedCounts};
+use perirobot_cover::layout::WantedCounts;
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::{Argument, Issue, Words, catch_panic};
 use perirobot_march::progress::Progress;
+use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_march::{Error, Result};
+use perirobot_scene::truth::region::window_of;
 use perirobot_study::sensor::Sensor;
-use perirobot_study::study::{Choose, Combination, Member, Study};
+use perirobot_study::study::{Combination, Member, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::PoseChoice;
 use perirobot_sweep::results::files::write_whole;
@@ -29,29 +34,35 @@ pub struct Casting<'a> {
     worlds: &'a [World],
     /// The representation of each sensor.
     representations: &'a [usize],
-    layout: BitLayout,
-    /// For each world where its voxels are in the planes of a backend.
-    regions: Vec<RegionPlaces>,
+    /// Of each world the voxels of which evidence is cast.
+    windows: Vec<Window>,
     /// Sensor and candidate of each row, in study order.
     items: Vec<[usize; 2]>,
-    /// What is held in memory: bits of all moments, nothing of a plane without a bit; nothing once that does not fit.
-    rows: Vec<[Box<[u64]>; PLANES]>,
+    /// The regions, and which counts are wanted of each.
+    regions: Vec<(usize, WantedCounts)>,
+    /// The rows of each.
+    rows: Vec<RegionRows>,
     is_filed: bool,
     /// Where each record of each row is in the file.
     places: Vec<Vec<RecordPlace>>,
-    /// Of each row which planes have a bit.
-    has: Vec<[bool; PLANES]>,
     /// Of each row which repeats of which worlds are there, and how many are not.
     done: Vec<Vec<bool>>,
     left: Vec<u64>,
-    /// Of each sensor the planes that the question needs and that may have a bit.
-    needed: Vec<[bool; PLANES]>,
-    /// Bytes that planes take, and may take.
-    bytes: u64,
+    /// Bytes that the rows of all regions may take.
     memory_bytes: u64,
     file: Option<EvidenceFile>,
     /// Records of the file that are damaged; their evidence is cast again.
     pub damaged: usize,
+}
+
+/// What every candidate says.
+pub struct CastEvidence {
+    /// The evidence of each region that was asked for, in that order; the same candidates in all.
+    pub of_regions: Vec<CandidateEvidence>,
+    /// The file that it is read from, if it takes more memory than it may.
+    pub file: Option<PathBuf>,
+    /// How many poses of a device the CPU counted again.
+    pub checked: Option<u64>,
 }
 
 /// The file that stands beside evidence of a device until the CPU has counted some of it again.
@@ -65,73 +76,51 @@ fn repeats(study: &Study, sensor: &Sensor) -> usize {
 }
 
 impl<'a> Casting<'a> {
-    /// What a study asks for. What the folder has is read; what is cast will be kept there. With `restart` the folder's
-    /// evidence is lost.
+    /// The counts wanted of each of some regions, whose rows may take `memory_bytes` together; `representations` is the
+    /// representation of each sensor. What the folder has is read; what is cast will be kept there. With `restart` the
+    /// folder's evidence is lost.
     ///
     /// # Errors
-    /// When it does not fit so many bytes; those of the file.
+    /// When it does not fit into memory; those of the file.
     pub fn begin(
         study: &'a Study,
-        choose: &'a Choose,
+        regions: &[(usize, WantedCounts)],
+        representations: &'a [usize],
         worlds: &'a [World],
         memory_bytes: u64,
         kept: Option<(&Path, bool)>,
     ) -> Result<Casting<'a>> {
-        let scores =
-            std::iter::once(choose.objective).chain(choose.require.iter().map(|require| require.score));
-        Casting::new(
-            study,
-            worlds,
-            (choose.region, &choose.representations),
-            WantedCounts::from_scores(scores),
-            memory_bytes,
-            kept,
-        )
-    }
-
-    pub(crate) fn new(
-        study: &'a Study,
-        worlds: &'a [World],
-        (region, representations): (usize, &'a [usize]),
-        wanted: WantedCounts,
-        memory_bytes: u64,
-        kept: Option<(&Path, bool)>,
-    ) -> Result<Casting<'a>> {
-        let (layout, regions) = layout_of(study, worlds, region);
         let items = study.sensors.iter().enumerate();
         let items: Vec<[usize; 2]> =
             items.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect();
         let blocks = |&[sensor, _]: &[usize; 2]| repeats(study, &study.sensors[sensor]) * worlds.len();
-        let needed = study.sensors.iter().zip(representations).map(|(sensor, &way)| {
-            let may = may_have_bits(&*sensor.kind, way);
-            std::array::from_fn(|plane| wanted.needs(plane) && may[plane])
-        });
+        // What is kept serves any region of a later study.
+        let window = |world: &World| match kept {
+            Some(_) => world.grid.window(),
+            None => window_of(&world.regions),
+        };
+        let windows: Vec<Window> = worlds.iter().map(window).collect();
         let file = match kept {
-            Some((folder, restart)) => Some(EvidenceFile::open(
-                folder,
-                study,
-                &deciding(study, worlds, region, representations),
-                restart,
-            )?),
+            Some((folder, restart)) => {
+                Some(EvidenceFile::open(folder, study, &deciding(study, worlds, representations), restart)?)
+            }
             None => None,
         };
+        let rows = |&region| RegionRows::new(study, (worlds, &windows), region, representations, items.len());
         let mut casting = Casting {
-            rows: vec![Default::default(); items.len()],
+            rows: regions.iter().map(rows).collect(),
             is_filed: false,
             places: items.iter().map(|item| vec![RecordPlace::default(); blocks(item)]).collect(),
-            has: vec![[false; PLANES]; items.len()],
             done: items.iter().map(|item| vec![false; blocks(item)]).collect(),
             left: items.iter().map(|item| blocks(item) as u64).collect(),
-            needed: needed.collect(),
-            bytes: 0,
             memory_bytes,
             file: None,
             damaged: 0,
+            regions: regions.to_vec(),
             study,
             worlds,
             representations,
-            layout,
-            regions,
+            windows,
             items,
         };
         if let Some(mut file) = file {
@@ -145,14 +134,20 @@ impl<'a> Casting<'a> {
     /// Takes what a file has.
     fn read(&mut self, file: &mut EvidenceFile) -> Result<()> {
         let blocks: Vec<usize> = self.done.iter().map(Vec::len).collect();
-        let of_world: Vec<[usize; PLANES]> =
-            (0..self.worlds.len()).map(|world| self.layout.words_of(world)).collect();
         let worlds = self.worlds.len();
-        let words = |key: RecordKey, plane: usize| {
-            let is_there = *blocks.get(key.item)? > key.repeat.checked_mul(worlds)? && key.world < worlds;
-            is_there.then(|| of_world[key.world][plane])
+        let is_known = |key: RecordKey| {
+            key.world < worlds && blocks.get(key.item).is_some_and(|blocks| key.repeat < blocks / worlds)
         };
-        let found = file.read(words, |key, at, said| self.put(key, at, &said))?;
+        let found = file.read(is_known, |key, at, packed| {
+            let window = self.windows[key.world];
+            let planes: Option<Vec<BitGrid>> = packed.iter().map(|plane| unpack(plane, window)).collect();
+            let Some(said) = planes.and_then(|planes| SaidPlanes::try_from(planes).ok()) else {
+                return false;
+            };
+            let words = self.pick(key, &said);
+            self.put(key, RecordPlace::new(at, &packed), &words);
+            true
+        })?;
         let lost = found.damaged.iter().filter(|&&key| !self.done[key.item][self.block(key)]).count();
         self.damaged = lost + usize::from(found.is_cut && self.remaining() > 0);
         Ok(())
@@ -239,6 +234,24 @@ impl<'a> Casting<'a> {
         format!("{why}: {left} of {total} scene-poses are left to cast{kept}")
     }
 
+    /// Casts what is left. Where a device casts, one pose in `verify` is checked on the CPU.
+    ///
+    /// # Errors
+    /// Those of [`Casting::run_on`] and [`Casting::check`].
+    pub fn finish(
+        mut self,
+        backends: &mut dyn BackendFactory,
+        verify: u64,
+        progress: &dyn Progress,
+    ) -> Result<CastEvidence> {
+        if self.remaining() > 0 {
+            self.run_on(&mut Failover::new(backends, progress))?;
+        }
+        let file = self.path().filter(|_| self.is_filed()).map(Path::to_path_buf);
+        let (of_regions, checked) = self.check(backends, verify)?;
+        Ok(CastEvidence { of_regions, file, checked })
+    }
+
     /// All evidence, when nothing is left. Where a device cast some of it, the CPU counts one pose in `every` again, and
     /// with the evidence comes of how many.
     ///
@@ -246,18 +259,19 @@ impl<'a> Casting<'a> {
     /// `Error::Disagreement`: what was kept is removed, since what a device said wrongly must not be searched later.
     pub fn check(
         self,
-        choose: &Choose,
         backends: &mut dyn BackendFactory,
         every: u64,
-    ) -> Result<(CandidateEvidence, Option<u64>)> {
+    ) -> Result<(Vec<CandidateEvidence>, Option<u64>)> {
         let (study, worlds, kept) = (self.study, self.worlds, self.path().map(Path::to_path_buf));
+        let (representations, regions) = (self.representations, self.regions.clone());
         let doubt = self.doubt().filter(|doubt| doubt.exists());
         let evidence = self.evidence();
         if !backends.needs_check() && doubt.is_none() {
             return Ok((evidence, None));
         }
         let mut cpu = backends.open(Fallback::Cpu)?;
-        let checked = count_again(&evidence, study, choose, worlds, cpu.as_mut(), every);
+        let regions: Vec<_> = regions.into_iter().zip(&evidence).collect();
+        let checked = count_again(&regions, (study, worlds), representations, cpu.as_mut(), every);
         if let (Err(Error::Disagreement(_)), Some(path)) = (&checked, &kept) {
             let _ = std::fs::remove_file(path);
         }
@@ -273,58 +287,62 @@ impl<'a> Casting<'a> {
         self.path().map(doubt_marker)
     }
 
-    /// All evidence, when nothing is left.
-    pub fn evidence(self) -> CandidateEvidence {
+    /// All evidence of each region, in their order and with the same candidates, when nothing is left. A search of one of
+    /// them may take the memory that all of them leave.
+    pub fn evidence(self) -> Vec<CandidateEvidence> {
         assert_eq!(self.remaining(), 0, "everything was cast");
-        let (layout, items, memory_bytes) = (self.layout, self.items, self.memory_bytes);
-        match self.file.filter(|_| self.is_filed) {
-            Some(file) => {
-                let needed = items.iter().map(|&[sensor, _]| self.needed[sensor]).collect();
-                let rows =
-                    FiledRows { path: file.path, places: self.places, needed, failed: Default::default() };
-                CandidateEvidence::from_source(layout, items, Box::new(rows), memory_bytes)
+        let (bytes, memory_bytes) = (self.bytes(), self.memory_bytes);
+        let Casting { items, places, windows, rows, file, is_filed, .. } = self;
+        let records = file.filter(|_| is_filed).map(|file| {
+            Arc::new(FiledRecords { path: file.path, places, windows, failed: Default::default() })
+        });
+        let of_region = |of: RegionRows| match &records {
+            Some(records) => {
+                let rows = FiledRows { records: records.clone(), region: of.places, has: of.has };
+                CandidateEvidence::from_source(of.layout, items.clone(), Box::new(rows), memory_bytes)
             }
-            None => CandidateEvidence::from_memory(layout, items, self.rows, memory_bytes),
-        }
+            None => {
+                let of_others = bytes - of.bytes;
+                CandidateEvidence::from_memory(of.layout, items.clone(), of.rows, memory_bytes - of_others)
+            }
+        };
+        rows.into_iter().map(of_region).collect()
     }
 
     fn block(&self, key: RecordKey) -> usize {
         key.repeat * self.worlds.len() + key.world
     }
 
-    /// Takes what a candidate says, once.
-    fn put(&mut self, key: RecordKey, at: u64, said: &CandidateWords) {
+    /// How many bytes the rows of all regions take, held or not.
+    fn bytes(&self) -> u64 {
+        self.rows.iter().map(|of| of.bytes).sum()
+    }
+
+    /// What a candidate says of each region.
+    fn pick(&self, key: RecordKey, said: &SaidPlanes) -> Vec<CandidateWords> {
+        let sensor = self.items[key.item][0];
+        self.rows.iter().map(|of| of.pick(sensor, key.world, said)).collect()
+    }
+
+    /// Takes what a candidate says of each region, once.
+    fn put(&mut self, key: RecordKey, place: RecordPlace, words: &[CandidateWords]) {
         let block = self.block(key);
         if std::mem::replace(&mut self.done[key.item][block], true) {
             return;
         }
-        self.places[key.item][block] = RecordPlace::new(at, said);
+        self.places[key.item][block] = place;
         self.left[key.item] -= 1;
-        let sensor = self.items[key.item][0];
+        let (worlds, sensor) = (self.worlds.len(), self.items[key.item][0]);
         // What has no noise says the same in all repeats.
-        let all = self.layout.moments.len() / self.worlds.len();
         let repeats = match repeats(self.study, &self.study.sensors[sensor]) {
-            1 => 0..all,
+            1 => 0..self.study.repeats as usize,
             _ => key.repeat..key.repeat + 1,
         };
-        let mut row = self.rows.get_mut(key.item);
-        for (plane, words) in said.iter().enumerate() {
-            if words.is_empty() || !self.needed[sensor][plane] {
-                continue;
-            }
-            let length = self.layout.words[SPACE_OF[plane]];
-            if !std::mem::replace(&mut self.has[key.item][plane], true) {
-                self.bytes += 8 * length as u64;
-                // Beyond what is allowed it is only counted, to tell how much there is.
-                if self.bytes <= self.memory_bytes && !self.is_filed {
-                    row.iter_mut().for_each(|row| row[plane] = vec![0; length].into());
-                }
-            }
-            let Some(row) = row.as_mut().filter(|row| !row[plane].is_empty()) else { continue };
-            for repeat in repeats.clone() {
-                let moment = &self.layout.moments[repeat * self.worlds.len() + key.world];
-                row[plane][moment.words[SPACE_OF[plane]].clone()].copy_from_slice(words);
-            }
+        let moments = repeats.map(|repeat| repeat * worlds + key.world);
+        let (bytes, most) = (self.bytes(), if self.is_filed { 0 } else { self.memory_bytes });
+        for (of, words) in self.rows.iter_mut().zip(words) {
+            let of_others = bytes - of.bytes;
+            of.put(key.item, moments.clone(), words, most.saturating_sub(of_others));
         }
     }
 
@@ -337,25 +355,23 @@ impl<'a> Casting<'a> {
             return Ok(());
         }
         let missing = (0..self.items.len()).filter(|&item| self.left[item] > 0);
-        let of_row = |item: usize| -> u64 {
-            let needed = &self.needed[self.items[item][0]];
-            let more = (0..PLANES).filter(|&plane| needed[plane] && !self.has[item][plane]);
-            more.map(|plane| 8 * self.layout.words[SPACE_OF[plane]] as u64).sum()
+        let to_come = |item: usize| -> u64 {
+            self.rows.iter().map(|of| of.bytes_to_come(self.items[item][0], item)).sum()
         };
-        let needed = self.bytes + missing.map(of_row).sum::<u64>();
+        let needed = self.bytes() + missing.map(to_come).sum::<u64>();
         if needed <= self.memory_bytes {
             return Ok(());
         }
         if self.file.is_some() {
             self.is_filed = true;
-            self.rows = Vec::new();
+            self.rows.iter_mut().for_each(|of| of.rows = Vec::new());
             return Ok(());
         }
         let mib = |bytes: u64| bytes.div_ceil(1 << 20);
         let what = format!(
             "the evidence of {} poses in {} scenes, snapshots and repeats takes {} MiB, and {} MiB are allowed",
             self.items.len(),
-            self.layout.moments.len(),
+            self.worlds.len() * self.study.repeats as usize,
             mib(needed),
             self.memory_bytes >> 20
         );
@@ -376,14 +392,23 @@ struct Taking<'c, 'a> {
 }
 
 impl Taking<'_, '_> {
-    fn key(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> RecordKey {
+    /// The number of a world.
+    fn world(&self, world: &World) -> usize {
         let here = |other: &World| (other.scene, other.snapshot) == (world.scene, world.snapshot);
-        let world = self.casting.worlds.iter().position(here).expect("worlds are those that are cast");
-        RecordKey { item: self.first[pose_choice.combination] + pose_choice.choice, world, repeat }
+        self.casting.worlds.iter().position(here).expect("worlds are those that are cast")
+    }
+
+    fn key(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> RecordKey {
+        let item = self.first[pose_choice.combination] + pose_choice.choice;
+        RecordKey { item, world: self.world(world), repeat }
     }
 }
 
 impl EvidenceReader for Taking<'_, '_> {
+    fn window(&self, world: &World) -> Window {
+        self.casting.windows[self.world(world)]
+    }
+
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         let key = self.key(world, repeat, pose_choice);
         // What has no noise is cast in the first repeat.
@@ -393,16 +418,22 @@ impl EvidenceReader for Taking<'_, '_> {
     fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<SensorSays>)>) -> Result<()> {
         let keys = said.iter().map(|(pose_choice, _)| self.key(world, repeat, pose_choice));
         let keys: Vec<RecordKey> = keys.collect();
-        let regions = &self.casting.regions;
-        let pick =
-            |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| (key, regions[key.world].pick(said));
-        let records: Vec<(RecordKey, CandidateWords)> = keys.into_par_iter().zip(&said).map(pick).collect();
+        let (casting, is_kept) = (&*self.casting, self.casting.file.is_some());
+        let take = |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| {
+            let said = join(casting.windows[key.world], said);
+            let packed = if is_kept { said.each_ref().map(pack) } else { Default::default() };
+            (key, packed, casting.pick(key, &said))
+        };
+        let records: Vec<(RecordKey, PackedPlanes, Vec<CandidateWords>)> =
+            keys.into_par_iter().zip(&said).map(take).collect();
         let places = match &mut self.casting.file {
-            Some(file) => file.append(&records)?,
+            Some(file) => file.append(records.iter().map(|(key, packed, _)| (*key, packed)))?,
             None => vec![0; records.len()],
         };
-        records.iter().zip(places).for_each(|((key, said), at)| self.casting.put(*key, at, said));
-        if self.casting.bytes > self.casting.memory_bytes {
+        for ((key, packed, words), at) in records.iter().zip(places) {
+            self.casting.put(*key, RecordPlace::new(at, packed), words);
+        }
+        if self.casting.bytes() > self.casting.memory_bytes {
             self.casting.fits()?;
         }
         self.progress.advance(said.len() as u64);

@@ -1,5 +1,5 @@
-//! `evidence.journal`: what each candidate says, kept on disk from the moment it is cast, so that another question
-//! about the same study casts nothing, and a run that was ended goes on.
+//! `evidence.journal`: what each candidate says of the voxels of the grid, kept on disk from the moment it is cast, so
+//! that another question about the same study casts nothing, and a run that was ended goes on.
 //!
 //! # Theory
 //! Records are appended as they come. Each has a checksum over itself and the fingerprint of all that decides the
@@ -10,27 +10,27 @@
 //! # Practice
 //! All numbers are little-endian. Header, 60 bytes: magic, format version (u32), the length of what decides the evidence
 //! (u64), its SHA-256 (32 bytes), and a checksum of these (8 bytes); then what decides the evidence, as JSON. Record:
-//! number of the candidate, of the world and of the repeat, and a bit for each plane that has a bit (u32 each), checksum
-//! of the words, checksum of all before (8 bytes each); then the words of those planes (u64 each). A plane without a bit
-//! takes no room.
+//! number of the candidate, of the world and of the repeat, and how many bytes each of the four planes takes (u32 each),
+//! checksum of the planes, checksum of all before (8 bytes each); then the planes: occupied, free, hits and felt, each a
+//! bit for each voxel of the grid in words (u32) of rows along x, packed by LZ4 (block format). A plane without a bit takes
+//! no room.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
-use perirobot_cover::layout::PLANES;
+use super::super::planes::SAID;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;
-use perirobot_study::world::World;
 use perirobot_sweep::results::checksum::{CHECK_BYTES, checksum};
 use perirobot_sweep::results::files::sync_folder_of;
-use perirobot_sweep::results::journal::{Shard, open_alone};
-use perirobot_sweep::results::manifest::{Manifest, changes};
+use perirobot_sweep::results::journal::open_alone;
+use perirobot_sweep::results::manifest::changes;
 
 /// The evidence of all candidates, in the folder of an answer.
 pub const EVIDENCE: &str = "evidence.journal";
@@ -38,13 +38,16 @@ pub const EVIDENCE: &str = "evidence.journal";
 const MAGIC: [u8; 8] = *b"PeRSevid";
 
 /// Version of this format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes before what decides the evidence.
 const HEADER_BYTES: usize = 8 + 4 + 8 + 32 + CHECK_BYTES;
 
-/// Bytes of a record before its words.
-const RECORD_BYTES: usize = 16 + 2 * CHECK_BYTES;
+/// Bytes of a record before its planes.
+const RECORD_BYTES: usize = 4 * NUMBERS + 2 * CHECK_BYTES;
+
+/// Whose it is, and how long its planes are.
+const NUMBERS: usize = 3 + SAID;
 
 /// The longest description of a study that is read: no study has as much to say.
 const MOST_SAID: u64 = 1 << 30;
@@ -61,8 +64,8 @@ pub(super) struct RecordKey {
     pub(super) repeat: usize,
 }
 
-/// What a candidate says in one repeat of a world: words of six planes, none of a plane without a bit.
-pub(super) type CandidateWords = [Vec<u64>; PLANES];
+/// What a candidate says in one repeat of a world, packed.
+pub(super) type PackedPlanes = [Vec<u8>; SAID];
 
 /// What stands in a file.
 #[derive(Debug, Default)]
@@ -84,29 +87,6 @@ pub(super) struct EvidenceFile {
     /// Where the next record goes; 0 before the file is begun.
     end: u64,
     unsynced_since: Option<Instant>,
-}
-
-/// All that decides what candidates of a study say in a region: what decides a sweep, but for combinations.
-pub(super) fn deciding(
-    study: &Study,
-    worlds: &[World],
-    region: usize,
-    representations: &[usize],
-) -> Map<String, Value> {
-    let mut all = Manifest::new(study, worlds, Shard::WHOLE, &[]).deciding().clone();
-    all.remove("combinations");
-    if let Some(says) = all.get_mut("study").and_then(Value::as_object_mut) {
-        says.remove("combination");
-    }
-    let way = |(sensor, &way): (&perirobot_study::sensor::Sensor, &usize)| {
-        (sensor.name.clone(), Value::from(sensor.kind.representations()[way]))
-    };
-    let representations: Map<String, Value> = study.sensors.iter().zip(representations).map(way).collect();
-    all.insert(
-        "choose".into(),
-        json!({ "region": study.regions[region].0, "representation": representations }),
-    );
-    all
 }
 
 impl EvidenceFile {
@@ -195,12 +175,12 @@ impl EvidenceFile {
         Error::input(&self.path, Words::from(format!("holds evidence of something else: {changes}. ")) + cure)
     }
 
-    /// Tells every record that is whole, and where its words begin. `words` says how many words a plane of a record has, or that there is no such
-    /// record.
+    /// Hands over every record that is whole, with the place where its planes begin. `is_known` decides whether there is
+    /// such a record, and `take` whether its planes could be unpacked.
     pub(super) fn read(
         &mut self,
-        words: impl Fn(RecordKey, usize) -> Option<usize>,
-        mut take: impl FnMut(RecordKey, u64, CandidateWords),
+        is_known: impl Fn(RecordKey) -> bool,
+        mut take: impl FnMut(RecordKey, u64, PackedPlanes) -> bool,
     ) -> Result<FileContents> {
         let mut found = FileContents::default();
         let (Some(mut file), true) = (self.file.as_ref(), self.end > 0) else { return Ok(found) };
@@ -215,27 +195,22 @@ impl EvidenceFile {
             let (body, sum) = record.split_at(RECORD_BYTES - CHECK_BYTES);
             let number = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[4 * at + i])) as usize;
             let key = RecordKey { item: number(0), world: number(1), repeat: number(2) };
-            let has = |plane: usize| number(3) >> plane & 1 == 1;
-            let each: Option<Vec<usize>> = (0..PLANES)
-                .map(|plane| words(key, plane).map(|words| if has(plane) { words } else { 0 }))
-                .collect();
-            let (Some(each), true) = (each, checksum([&self.fingerprint, body]) == sum) else {
+            if checksum([&self.fingerprint, body]) != sum || !is_known(key) {
                 found.is_cut = true;
                 break;
-            };
-            let bytes = 8 * each.iter().sum::<usize>();
+            }
+            let lengths: [usize; SAID] = std::array::from_fn(|plane| number(3 + plane));
+            let bytes = lengths.iter().sum::<usize>();
             let next = self.end + (RECORD_BYTES + bytes) as u64;
             if next > length {
                 break;
             }
             payload.resize(bytes, 0);
             reader.read_exact(&mut payload).map_err(unreadable)?;
-            if checksum([&self.fingerprint, &payload]) == body[16..] {
-                let mut all =
-                    payload.chunks_exact(8).map(|word| u64::from_le_bytes(std::array::from_fn(|i| word[i])));
-                let said = std::array::from_fn(|plane| all.by_ref().take(each[plane]).collect());
-                take(key, self.end + RECORD_BYTES as u64, said);
-            } else {
+            let mut left = &payload[..];
+            let said = lengths.map(|length| left.split_off(..length).unwrap_or_default().to_vec());
+            let is_whole = checksum([&self.fingerprint, &payload]) == body[4 * NUMBERS..];
+            if !is_whole || !take(key, self.end + RECORD_BYTES as u64, said) {
                 found.damaged.push(key);
             }
             self.end = next;
@@ -243,8 +218,11 @@ impl EvidenceFile {
         Ok(found)
     }
 
-    /// Appends records, and tells where the words of each begin.
-    pub(super) fn append(&mut self, records: &[(RecordKey, CandidateWords)]) -> Result<Vec<u64>> {
+    /// Appends records, and returns where the planes of each begin.
+    pub(super) fn append<'r>(
+        &mut self,
+        records: impl Iterator<Item = (RecordKey, &'r PackedPlanes)>,
+    ) -> Result<Vec<u64>> {
         let mut bytes = Vec::new();
         if self.end == 0 {
             bytes.extend(MAGIC);
@@ -283,13 +261,12 @@ impl EvidenceFile {
         Ok(places)
     }
 
-    fn record(&self, key: &RecordKey, said: &CandidateWords) -> Vec<u8> {
-        let planes =
-            said.iter().enumerate().map(|(plane, words)| usize::from(!words.is_empty()) << plane).sum();
-        let numbers = [key.item, key.world, key.repeat, planes];
-        let number = |number| u32::try_from(number).expect("no study has as many poses").to_le_bytes();
-        let payload: Vec<u8> = said.iter().flatten().flat_map(|word| word.to_le_bytes()).collect();
-        let mut record: Vec<u8> = numbers.into_iter().flat_map(number).collect();
+    fn record(&self, key: RecordKey, said: &PackedPlanes) -> Vec<u8> {
+        let numbers = [key.item, key.world, key.repeat].into_iter().chain(said.iter().map(Vec::len));
+        let number =
+            |number| u32::try_from(number).expect("no study has as many poses or voxels").to_le_bytes();
+        let payload = said.concat();
+        let mut record: Vec<u8> = numbers.flat_map(number).collect();
         record.extend(checksum([&self.fingerprint, &payload]));
         record.extend(checksum([&self.fingerprint, &record]));
         record.extend(payload);

@@ -5,99 +5,123 @@ use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
-use super::file::CandidateWords;
+use super::super::layout::RegionPlaces;
+use super::super::planes::{SAID, SAID_OF, unpack};
+use super::file::PackedPlanes;
 use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF};
 use perirobot_cover::{Row, RowStore};
 use perirobot_march::Error;
+use perirobot_march::voxel::Window;
 
-/// Rows in a file.
+/// Records in a file.
 #[derive(Debug)]
-pub(super) struct FiledRows {
+pub(super) struct FiledRecords {
     pub(super) path: PathBuf,
     /// Of each candidate the places of its records, repeat by repeat and in each world by world; of what has no
     /// noise one repeat.
     pub(super) places: Vec<Vec<RecordPlace>>,
-    /// Of each candidate the planes that are needed.
-    pub(super) needed: Vec<[bool; PLANES]>,
+    /// Of each world the voxels of its planes.
+    pub(super) windows: Vec<Window>,
     /// Why a row could not be read.
     pub(super) failed: OnceLock<io::Error>,
 }
 
-/// Where the words of a record begin, which planes it has, and a hash of each, by which it is known again.
+/// Rows of a region, picked from such records.
+#[derive(Debug)]
+pub(super) struct FiledRows {
+    pub(super) records: Arc<FiledRecords>,
+    /// Of each world where the region is in planes.
+    pub(super) region: Vec<RegionPlaces>,
+    /// Of each candidate the planes that are needed and have a bit.
+    pub(super) has: Vec<[bool; PLANES]>,
+}
+
+/// Where the planes of a record begin, how long each is, and a hash of each, by which it is known again.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RecordPlace {
-    pub(super) at: u64,
-    pub(super) has: [bool; PLANES],
-    hashes: [u64; PLANES],
+    at: u64,
+    lengths: [usize; SAID],
+    hashes: [u64; SAID],
 }
 
 impl RecordPlace {
-    /// The place of a record with these words.
-    pub(super) fn new(at: u64, said: &CandidateWords) -> RecordPlace {
-        RecordPlace {
-            at,
-            has: std::array::from_fn(|plane| !said[plane].is_empty()),
-            hashes: std::array::from_fn(|plane| hash_of(&said[plane])),
+    /// The place of a record with these planes.
+    pub(super) fn new(at: u64, packed: &PackedPlanes) -> RecordPlace {
+        let packed = packed.each_ref();
+        RecordPlace { at, lengths: packed.map(Vec::len), hashes: packed.map(|plane| hash_of(plane)) }
+    }
+
+    /// Reads one of its planes, packed.
+    fn read(&self, file: &mut File, plane: usize) -> io::Result<Vec<u8>> {
+        let mut packed = vec![0; self.lengths[plane]];
+        file.seek(SeekFrom::Start(self.at + self.lengths[..plane].iter().sum::<usize>() as u64))?;
+        file.read_exact(&mut packed)?;
+        match hash_of(&packed) == self.hashes[plane] {
+            true => Ok(packed),
+            false => Err(io::Error::other("other bytes were read than were written")),
         }
     }
 }
 
 /// A hash that is compared within one process only.
-fn hash_of(words: &[u64]) -> u64 {
+fn hash_of(packed: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
-    words.hash(&mut hasher);
+    packed.hash(&mut hasher);
     hasher.finish()
 }
 
 impl RowStore for FiledRows {
     fn has_bits(&self, item: usize, plane: usize) -> bool {
-        self.needed[item][plane] && self.places[item].iter().any(|place| place.has[plane])
+        self.has[item][plane]
     }
 
     fn row(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> Row<'_> {
         self.read(layout, item, wanted).unwrap_or_else(|error| {
-            let _ = self.failed.set(error);
+            let _ = self.records.failed.set(error);
             Default::default()
         })
     }
 
     fn failure(&self) -> Option<Error> {
-        let error = self.failed.get()?;
+        let error = self.records.failed.get()?;
         let error = io::Error::new(error.kind(), error.to_string());
-        Some(Error::io(&self.path, "cannot be read", error))
+        Some(Error::io(&self.records.path, "cannot be read", error))
     }
 }
 
 impl FiledRows {
     fn read(&self, layout: &BitLayout, item: usize, wanted: [bool; PLANES]) -> io::Result<Row<'_>> {
-        let mut file = File::open(&self.path)?;
-        let (places, mut bytes) = (&self.places[item], Vec::new());
-        let mut planes: [Vec<u64>; PLANES] = Default::default();
-        for (number, moment) in layout.moments.iter().enumerate() {
-            // What has no noise says the same in all repeats.
-            let place = places[number % places.len()];
-            let words = |plane: usize| moment.words[SPACE_OF[plane]].clone();
-            let mut at = place.at;
-            for plane in (0..PLANES).filter(|&plane| place.has[plane]) {
-                let length = 8 * words(plane).len();
-                if wanted[plane] && self.needed[item][plane] {
-                    bytes.resize(length, 0);
-                    file.seek(SeekFrom::Start(at))?;
-                    file.read_exact(&mut bytes)?;
-                    planes[plane].resize(layout.words[SPACE_OF[plane]], 0);
-                    let (eights, _) = bytes.as_chunks::<8>();
-                    let read = eights.iter().map(|word| u64::from_le_bytes(*word));
-                    let to = &mut planes[plane][words(plane)];
-                    to.iter_mut().zip(read).for_each(|(to, word)| *to = word);
-                    if hash_of(to) != place.hashes[plane] {
-                        return Err(io::Error::other("other bytes were read than were written"));
+        let FiledRecords { path, places, windows, .. } = &*self.records;
+        let (mut file, places) = (File::open(path)?, &places[item]);
+        let mut rows: [Vec<u64>; PLANES] = Default::default();
+        for (number, place) in places.iter().enumerate() {
+            let world = number % windows.len();
+            for said in 0..SAID {
+                let picked = (0..PLANES)
+                    .filter(|&plane| SAID_OF[plane] == said && wanted[plane] && self.has[item][plane]);
+                let picked: Vec<usize> = picked.collect();
+                if picked.is_empty() || place.lengths[said] == 0 {
+                    continue;
+                }
+                let unpacked = unpack(&place.read(&mut file, said)?, windows[world]);
+                let unpacked =
+                    unpacked.ok_or_else(|| io::Error::other("what was written cannot be unpacked"))?;
+                for plane in picked {
+                    let words = self.region[world].pick(plane, &unpacked);
+                    if words.is_empty() {
+                        continue;
+                    }
+                    let row = &mut rows[plane];
+                    row.resize(layout.words[SPACE_OF[plane]], 0);
+                    // What has no noise says the same in all repeats.
+                    for moment in layout.moments.iter().skip(number).step_by(places.len()) {
+                        row[moment.words[SPACE_OF[plane]].clone()].copy_from_slice(&words);
                     }
                 }
-                at += length as u64;
             }
         }
-        Ok(planes.map(Cow::Owned))
+        Ok(rows.map(Cow::Owned))
     }
 }

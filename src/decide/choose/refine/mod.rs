@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use self::around::{Around, LEVELS, RefineSpot};
 use super::evidence::Casting;
 use super::report::{FrontReport, RefinedReport};
-use crate::choose::problem_of;
+use crate::choose::{problem_of, wanted_counts};
 use perirobot_cover::{FrontAnswer, Problem, SetLimits, Worth, best_within, overlaps, polish};
 use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
 use perirobot_march::progress::{Fault, Progress};
@@ -124,14 +124,15 @@ impl Refining<'_> {
         });
         let choose =
             Choose { always: always.collect(), at_most: refined.limits.at_most, ..self.choose.clone() };
-        let mut casting = Casting::begin(&study, &choose, &worlds, self.memory_bytes, None)
+        let (regions, ways) = ([wanted_counts(&choose)], &choose.representations);
+        let mut casting = Casting::begin(&study, &regions, ways, &worlds, self.memory_bytes, None)
             .map_err(|error| error.with_place("choose.refine"))?;
         match casting.run_on(&mut self.failover) {
             Err(Error::Stopped(_)) => return Ok(false),
             other => other?,
         }
         (refined.rounds, refined.cast) = (refined.rounds + 1, refined.cast + spots.len());
-        let evidence = casting.evidence();
+        let evidence = casting.evidence().pop().expect("one region was asked for");
         let problem = problem_of(&study, &choose, &worlds, &evidence);
         let centre: Vec<usize> = refined.spots.iter().map(|&spot| item(spot)).collect();
         // With noise of another draw it may fail what is required.

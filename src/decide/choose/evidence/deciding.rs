@@ -1,0 +1,68 @@
+//! What evidence depends on: its planes are over all voxels of the grid, whatever is counted in them.
+//!
+//! | key of a study | what planes have of it |
+//! |---|---|
+//! | `seed`, `repeats` | the noise that is drawn, and how often |
+//! | `grid` | voxels, and what a ray hits that leaves them |
+//! | `scene`, `candidate` | the surfaces that are hit |
+//! | `sensor` | rays, poses and noise; but not `cost` and `at_most`, which are terms of sets |
+//! | `choose` | the `representation` of each sensor; the other keys ask about the same planes |
+//! | `region`, `stopping` | nothing: regions are picked from planes over the whole grid |
+//! | `min_hits` | nothing: hits are counted later |
+//! | `fusion`, `combination`, `mixed_noise` | nothing: each sensor is cast alone |
+//! | `require`, `mounting_error`, `postures`, `approach` | nothing: they are judged elsewhere |
+//!
+//! Evidence also depends on the rules of casting ([`perirobot_march::SEMANTICS_VERSION`]), on the command line's size of
+//! voxels and noise, on scene files, and on other files that were read, except meshes of regions. If an object of a scene
+//! has the same mesh, a change of it shows in the voxels of the scene.
+
+use std::collections::HashSet;
+
+use serde_json::{Map, Value, json};
+
+use perirobot_study::sensor::Sensor;
+use perirobot_study::study::{RegionSpec, Study};
+use perirobot_study::world::World;
+use perirobot_sweep::results::journal::Shard;
+use perirobot_sweep::results::manifest::Manifest;
+
+/// What decides a sweep but not evidence. `poses_sha256` covers names of places, with heights above the floor of
+/// `[approach]`; the study and the hashes of placements determine where sensors are.
+const NOT_DECIDING: [&str; 2] = ["combinations", "poses_sha256"];
+
+/// The same of the keys of a study; those that do not decide a sweep either are left out already.
+const STUDY_NOT_DECIDING: [&str; 6] =
+    ["approach", "combination", "fusion", "min_hits", "mixed_noise", "region"];
+
+/// All that evidence of a study depends on; `representations` is the representation of each sensor.
+pub(super) fn deciding(study: &Study, worlds: &[World], representations: &[usize]) -> Map<String, Value> {
+    let mut all = Manifest::new(study, worlds, Shard::WHOLE, &[]).deciding().clone();
+    remove(&mut all, &NOT_DECIDING);
+    all.get_mut("study")
+        .and_then(Value::as_object_mut)
+        .iter_mut()
+        .for_each(|keys| remove(keys, &STUDY_NOT_DECIDING));
+    let scenes = all.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten();
+    scenes.filter_map(Value::as_object_mut).for_each(|scene| remove(scene, &["regions"]));
+    let meshes: HashSet<String> = study
+        .regions
+        .iter()
+        .filter_map(|(_, region)| match region {
+            RegionSpec::Mesh { file, .. } => Some(study.sources.name(&file.path)),
+            _ => None,
+        })
+        .collect();
+    if let Some(files) = all.get_mut("files").and_then(Value::as_object_mut) {
+        files.retain(|name, _| !meshes.contains(name));
+    }
+    let way = |(sensor, &way): (&Sensor, &usize)| {
+        (sensor.name.clone(), Value::from(sensor.kind.representations()[way]))
+    };
+    let representations: Map<String, Value> = study.sensors.iter().zip(representations).map(way).collect();
+    all.insert("choose".into(), json!({ "representation": representations }));
+    all
+}
+
+fn remove(from: &mut Map<String, Value>, keys: &[&str]) {
+    from.retain(|key, _| !keys.contains(&key.as_str()));
+}

@@ -1,0 +1,82 @@
+//! What a sensor says at a moment, voxel by voxel, whatever region is asked for later.
+
+use perirobot_cover::layout::PLANES;
+use perirobot_march::backend::Planes;
+use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_sweep::sweep::SensorSays;
+
+/// How many planes there are.
+pub(super) const SAID: usize = 4;
+/// Voxels that the sensor calls occupied.
+pub(super) const OCCUPIED: usize = 0;
+/// Voxels that it calls free, and not occupied.
+pub(super) const FREE: usize = 1;
+/// Voxels that its returns truly come from.
+pub(super) const HITS: usize = 2;
+/// Those of them that it feels as a presence sensor.
+pub(super) const FELT: usize = 3;
+
+/// Which of them each of the six planes of a region is picked from.
+pub(super) const SAID_OF: [usize; PLANES] = [OCCUPIED, FREE, OCCUPIED, FREE, HITS, FELT];
+
+/// The planes over a window.
+pub(super) type SaidPlanes = [BitGrid; SAID];
+
+/// Joins all that some sensors say of a window; occupied wins.
+pub(super) fn join(window: Window, said: &[SensorSays]) -> SaidPlanes {
+    let mut all = Planes::blank(window);
+    let mut felt = BitGrid::new(window);
+    for said in said {
+        for part in &said.parts {
+            all.add(part);
+            if said.presence {
+                felt.add(&part.hits);
+            }
+        }
+    }
+    all.free.remove(&all.occupied);
+    [all.occupied, all.free, all.hits, felt]
+}
+
+/// The words of a plane, packed; nothing of a plane without a bit. LZ4 packs the long runs of equal words that planes of
+/// few surfaces have, in a small share of the time that casting takes.
+pub(super) fn pack(plane: &BitGrid) -> Vec<u8> {
+    if plane.is_empty() {
+        return Vec::new();
+    }
+    let bytes: Vec<u8> = plane.words().iter().flat_map(|word| word.to_le_bytes()).collect();
+    lz4_flex::block::compress(&bytes)
+}
+
+/// The plane that was packed; `None` if it is none of this window.
+pub(super) fn unpack(packed: &[u8], window: Window) -> Option<BitGrid> {
+    let blank = BitGrid::new(window);
+    if packed.is_empty() {
+        return Some(blank);
+    }
+    let bytes = lz4_flex::block::decompress(packed, 4 * blank.words().len()).ok()?;
+    let (words, rest) = bytes.as_chunks::<4>();
+    let words = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    BitGrid::from_words(window, words).filter(|_| rest.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_are_unpacked_as_they_were_packed() {
+        let window = Window { min: [-3, 0, 7], size: [70, 9, 5] };
+        let mut plane = BitGrid::new(window);
+        assert!(pack(&plane).is_empty());
+        assert_eq!(unpack(&[], window), Some(plane.clone()));
+        (0..60).for_each(|x| plane.set([x, (x * 7) % 9, 7 + x % 5]));
+        plane.set_run(-3, 50, 4, 9);
+        let packed = pack(&plane);
+        assert!(packed.len() < 4 * plane.words().len());
+        assert_eq!(unpack(&packed, window), Some(plane));
+        assert_eq!(unpack(&packed, Window { size: [70, 9, 4], ..window }), None, "too much");
+        assert_eq!(unpack(&packed, Window { size: [70, 9, 6], ..window }), None, "too little");
+        assert_eq!(unpack(&packed[..packed.len() - 1], window), None);
+    }
+}
