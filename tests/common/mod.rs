@@ -5,11 +5,13 @@
 pub(crate) mod blocks;
 pub(crate) mod cases;
 pub(crate) mod glb;
+pub(crate) mod palletiser;
 pub(crate) mod place;
 pub(crate) mod program;
 pub(crate) mod python;
 #[cfg(unix)]
 pub(crate) mod running;
+pub(crate) mod stl;
 #[path = "../../src/thorough.rs"]
 pub(crate) mod thorough;
 pub(crate) mod tutorial;

@@ -1,10 +1,10 @@
 //! The meshes of `scenes/tutorial/`, as CAD programs would export them.
 
 use glam::DVec3;
-use perirobot_scene::scene::Mesh;
 use perirobot_scene::scene::primitive::cylinder;
 
 use super::glb::{GlbNode, group, part, slab};
+use super::stl;
 
 /// A hall of 5 x 4 x 3 m with a workplace behind fences, and the dimensions that somebody forgot to hide.
 pub(crate) fn cell() -> GlbNode {
@@ -42,22 +42,5 @@ pub(crate) fn gearbox() -> Vec<u8> {
     shaft.vertices.iter_mut().for_each(|vertex| *vertex += DVec3::new(60.0, 140.0, 120.0));
     let housing = slab([-120.0, 30.0, -80.0], [120.0, 220.0, 80.0]);
     let foot = slab([-150.0, 0.0, -100.0], [150.0, 30.0, 100.0]);
-    stl(&[foot, housing, shaft])
-}
-
-/// Bodies as one binary STL, the same bytes every time; normals are left to the reader.
-fn stl(bodies: &[Mesh]) -> Vec<u8> {
-    let corners = bodies.iter().flat_map(|body| {
-        body.triangles.iter().map(|t| t.map(|i| body.vertices[i as usize].as_vec3().to_array()))
-    });
-    let corners: Vec<[[f32; 3]; 3]> = corners.collect();
-    let mut bytes =
-        format!("{:<80}", "perirobot tests/input/generated_meshes.rs; millimetres, y up").into_bytes();
-    bytes.extend((corners.len() as u32).to_le_bytes());
-    for triangle in corners {
-        bytes.extend([0; 12]);
-        bytes.extend(triangle.as_flattened().iter().flat_map(|x| (x + 0.0).to_le_bytes()));
-        bytes.extend([0; 2]);
-    }
-    bytes
+    stl::bytes(&[foot, housing, shaft], "millimetres, y up")
 }

@@ -62,10 +62,11 @@ fn expressions_are_read_as_they_mean() {
 #[test]
 fn shipped_robots_say_that_they_are_ours() {
     let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let files = ["paper", "tutorial"].map(|folder| std::fs::read_dir(scenes.join(folder)).unwrap());
+    let files =
+        ["paper", "tutorial", "palletiser"].map(|folder| std::fs::read_dir(scenes.join(folder)).unwrap());
     let paths = files.into_iter().flatten().map(|entry| entry.unwrap().path());
     let robots: Vec<_> = paths.filter(|path| path.extension().is_some_and(|e| e == "urdf")).collect();
-    assert_eq!(robots.len(), 2);
+    assert_eq!(robots.len(), 3);
     for robot in robots {
         let text = std::fs::read_to_string(&robot).unwrap();
         assert!(text.contains("SPDX-License-Identifier: MIT OR Apache-2.0"), "{}", robot.display());

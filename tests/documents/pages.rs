@@ -15,6 +15,7 @@ use perirobot_study::study::schema;
 const README: &str = "README.md";
 const REFERENCE: &str = "scenes/README.md";
 const TUTORIAL: &str = "scenes/tutorial/README.md";
+const PALLETISER: &str = "scenes/palletiser/README.md";
 const FIRST_HOUR: &str = "src/guide/first_hour.md";
 const CHOOSE: &str = "src/guide/choose.md";
 const APPROACH: &str = "src/guide/approach.md";
@@ -28,10 +29,11 @@ const WHY_FAST: &str = "src/guide/why_fast.md";
 const WIDE_GPUS: &str = "src/guide/wide_gpus.md";
 const CHANGE_IT: &str = "src/guide/change_it.md";
 const CONTRIBUTING: &str = "src/guide/contributing.md";
-const DOCUMENTS: [&str; 16] = [
+const DOCUMENTS: [&str; 17] = [
     README,
     REFERENCE,
     TUTORIAL,
+    PALLETISER,
     FIRST_HOUR,
     CHOOSE,
     APPROACH,
@@ -98,7 +100,7 @@ fn follow(document: &str, least: usize) {
                 place.has_files(&text, &at);
             }
             ("toml", _) => check_toml(document, &text, &at),
-            ("text", _) if document == TUTORIAL => {
+            ("text", _) if [TUTORIAL, PALLETISER].contains(&document) => {
                 let missing = text.lines().find(|line| !printed.contains(line));
                 assert_eq!(missing, None, "{at}: is not what the commands before print:\n{printed}");
             }
@@ -156,6 +158,11 @@ fn reference() {
 #[test]
 fn tutorial() {
     follow(TUTORIAL, 10);
+}
+
+#[test]
+fn palletiser() {
+    follow(PALLETISER, 5);
 }
 
 #[test]
@@ -430,7 +437,7 @@ fn links_lead_somewhere() {
 #[test]
 fn the_index_names_every_study_and_scene() {
     let index = read(REFERENCE);
-    for folder in ["scenes", "scenes/paper", "scenes/tutorial"] {
+    for folder in ["scenes", "scenes/paper", "scenes/palletiser", "scenes/tutorial"] {
         // The folder is also a crate.
         let is_ours = |name: &&String| name.ends_with(".toml") && *name != "Cargo.toml";
         for name in program::names(&root(folder)).iter().filter(is_ours) {

@@ -12,7 +12,8 @@ use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// Where commands of pictures stand, beside the pictures.
-const PICTURES: [&str; 2] = ["scenes/paper/PICTURES.md", "scenes/tutorial/README.md"];
+const PICTURES: [&str; 3] =
+    ["scenes/paper/PICTURES.md", "scenes/tutorial/README.md", "scenes/palletiser/README.md"];
 
 fn in_project(file: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(file)

@@ -1,4 +1,4 @@
-//! Makes the meshes that ship with the paper's scenes and the tutorial, and checks that the committed files
+//! Makes the meshes that ship with the paper's scenes, the tutorial and the palletising cell, and checks that the committed files
 //! are these, that they load as meant, and that the people beside them are people and stand in nothing.
 //!
 //! `PERIROBOT_REGENERATE=1 cargo test --test input generated_meshes` writes the files instead.
@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::common::glb::{self, GlbNode, group, part};
-use crate::common::tutorial;
+use crate::common::{palletiser, tutorial};
 use glam::DVec3;
 use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile, Keypoints};
 use perirobot_scene::scene::mannequin::body;
@@ -61,6 +61,9 @@ fn shipped_meshes_are_the_generated_bytes() {
     assert_shipped(&shipped("table.glb"), &glb::bytes(&table()));
     assert_shipped(&shipped("../tutorial/cell.glb"), &glb::bytes(&tutorial::cell()));
     assert_shipped(&shipped("../tutorial/gearbox.stl"), &tutorial::gearbox());
+    assert_shipped(&shipped("../palletiser/plant.glb"), &glb::bytes(&palletiser::plant()));
+    assert_shipped(&shipped("../palletiser/pallet.stl"), &palletiser::pallet());
+    assert_shipped(&shipped("../palletiser/gripper.stl"), &palletiser::gripper());
 }
 
 /// Loads a shipped mesh as (path of names, mesh).
@@ -113,7 +116,7 @@ fn the_tutorials_parts_stand_where_its_text_says() {
         let off = (found_low - DVec3::from(low)).abs().max((found_high - DVec3::from(high)).abs());
         assert!(off.max_element() < 1e-6, "{name}: {found_low} to {found_high}");
     }
-    for (name, mesh) in load("../tutorial/cell.glb") {
+    for (name, mesh) in ["../tutorial/cell.glb", "../palletiser/plant.glb"].into_iter().flat_map(load) {
         assert_closed(&name, &mesh);
     }
 }
