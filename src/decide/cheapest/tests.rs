@@ -2,12 +2,11 @@
 
 use std::fmt::Write;
 
-use super::Purchasing;
 use super::remaining::combination;
+use super::{PurchasedSensor, Purchasing};
 use crate::judge::judge_alone;
 use crate::thorough::cases;
 use crate::view::Choice;
-use perirobot_cover::cheapest::FoundPurchase;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
 use perirobot_march::march::pcg;
@@ -163,18 +162,28 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let casting = purchasing.begin_casting(None, false).unwrap();
         let evidence = casting.finish(&mut open().unwrap(), 1, &|| None).unwrap().of_regions;
         let ways = purchasing.look(&|| None).unwrap();
-        let found = purchasing.search(&evidence, &ways, &open, &|| None).unwrap().remove(0).found;
+        let report = purchasing.search(&evidence, &ways, &open, &|| None).unwrap();
+        let found = report.main();
+        let item = |one: &PurchasedSensor| {
+            let name = |&[sensor, candidate]: &[usize; 2]| {
+                let sensor = &study.sensors[sensor];
+                sensor.name == one.sensor && sensor.candidates[candidate].name == one.pose
+            };
+            purchasing.items().iter().position(name).unwrap()
+        };
         let rules = purchasing.rules();
         let mut passing = allowed_sets(&purchasing);
         passing.retain(|set| judged(&study, purchase, &worlds, purchasing.items(), set));
         let cost = passing.iter().map(|set| rules.cost_of(set)).min();
-        let (mut best, mut is_proven) = (None, found.is_proven);
-        if let Some(FoundPurchase { set, cost, .. }) = &found.best {
-            assert!(passing.contains(set), "case {case}: {set:?} does not pass\n{text}");
-            (best, is_proven) = (Some(*cost), is_proven && found.is_best_of_cost);
+        if let Some(set) = &found.set {
+            let mut items: Vec<usize> = set.sensors.iter().map(item).collect();
+            items.sort_unstable();
+            assert!(passing.contains(&items), "case {case}: {items:?} does not pass\n{text}");
         }
+        let best = found.set.as_ref().map(|set| set.cost.thousandths());
         assert_eq!(best, cost, "case {case}: {passing:?}\n{text}");
-        assert!(is_proven, "case {case}");
+        assert!(found.proven && found.best_of_cost, "case {case}");
+        assert_eq!(found.reasons.is_empty(), cost.is_some(), "case {case}");
         if cost.is_some() { some += 1 } else { none += 1 }
     }
     assert!(some > 2 && none > 2, "{some} passed, {none} did not");
