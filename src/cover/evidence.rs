@@ -200,9 +200,24 @@ impl Union {
     /// Joins what a candidate says.
     pub fn add(&mut self, evidence: &CandidateEvidence, item: usize) {
         let row = evidence.row(item);
-        for (to, from) in self.planes.iter_mut().zip(&row) {
-            to.iter_mut().zip(&**from).for_each(|(to, from)| *to |= from);
-        }
-        self.planes[CLEAR].iter_mut().zip(&*row[FALSE]).for_each(|(to, from)| *to |= from);
+        (0..PLANES).for_each(|plane| self.add_plane(plane, &row[plane]));
     }
+
+    /// Joins what a candidate says in some of the six planes.
+    pub(crate) fn add_planes(&mut self, evidence: &CandidateEvidence, item: usize, wanted: [bool; PLANES]) {
+        for plane in (0..PLANES).filter(|&plane| wanted[plane]) {
+            self.add_plane(plane, &evidence.plane(item, plane));
+        }
+    }
+
+    fn add_plane(&mut self, plane: usize, row: &[u64]) {
+        join(&mut self.planes[plane], row);
+        if plane == FALSE {
+            join(&mut self.planes[CLEAR], row);
+        }
+    }
+}
+
+fn join(to: &mut [u64], from: &[u64]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
 }

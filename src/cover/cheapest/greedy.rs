@@ -16,8 +16,8 @@ pub(super) fn passing_set(search: &mut Search) -> Result<Option<Vec<usize>>> {
             return Ok(None);
         }
         let allowed = search.may_join(&set, &all);
-        let Ok(states) = ShareStates::new(&search.bounds, (rules, search.problem.limits), &set, &allowed)
-        else {
+        let asked = (&search.bounds[..], &search.demands[..]);
+        let Ok(states) = ShareStates::new(asked, (rules, search.problem.limits), &set, &allowed) else {
             return Ok(None);
         };
         let lacks_demands = search.demands.iter().any(|demand| demand.lacks(&set) > 0);
@@ -28,14 +28,7 @@ pub(super) fn passing_set(search: &mut Search) -> Result<Option<Vec<usize>>> {
                 TestAnswer::Fails => {}
             }
         }
-        let lack = states.lack();
-        let helps = |place: usize| {
-            let item = allowed[place];
-            let met =
-                search.demands.iter().filter(|demand| demand.lacks(&set) > 0 && demand.has(item)).count();
-            met as f64 + (lack - states.lack_with(place))
-        };
-        let per_cost = |place: usize| helps(place) / (rules.cost[allowed[place]] as f64 + 1.0);
+        let per_cost = |place: usize| states.helps(place) / (rules.cost[allowed[place]] as f64 + 1.0);
         let best = (0..allowed.len()).max_by(|&a, &b| per_cost(a).total_cmp(&per_cost(b)).then(b.cmp(&a)));
         match best {
             Some(place) => set.push(allowed[place]),

@@ -250,7 +250,8 @@ impl<'s, 'a> Search<'s, 'a> {
                     narrowest
                 }
             };
-            let Ok(states) = ShareStates::new(&self.bounds, (rules, self.limits), chosen, &allowed) else {
+            let asked = (&self.bounds[..], &self.demands[..]);
+            let Ok(states) = ShareStates::new(asked, (rules, self.limits), chosen, &allowed) else {
                 return Ok(WalkEnd::Complete);
             };
             if let Some((_, first)) = narrowest {

@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use super::super::budget::Budget;
 use super::super::evidence::{CandidateEvidence, Union};
-use super::super::layout::FALSE;
+use super::super::layout::{FALSE, PLANES};
 use super::super::question::{Inequality, UnionState, score_inequalities};
 use super::super::rules::{SetLimits, SetRules};
 use super::super::worth::Ratio;
+use super::demand::Demand;
 use perirobot_march::metrics::{Across, Score};
 
 /// A score that a set must reach, also without any so many of its members.
@@ -61,7 +62,21 @@ pub(super) struct ShareStates<'s> {
     /// The candidates that may join.
     allowed: &'s [usize],
     entries: Vec<Entry>,
+    joint: Joint,
 }
+
+/// What all lacks are together: each lack counts as one, and a candidate adds to it at most what it gains of it, and no
+/// more than one. Sets that meet everything have members that add as much as there are lacks.
+#[derive(Default)]
+struct Joint {
+    /// The number of lacks, in units.
+    lacks: i64,
+    /// What each candidate that may join adds at most, in units, rounded up.
+    adds: Vec<i64>,
+}
+
+/// The units of a lack.
+const UNITS: i64 = 1 << 24;
 
 /// An inequality of a part of the set.
 struct Entry {
@@ -76,15 +91,15 @@ struct Entry {
 pub(super) struct OutOfReach;
 
 impl<'s> ShareStates<'s> {
-    /// What inequalities say of a set; as soon as one is out of reach with all candidates that may join, that is the
-    /// answer.
+    /// What inequalities and demands say of a set; as soon as one, or all together, are out of reach with all candidates
+    /// that may join, that is the answer.
     pub(super) fn new(
-        bounds: &[ShareBound],
+        (bounds, demands): (&[ShareBound], &[Demand]),
         (rules, limits): (&'s SetRules, SetLimits),
         chosen: &[usize],
         allowed: &'s [usize],
     ) -> Result<ShareStates<'s>, OutOfReach> {
-        let mut states = ShareStates { rules, allowed, entries: Vec::new() };
+        let mut states = ShareStates { rules, allowed, entries: Vec::new(), joint: Joint::default() };
         // Parts of sets are made once for inequalities of the same evidence.
         let mut known: Vec<(&CandidateEvidence, usize, Vec<SetPart>)> = Vec::new();
         for bound in bounds {
@@ -92,7 +107,8 @@ impl<'s> ShareStates<'s> {
                 std::ptr::eq(evidence, bound.evidence) && dead == bound.dead
             };
             if !known.iter().any(is_same) {
-                known.push((bound.evidence, bound.dead, parts(bound.evidence, chosen, bound.dead)));
+                let parts = parts(bound.evidence, chosen, bound.dead, planes(bounds, bound.evidence));
+                known.push((bound.evidence, bound.dead, parts));
             }
             let parts = known.iter().find(|one| is_same(one)).map_or(&[][..], |(.., parts)| parts);
             // A set to which fewer are added than may be dead can be better than its part without the dead.
@@ -104,32 +120,65 @@ impl<'s> ShareStates<'s> {
                 }
             }
         }
-        Ok(states)
+        states.joint = states.join(demands, chosen);
+        if states.joint.may_reach(&states, limits, chosen, 0) { Ok(states) } else { Err(OutOfReach) }
+    }
+
+    /// All lacks together. What is lost later is no part of it.
+    fn join(&self, demands: &[Demand], chosen: &[usize]) -> Joint {
+        let mut joint = Joint { lacks: 0, adds: vec![0; self.allowed.len()] };
+        for entry in self.entries.iter().filter(|entry| entry.dead_later == 0 && entry.value < entry.least) {
+            let lacks = i128::from(entry.least - entry.value);
+            joint.lacks += UNITS;
+            for (adds, &gain) in joint.adds.iter_mut().zip(&entry.gains) {
+                let gain = i128::from(gain).min(lacks) * i128::from(UNITS);
+                *adds += ((gain + lacks - 1) / lacks) as i64;
+            }
+        }
+        for demand in demands {
+            let lacks = demand.lacks(chosen) as i64;
+            if lacks > 0 {
+                joint.lacks += UNITS;
+                let each = (UNITS + lacks - 1) / lacks;
+                let among = joint.adds.iter_mut().zip(self.allowed).filter(|(_, item)| demand.has(**item));
+                among.for_each(|(adds, _)| *adds += each);
+            }
+        }
+        joint
     }
 
     /// Whether sets may reach all shares that have some members and, besides, of the candidates only those from a place on.
     pub(super) fn may_reach(&self, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
-        (0..self.entries.len()).all(|place| self.reaches(place, limits, chosen, from))
+        self.joint.may_reach(self, limits, chosen, from)
+            && (0..self.entries.len()).all(|place| self.reaches(place, limits, chosen, from))
     }
 
     fn reaches(&self, place: usize, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
         let entry = &self.entries[place];
-        if entry.value >= entry.least {
-            return true;
-        }
         let left = limits.at_most.saturating_sub(chosen.len() + entry.dead_later);
-        let own = &entry.gains[from..];
-        let items = &self.allowed[from..];
+        let lacks = entry.least - entry.value;
+        lacks <= 0 || self.add_up(&entry.gains, lacks, left, limits, chosen, from)
+    }
+
+    /// Whether so many candidates from a place on that can be paid for add at least so much together.
+    fn add_up(
+        &self,
+        gains: &[i64],
+        lacks: i64,
+        left: usize,
+        limits: SetLimits,
+        chosen: &[usize],
+        from: usize,
+    ) -> bool {
+        let (own, items) = (&gains[from..], &self.allowed[from..]);
         let mut order: Vec<usize> = (0..own.len()).filter(|&i| own[i] > 0).collect();
         order.sort_unstable_by_key(|&i| std::cmp::Reverse(own[i]));
-        let lacks = entry.least - entry.value;
         // Whatever they cost.
         let top: i64 = order.iter().take(left).map(|&i| own[i]).sum();
         if top < lacks {
             return false;
         }
-        let cost = self.rules.cost_of(chosen);
-        let budget = Budget::new(self.rules, limits, chosen, cost, left);
+        let budget = Budget::new(self.rules, limits, chosen, self.rules.cost_of(chosen), left);
         let sorted = order.iter().map(|&i| (items[i], own[i]));
         budget.most(self.rules, sorted, |place| own[order[place]]) >= lacks
     }
@@ -139,34 +188,17 @@ impl<'s> ShareStates<'s> {
         self.entries.iter().any(|entry| entry.dead_later == 0 && entry.value < entry.least)
     }
 
-    /// The candidates in the order in which they help most where most is lacking, by their places.
+    /// The candidates in the order in which they add most to all that is lacking, by their places.
     pub(super) fn best_first(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.allowed.len()).collect();
-        let lack = |entry: &&Entry| (entry.least - entry.value) as f64 / entry.least.max(1) as f64;
-        let lacking = self.entries.iter().filter(|entry| entry.value < entry.least);
-        let worst = lacking.max_by(|a, b| lack(a).total_cmp(&lack(b)));
         let price = |place: usize| self.rules.cost[self.allowed[place]];
-        match worst {
-            Some(entry) => order.sort_by_key(|&place| (std::cmp::Reverse(entry.gains[place]), price(place))),
-            None => order.sort_by_key(|&place| price(place)),
-        }
+        order.sort_by_key(|&place| (std::cmp::Reverse(self.joint.adds[place]), price(place)));
         order
     }
 
-    /// How much of what all inequalities lack is left when a candidate joins, by its place: each as a share of its
-    /// threshold.
-    pub(super) fn lack_with(&self, place: usize) -> f64 {
-        let one = |entry: &Entry| {
-            let value = entry.value + entry.gains[place];
-            (entry.least - value).max(0) as f64 / entry.least.max(1) as f64
-        };
-        self.entries.iter().map(one).sum()
-    }
-
-    /// The same as it is.
-    pub(super) fn lack(&self) -> f64 {
-        let one = |entry: &Entry| (entry.least - entry.value).max(0) as f64 / entry.least.max(1) as f64;
-        self.entries.iter().map(one).sum()
+    /// What a candidate adds to all that is lacking, in lacks.
+    pub(super) fn helps(&self, place: usize) -> f64 {
+        self.joint.adds[place] as f64 / UNITS as f64
     }
 
     /// The same shares for candidates in another order.
@@ -174,8 +206,17 @@ impl<'s> ShareStates<'s> {
     where
         's: 'o,
     {
-        let pick = |entry: Entry| Entry { gains: order.iter().map(|&i| entry.gains[i]).collect(), ..entry };
-        ShareStates { rules: self.rules, allowed, entries: self.entries.into_iter().map(pick).collect() }
+        let pick = |all: &[i64]| -> Vec<i64> { order.iter().map(|&i| all[i]).collect() };
+        let joint = Joint { adds: pick(&self.joint.adds), ..self.joint };
+        let entries = self.entries.into_iter().map(|entry| Entry { gains: pick(&entry.gains), ..entry });
+        ShareStates { rules: self.rules, allowed, entries: entries.collect(), joint }
+    }
+}
+
+impl Joint {
+    fn may_reach(&self, states: &ShareStates, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
+        let left = limits.at_most.saturating_sub(chosen.len());
+        self.lacks == 0 || states.add_up(&self.adds, self.lacks, left, limits, chosen, from)
     }
 }
 
@@ -191,12 +232,27 @@ impl Entry {
     }
 }
 
+/// The planes of some evidence that inequalities look at.
+fn planes(bounds: &[ShareBound], evidence: &CandidateEvidence) -> [bool; PLANES] {
+    let mut wanted = [false; PLANES];
+    for bound in bounds.iter().filter(|bound| std::ptr::eq(bound.evidence, evidence)) {
+        bound.inequality.segments().for_each(|segment| wanted[segment.plane] = true);
+        wanted[FALSE] |= bound.may_be_wrong;
+    }
+    wanted
+}
+
 /// The parts of a set that are left when so many of it, or of what is added to it, are dead.
-fn parts(evidence: &CandidateEvidence, chosen: &[usize], dead: usize) -> Vec<SetPart> {
+fn parts(
+    evidence: &CandidateEvidence,
+    chosen: &[usize],
+    dead: usize,
+    planes: [bool; PLANES],
+) -> Vec<SetPart> {
     let union = |without: &[usize]| {
         let mut union = evidence.nothing();
         let own = chosen.iter().enumerate().filter(|(place, _)| !without.contains(place));
-        own.for_each(|(_, &item)| union.add(evidence, item));
+        own.for_each(|(_, &item)| union.add_planes(evidence, item, planes));
         union
     };
     let all: Vec<usize> = (0..chosen.len()).collect();
