@@ -15,6 +15,9 @@ use crate::judge::{Conditions, Value, approach_value, dead_members};
 /// Most ways in that one failing set is asked for, by each passage.
 const MOST_WAYS: usize = 8;
 
+/// Most candidates of which all pairs are left out.
+const MOST_IN_PAIRS: usize = 200;
+
 /// Decides whether a set meets some terms.
 pub(super) struct PassingTest<'t, 'a> {
     terms: &'t Terms,
@@ -94,14 +97,20 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         self.known.iter().find(is_out_of_reach)
     }
 
-    /// The score of all candidates together, if it misses what is required of counts.
-    pub(super) fn missed_by_all(&self, requirement: &Requirement) -> Option<f64> {
+    /// The score of all candidates together, or of all but as few as may be dead, if it misses what is required of counts;
+    /// with those that are left out.
+    pub(super) fn missed_by_all(&self, requirement: &Requirement) -> Option<(f64, Vec<usize>)> {
         let counted = requirement.counted_score()?;
         let (_, problem) = self.problems.iter().find(|(region, _)| *region == counted.region)?;
         let all: Vec<usize> = (0..self.candidates).collect();
-        let value =
-            Value::from_counts(counted.score, counted.over, &requirement.limit, &problem.counts(&all))?;
-        (!value.meets(&requirement.limit)).then(|| value.number())
+        let dead = requirement.under.iter().filter_map(|&condition| dead_in(condition)).max()?;
+        // Pairs of many candidates would take long.
+        let few = (0..=dead).take_while(|&dead| dead < 2 || self.candidates <= MOST_IN_PAIRS);
+        few.flat_map(|dead| dead_members(self.candidates, dead)).find_map(|out| {
+            let counts = problem.counts(&alive(&all, &out));
+            let value = Value::from_counts(counted.score, counted.over, &requirement.limit, &counts)?;
+            (!value.meets(&requirement.limit)).then(|| (value.number(), out))
+        })
     }
 
     /// How far a body must stay away by a requirement, in metres.

@@ -236,13 +236,15 @@ impl<'a> Purchasing<'a> {
         }
     }
 
+    /// A candidate, as in `camera:wall/8/1`.
+    fn name(&self, item: usize) -> String {
+        let [sensor, candidate] = self.items[item];
+        let spec = &self.study.sensors[sensor];
+        format!("{}:{}", spec.name, spec.candidates[candidate].name)
+    }
+
     fn proven_way(&self, ways: &SceneWays, way: &WayIn) -> ProvenWay {
         let passage = &ways.passages[way.passage];
-        let name = |&item: &usize| {
-            let [sensor, candidate] = self.items[item];
-            let spec = &self.study.sensors[sensor];
-            format!("{}:{}", spec.name, spec.candidates[candidate].name)
-        };
         ProvenWay {
             scene: self.study.scenes[passage.scene].name.clone(),
             people: passage.company.name().into(),
@@ -251,7 +253,7 @@ impl<'a> Purchasing<'a> {
             entry: passage.entry.clone(),
             places: way.places.clone(),
             nearest_m: f64::from(way.squared).sqrt() * self.study.voxel_size_m,
-            noticed_by: way.noticed_by.iter().map(name).collect(),
+            noticed_by: way.noticed_by.iter().map(|&item| self.name(item)).collect(),
         }
     }
 
@@ -338,7 +340,9 @@ impl PurchaseSearch<'_, '_> {
         if let [place] = places[..] {
             let others: Vec<usize> = (0..terms.requirements.len()).filter(|&other| other != place).collect();
             let alone = terms.without(&others);
-            let why = reasons::explain(study, &terms.requirements[place], &self.test(&alone));
+            let purchasing = self.purchasing;
+            let name = |item| purchasing.name(item);
+            let why = reasons::explain(study, &terms.requirements[place], &self.test(&alone), &name);
             return Ok(reasons::reports(terms, &places, &|_| why.clone()));
         }
         Ok(reasons::reports(terms, &places, &|one| reasons::asked(study, one)))

@@ -36,23 +36,35 @@ pub(super) fn fewest(
     Ok(kept)
 }
 
-/// What stands in the way of a requirement that no set meets, and what could help.
-pub(super) fn explain(study: &Study, requirement: &Requirement, test: &PassingTest) -> String {
+/// What stands in the way of a requirement that no set meets, and what could help; `name` names candidates.
+pub(super) fn explain(
+    study: &Study,
+    requirement: &Requirement,
+    test: &PassingTest,
+    name: &dyn Fn(usize) -> String,
+) -> String {
     if let Some(entry) = test.too_near_at_entry() {
         return too_near(study, &entry, test);
     }
     if let Some(way) = test.unnoticeable_way() {
         return unnoticed(study, way, &test.ways()[way.scene], requirement);
     }
-    if let (Some(best), Some((counted, limit))) = (test.missed_by_all(requirement), bounding(requirement)) {
-        let (name, region) = (counted.score.name(), &study.regions[counted.region].0);
+    if let (Some((best, left_out)), Some((counted, limit))) =
+        (test.missed_by_all(requirement), bounding(requirement))
+    {
+        let (score, region) = (counted.score.name(), &study.regions[counted.region].0);
         let (side, limit) = match limit {
             Limit::AtLeast(limit) => ("at least", limit.value()),
             Limit::AtMost(limit) => ("at most", limit.value()),
         };
+        let without: Vec<String> = left_out.iter().map(|&item| name(item)).collect();
+        let (without, cure) = match without.is_empty() {
+            true => (String::new(), "list more places"),
+            false => (format!(" but {}", without.join(" and ")), "list another place that sees what it sees"),
+        };
         return format!(
-            "all listed places together have {name} {best:.4} in {region}, and {side} {limit} is required: list more \
-             places, or ask for less"
+            "all listed places{without} together have {score} {best:.4} in {region}, and {side} {limit} is required: \
+             {cure}, or ask for less"
         );
     }
     format!("no allowed set meets it{}: {CURE}", conditions(requirement))

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::progress::Progress;
-use perirobot_study::study::{Combination, Condition, Member, Purchase, Study};
+use perirobot_study::study::{Combination, Condition, Member, Purchase, Requirement, Study};
 use perirobot_study::world::World;
 
 use super::terms::Terms;
@@ -40,10 +40,13 @@ impl<'t> Remaining<'t> {
         let requirements = terms.remaining();
         let is_under = |condition| requirements.iter().any(|one| one.under.contains(&condition));
         let [is_off, others_stand] = [Condition::MountingError, Condition::Postures].map(is_under);
+        let is_near = requirements.iter().any(Requirement::is_of_nearness);
+        let is_measured = is_near || requirements.iter().any(Requirement::is_of_controller);
         let study = (!requirements.is_empty()).then(|| Study {
             mounting_error: study.mounting_error.clone().filter(|_| is_off),
             postures: if others_stand { study.postures.clone() } else { Vec::new() },
-            stopping: terms.stopping.clone(),
+            stopping: terms.stopping.clone().filter(|_| is_measured),
+            has_approach: study.has_approach && is_near,
             requirements,
             ..study.clone()
         });
