@@ -19,6 +19,7 @@ use perirobot_sweep::results::files::{OutputFolder, remove_files};
 use super::MOST_WARNINGS;
 use super::backend::ThreadArgs;
 use super::choice::AlterationArgs;
+use super::onlooker::{Onlooker, Shown};
 use super::progress::ProgressArgs;
 use super::stop::end_tidily;
 use super::study::StudyArgs;
@@ -102,15 +103,16 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
     let folder = OutputFolder::open(&out)?;
     let (mut asked, mut plans) = (Vec::new(), Vec::new());
-    let mut progress = args.progress.start("moments", 0, grounds.iter().map(moments_of).sum());
+    let shown = Shown::Job(args.progress.start("moments", 0, grounds.iter().map(moments_of).sum()));
+    let onlooker = Onlooker::new(shown, None, false);
     let scenes = own_worlds.chunk_by(|one, next| one.scene == next.scene);
     for (ground, worlds) in grounds.into_iter().zip(scenes) {
-        let (answers, of_scene) = answers(&ground, worlds, &watchers, &mut || progress.inc(1))?;
+        let (answers, of_scene) = answers(&ground, worlds, &watchers, &onlooker)?;
         super::print(&describe(&ground, &answers))?;
         asked.push((ground, answers));
         plans.push(of_scene);
     }
-    progress.finish();
+    onlooker.finish();
     if let Some(stopping) = &study.stopping {
         super::print(&format!("{}\n", stopping.assumptions().join("\n")))?;
     }

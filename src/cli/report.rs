@@ -6,13 +6,14 @@ use std::process::ExitCode;
 
 use perirobot_decide::choose::Chosen;
 use perirobot_march::{Error, Result};
-use perirobot_page::report::page;
+use perirobot_page::report::page::{self, ReportPage};
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::files::{WholeFile, cannot_write};
 use perirobot_sweep::results::manifest::Manifest;
 
 use super::backend::BackendArgs;
-use super::progress::{JobProgress, ProgressArgs};
+use super::onlooker::{Onlooker, Shown};
+use super::progress::ProgressArgs;
 use super::swept::SweptArgs;
 
 /// Write the results of a sweep as one HTML page
@@ -74,14 +75,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         chosen: chosen.as_ref(),
         words: &words,
     };
-    let mut progress: Option<(JobProgress, usize)> = None;
-    let html = page::html(&sweep, args.best, &mut *backend, &mut |done, of| {
-        let (progress, before) =
-            progress.get_or_insert_with(|| (args.progress.start("views", 0, of as u64), 0));
-        progress.inc((done - *before) as u64);
-        *before = done;
-    })?;
-    drop(progress);
+    let page = ReportPage::new(sweep, args.best)?;
+    let shown = match page.total() {
+        0 => Shown::Nothing,
+        total => Shown::Job(args.progress.start("views", 0, total)),
+    };
+    let onlooker = Onlooker::new(shown, None, false);
+    let html = page.html(&mut *backend, &onlooker)?;
+    onlooker.finish();
     file.write_all(html.as_bytes()).map_err(|e| cannot_write(&out, e))?;
     file.commit()?;
     super::print(&format!("{} ({:.1} MB)\n", out.display(), html.len() as f64 / 1e6))?;

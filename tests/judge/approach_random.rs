@@ -157,7 +157,7 @@ fn asked<'a>(
 ) -> perirobot_march::Result<(Ground<'a>, Vec<ApproachAnswer>)> {
     let watchers = Watchers::new(study, FIRST);
     let ground = Ground::new(study, worlds, watchers.each())?;
-    let (answers, _) = answers(&ground, worlds, &watchers, &mut || ())?;
+    let (answers, _) = answers(&ground, worlds, &watchers, &|| None)?;
     Ok((ground, answers))
 }
 

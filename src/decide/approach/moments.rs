@@ -12,6 +12,7 @@ use super::deepest::{ApproachFinding, FreeRoom, deepest, nearest_at_entry, neare
 use super::ground::{Company, Ground};
 use crate::view::watched::{WatchedVoxels, Watchers};
 use perirobot_march::Result;
+use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Distances};
 use perirobot_scene::truth::Truth;
 use perirobot_study::world::World;
@@ -239,22 +240,26 @@ pub fn moments_of(ground: &Ground) -> u64 {
 
 /// All answers of a scene: with nobody else first, in each the snapshots in order and then all at once, if there
 /// are several; body by body, entry by entry. With them what the floor plans show. `worlds` are the snapshots with
-/// the sensors as they are looked at; `done` is called after each of [`moments_of`].
+/// the sensors as they are looked at; `progress` advances by one after each of [`moments_of`].
+///
+/// # Errors
+/// When a snapshot has no hazard; `Error::Stopped`.
 pub fn answers(
     ground: &Ground,
     worlds: &[World],
     watchers: &Watchers,
-    done: &mut dyn FnMut(),
+    progress: &dyn Progress,
 ) -> Result<(Vec<ApproachAnswer>, Vec<BodyPlan>)> {
     let (mut answers, mut plans) = (Vec::new(), Vec::new());
     for company in ground.companies() {
         let (truths, watches) = observe(company, worlds, watchers);
         let mut ask = |snapshots: Range<usize>| -> Result<Vec<BodyPlan>> {
+            progress.check_stop()?;
             let moment =
                 ApproachMoment::new(ground, company, &worlds[snapshots.clone()], &truths[snapshots.clone()])?;
             let (here, plans) = moment.ask(watchers, &watches[snapshots]);
             answers.extend(here);
-            done();
+            progress.advance(1);
             Ok(plans)
         };
         let mut last = Vec::new();

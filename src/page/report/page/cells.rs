@@ -17,6 +17,7 @@ use perirobot_decide::view::{Choice, View, Viewer};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::metrics::Score;
+use perirobot_march::progress::Progress;
 use perirobot_march::voxel::BitGrid;
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -100,51 +101,81 @@ struct ShownPoses {
     moment: usize,
 }
 
-/// Looks at the best choices of each region and representation by F1, as many as are wanted and fit, and at
-/// some of the best by human_seen and by parts_detected, in each scene's first moment and in the one where
-/// the choice is worst; first of all at what is recommended, at every moment. Reports progress after each. The voxels that it misses,
-/// and those that the best choice of a region misses, are explained, at the worst moment of each.
-///
-/// # Errors
-/// Those of the backend, and of a journal that cannot be read.
-pub(super) fn look(
-    (study, worlds): (&Study, &[World]),
-    (results, rankings, recommended): (&Results, &[Ranking], Option<&Recommended>),
-    most: usize,
-    backend: &mut dyn Backend,
-    said: &mut dyn FnMut(usize, usize),
-) -> Result<Cells> {
-    let mut cells = Cells::default();
-    results.scenes.iter().for_each(|scene| cells.put_moment(worlds, scene.moments.start));
-    let sights = sights(results, rankings, recommended, most)?;
-    let asked = explained_moments(results, rankings, recommended)?;
-    let mut viewer = Viewer::new(study, backend)?;
-    let mut done = 0;
-    for some in sights.chunks(AT_ONCE) {
-        let mut by_moment: BTreeMap<usize, Vec<ShownPoses>> = BTreeMap::new();
-        some.iter().for_each(|sight| by_moment.entry(sight.moment).or_default().push(*sight));
-        let mut looked = BTreeMap::new();
-        for (moment, sights_then) in by_moment {
-            let choice = |sight: &ShownPoses| {
-                let Series { combination, representation } = rankings[sight.series].series;
-                Choice { combination, choice: sight.choice, representation, repeat: 0 }
-            };
-            let choices: Vec<Choice> = sights_then.iter().map(choice).collect();
-            let views = viewer.view_regions(&worlds[moment], &choices)?;
-            let look = |(sight, view): (&ShownPoses, View)| (*sight, LookedAt::new(*sight, &view, &asked));
-            looked.par_extend(sights_then.par_iter().zip(views).map(look));
-            done += sights_then.len();
-            said(done, sights.len());
-        }
-        for (sight, looked) in some.iter().filter_map(|sight| looked.remove_entry(sight)) {
-            if cells.bytes.len() > MOST_BYTES {
-                return Ok(cells);
-            }
-            cells.put_moment(worlds, sight.moment);
-            cells.put_labels(sight, looked);
-        }
+/// The views to make for the page.
+#[derive(Debug)]
+pub(super) struct Views {
+    /// In the order in which they are put into the page, until it is full.
+    sights: Vec<ShownPoses>,
+    asked: Vec<ToExplain>,
+}
+
+impl Views {
+    /// The best choices of each region and representation by F1, as many as are wanted, and some of the best by
+    /// human_seen and by parts_detected, in each scene's first moment and in the one where the choice is worst; first
+    /// of all what is recommended, at every moment. The voxels that it misses, and those that the best choice of a
+    /// region misses, are explained, at the worst moment of each.
+    ///
+    /// # Errors
+    /// Those of a journal that cannot be read.
+    pub(super) fn new(
+        results: &Results,
+        rankings: &[Ranking],
+        recommended: Option<&Recommended>,
+        most: usize,
+    ) -> Result<Views> {
+        Ok(Views {
+            sights: sights(results, rankings, recommended, most)?,
+            asked: explained_moments(results, rankings, recommended)?,
+        })
     }
-    Ok(cells)
+
+    /// How many there are.
+    pub(super) fn total(&self) -> u64 {
+        self.sights.len() as u64
+    }
+
+    /// Makes the views that fit.
+    ///
+    /// # Errors
+    /// Those of the backend; `Error::Stopped`.
+    pub(super) fn look(
+        &self,
+        (study, worlds): (&Study, &[World]),
+        (results, rankings): (&Results, &[Ranking]),
+        backend: &mut dyn Backend,
+        progress: &dyn Progress,
+    ) -> Result<Cells> {
+        let mut cells = Cells::default();
+        results.scenes.iter().for_each(|scene| cells.put_moment(worlds, scene.moments.start));
+        let mut viewer = Viewer::new(study, backend)?;
+        for some in self.sights.chunks(AT_ONCE) {
+            let mut by_moment: BTreeMap<usize, Vec<ShownPoses>> = BTreeMap::new();
+            some.iter().for_each(|sight| by_moment.entry(sight.moment).or_default().push(*sight));
+            let mut looked = BTreeMap::new();
+            for (moment, sights_then) in by_moment {
+                progress.check_stop()?;
+                let choice = |sight: &ShownPoses| {
+                    let Series { combination, representation } = rankings[sight.series].series;
+                    Choice { combination, choice: sight.choice, representation, repeat: 0 }
+                };
+                let choices: Vec<Choice> = sights_then.iter().map(choice).collect();
+                let views = viewer.view_regions(&worlds[moment], &choices)?;
+                let look = |(sight, view): (&ShownPoses, View)| {
+                    (*sight, LookedAt::new(*sight, &view, &self.asked))
+                };
+                looked.par_extend(sights_then.par_iter().zip(views).map(look));
+                progress.advance(sights_then.len() as u64);
+            }
+            for (sight, looked) in some.iter().filter_map(|sight| looked.remove_entry(sight)) {
+                if cells.bytes.len() > MOST_BYTES {
+                    return Ok(cells);
+                }
+                cells.put_moment(worlds, sight.moment);
+                cells.put_labels(sight, looked);
+            }
+        }
+        Ok(cells)
+    }
 }
 
 /// What a view tells, before it is put among the rest.
@@ -234,6 +265,7 @@ fn worst(results: &Results, scene: &SceneResults, key: RowKey, score: Score) -> 
 }
 
 /// What is to be explained of a view, and in which region.
+#[derive(Debug)]
 struct ToExplain {
     sight: ShownPoses,
     asked: ExplainedVoxels,

@@ -32,7 +32,7 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 
 use crate::render::{Colour, Wish, draw, plan};
-use cells::Cells;
+use cells::{Cells, Views};
 use data::Data;
 use document::Document;
 use judged::JudgedChoice;
@@ -41,6 +41,7 @@ use perirobot_decide::approach::Way;
 use perirobot_decide::choose::Chosen;
 use perirobot_decide::view::View;
 use perirobot_march::backend::Backend;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -80,59 +81,80 @@ pub struct ReportedSweep<'a> {
     pub words: &'a [String],
 }
 
-/// The page. Of each region and representation the best `looked_at` choices of poses are looked at voxel by
-/// voxel on a backend; `said` is told after each how many of how many are done.
-///
-/// # Errors
-/// Those of the backend, and of a journal that cannot be read.
-pub fn html(
-    sweep: &ReportedSweep,
-    looked_at: usize,
-    backend: &mut dyn Backend,
-    said: &mut dyn FnMut(usize, usize),
-) -> Result<String> {
-    let ReportedSweep { results, study, worlds, .. } = *sweep;
-    let rankings = ranking::rankings(results)?;
-    let judged = judged::judged_choices(sweep)?;
-    let recommended = recommended::recommend(sweep, &rankings, &judged)?;
-    let recommended = recommended.as_ref();
-    let cells = cells::look((study, worlds), (results, &rankings, recommended), looked_at, backend, said)?;
-    let picture = recommended.map(|one| picture(sweep, &rankings, one, backend)).transpose()?;
-    let surroundings = Surroundings::new(study)?;
-    // A cell of which it cannot be asked has its report nevertheless.
-    let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.choice(&rankings))) {
-        Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),
-        Some(Ok(ways)) => (ways, None),
-        None => (Vec::new(), None),
-    };
-    let findings = Findings {
-        sweep: *sweep,
-        rankings: &rankings,
-        recommended,
-        judged: &judged,
-        cells: &cells,
-        surroundings: &surroundings,
-        ways: &ways,
-        refused,
-    };
-    let mut numbers = NumberTable::default();
-    let data = serde_json::to_vec(&Data::new(&findings, &mut numbers)?)
-        .map_err(|e| Error::input(REPORT, format!("cannot be made: {e}")))?;
-    let script = script();
-    let document = Document {
-        title: question::title(sweep),
-        study: study.path.file_stem().unwrap_or_default().to_string_lossy().into(),
-        day: now("%Y-%m-%d"),
-        sections: Sections::new(&findings, picture)?,
-        policy: policy(&script),
-        style: [plan::STYLE, include_str!("style.css")].concat(),
-        patterns: plan::PATTERNS,
-        script,
-        data: pack(&data),
-        numbers: numbers.pack(),
-        cells: pack(&cells.bytes),
-    };
-    Ok(document.text())
+/// The page of a sweep, with the choices of poses that it describes.
+#[derive(Debug)]
+pub struct ReportPage<'a> {
+    sweep: ReportedSweep<'a>,
+    rankings: Vec<Ranking>,
+    judged: Vec<JudgedChoice>,
+    recommended: Option<Recommended>,
+    views: Views,
+}
+
+impl<'a> ReportPage<'a> {
+    /// The page that shows the best `looked_at` choices of poses of each region and representation voxel by voxel.
+    ///
+    /// # Errors
+    /// Those of a journal that cannot be read.
+    pub fn new(sweep: ReportedSweep<'a>, looked_at: usize) -> Result<ReportPage<'a>> {
+        let rankings = ranking::rankings(sweep.results)?;
+        let judged = judged::judged_choices(&sweep)?;
+        let recommended = recommended::recommend(&sweep, &rankings, &judged)?;
+        let views = Views::new(sweep.results, &rankings, recommended.as_ref(), looked_at)?;
+        Ok(ReportPage { sweep, rankings, judged, recommended, views })
+    }
+
+    /// How many views [`ReportPage::html`] makes.
+    pub fn total(&self) -> u64 {
+        self.views.total()
+    }
+
+    /// The page as HTML. Its views are made on a backend; `progress` advances by each.
+    ///
+    /// # Errors
+    /// Those of the backend, and of a journal that cannot be read; `Error::Stopped`.
+    pub fn html(&self, backend: &mut dyn Backend, progress: &dyn Progress) -> Result<String> {
+        let ReportPage { sweep, rankings, judged, recommended, views } = self;
+        let ReportedSweep { results, study, worlds, .. } = *sweep;
+        let recommended = recommended.as_ref();
+        let cells = views.look((study, worlds), (results, rankings), backend, progress)?;
+        let picture = recommended.map(|one| picture(sweep, rankings, one, backend)).transpose()?;
+        let surroundings = Surroundings::new(study)?;
+        // A cell of which it cannot be asked has its report nevertheless.
+        let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.choice(rankings))) {
+            Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),
+            Some(Ok(ways)) => (ways, None),
+            None => (Vec::new(), None),
+        };
+        let findings = Findings {
+            sweep: *sweep,
+            rankings,
+            recommended,
+            judged,
+            cells: &cells,
+            surroundings: &surroundings,
+            ways: &ways,
+            refused,
+        };
+        let mut numbers = NumberTable::default();
+        let data = serde_json::to_vec(&Data::new(&findings, &mut numbers)?)
+            .map_err(|e| Error::input(REPORT, format!("cannot be made: {e}")))?;
+        let script = script();
+        let document = Document {
+            title: question::title(sweep),
+            study: study.path.file_stem().unwrap_or_default().to_string_lossy().into(),
+            day: now("%Y-%m-%d"),
+            sections: Sections::new(&findings, picture)?,
+            policy: policy(&script),
+            style: [plan::STYLE, include_str!("style.css")].concat(),
+            patterns: plan::PATTERNS,
+            script,
+            data: pack(&data),
+            numbers: numbers.pack(),
+            cells: pack(&cells.bytes),
+        };
+        Ok(document.text())
+    }
 }
 
 /// What the page is made of.
