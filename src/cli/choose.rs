@@ -13,9 +13,9 @@ use perirobot_decide::choose::{
 };
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::metrics::Across;
-use perirobot_march::{Error, Result};
+use perirobot_march::Result;
 use perirobot_page::report;
-use perirobot_study::study::{Study, Wanted};
+use perirobot_study::study::Wanted;
 use perirobot_sweep::sweep::check::ONE_IN;
 
 use super::backend::BackendArgs;
@@ -103,13 +103,10 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let out = args.out.clone().unwrap_or_else(|| study.usual_out("-choose"));
     let packages = study.package_words();
     let (study, worlds) = study.load_unless(&|| stop.reason())?;
-    let choose = match wanted(&study)? {
-        Wanted::Best(choose) => choose,
-        Wanted::Cheapest(purchase) => {
-            return cheapest::search(args, &out, (&study, purchase, &worlds), stop, begin);
-        }
-    };
-    let choosing = Choosing::new(&study, choose, &worlds, args.evidence_bytes())?;
+    if let Some(Wanted::Cheapest(purchase)) = &study.choose {
+        return cheapest::search(args, &out, (&study, purchase, &worlds), stop, begin);
+    }
+    let choosing = Choosing::new(&study, &worlds, args.evidence_bytes())?;
     PurchaseReport::forget(&out)?;
     let folder = choosing.open(&out)?;
     let casting = choosing.begin_casting(Some(folder.path()), args.restart)?;
@@ -129,7 +126,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let results = outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command(), &onlooker)?;
     onlooker.finish();
     super::print(&report::terminal::choose::render(&outcome.chosen))?;
-    if choose.over == Across::Mean && study.scenes.iter().any(|scene| scene.dwell_s.is_some()) {
+    if outcome.chosen.asked.over == Across::Mean && study.scenes.iter().any(|scene| scene.dwell_s.is_some()) {
         super::print(&format!("\n{}\n", report::PLAIN_MEANS))?;
     }
     super::print("\n")?;
@@ -153,10 +150,7 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
             swept::study_of(folder, place, &Default::default())?
         }
     };
-    let Wanted::Best(choose) = wanted(&study)? else {
-        return Err(Error::input(folder, "holds the cheapest set that passes, which is not verified yet"));
-    };
-    let choosing = Choosing::new(&study, choose, &worlds, args.evidence_bytes())?;
+    let choosing = Choosing::new(&study, &worlds, args.evidence_bytes())?;
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = args.backend.backends()?;
@@ -221,15 +215,4 @@ impl Args {
     fn evidence_bytes(&self) -> u64 {
         self.backend.memory().unwrap_or(MEMORY_BYTES)
     }
-}
-
-/// What the study asks for.
-fn wanted(study: &Study) -> Result<&Wanted> {
-    study.choose.as_ref().ok_or_else(|| {
-        let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
-        Error::input(&study.path, "no [choose]").with_advice(format!(
-            "say what is looked for, as in {example}; or add [[require]] and the cost of each sensor, and the cheapest set \
-             that passes is looked for"
-        ))
-    })
 }

@@ -4,10 +4,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use perirobot_decide::choose::{Choosing, Found, MEMORY_BYTES, SearchEnding, Verified};
-use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
-use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Study, Wanted};
+use perirobot_march::Result;
+use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::check::ONE_IN;
 
@@ -23,7 +22,7 @@ pub(crate) fn search(
     out: &Path,
 ) -> Result<()> {
     let begin = Instant::now();
-    let choosing = Choosing::new(study, choose_keys(study)?, worlds, MEMORY_BYTES)?;
+    let choosing = Choosing::new(study, worlds, MEMORY_BYTES)?;
     let folder = choosing.open(out)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = open(words, listener)?;
@@ -51,7 +50,7 @@ pub(crate) fn check(
     listener: &Listener,
     folder: &Path,
 ) -> Result<[usize; 4]> {
-    let choosing = Choosing::new(study, choose_keys(study)?, worlds, MEMORY_BYTES)?;
+    let choosing = Choosing::new(study, worlds, MEMORY_BYTES)?;
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = open(words, listener)?;
@@ -61,11 +60,4 @@ pub(crate) fn check(
     let Verified { sets, proven, bounded, open, .. } =
         choosing.verify(&claims, &evidence, &mut backends, listener)?;
     Ok([sets, proven, bounded, open])
-}
-
-fn choose_keys(study: &Study) -> Result<&Choose> {
-    study.choose.as_ref().and_then(Wanted::best).ok_or_else(|| {
-        let wanted = "say what is looked for, as in objective=\"f1\", region=\"robot\", at_most=3";
-        Error::from(Issue::missing("choose").with_place(&study.path)).with_advice(wanted)
-    })
 }

@@ -14,7 +14,7 @@ use perirobot_cover::CandidateEvidence;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Study};
+use perirobot_study::study::{Choose, Study, Wanted};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::OutputFolder;
 
@@ -51,13 +51,23 @@ impl<'a> Choosing<'a> {
     /// What a study asks for.
     ///
     /// # Errors
-    /// When a score can have no value, or no exact one.
-    pub fn new(
-        study: &'a Study,
-        choose: &'a Choose,
-        worlds: &'a [World],
-        memory_bytes: u64,
-    ) -> Result<Choosing<'a>> {
+    /// When it has no `[choose]`; when a score can have no value, or no exact one.
+    pub fn new(study: &'a Study, worlds: &'a [World], memory_bytes: u64) -> Result<Choosing<'a>> {
+        let choose = match &study.choose {
+            Some(Wanted::Best(choose)) => choose,
+            Some(Wanted::Cheapest(_)) => {
+                let what = "asks for the cheapest set that passes, which has no score to choose by";
+                let cure = "say which score is meant, as in objective = \"f1\", region = \"robot\", at_most = 3";
+                return Err(Error::input("choose", what).with_advice(cure).with_place(&study.path));
+            }
+            None => {
+                let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
+                return Err(Error::input(&study.path, "no [choose]").with_advice(format!(
+                    "say what is looked for, as in {example}; or add [[require]] and the cost of each sensor, and the \
+                     cheapest set that passes is looked for"
+                )));
+            }
+        };
         examine(study, choose, worlds)?;
         Ok(Choosing { study, choose, worlds, memory_bytes })
     }
