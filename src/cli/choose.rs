@@ -11,9 +11,9 @@ use perirobot_decide::cheapest::PurchaseReport;
 use perirobot_decide::choose::{
     CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding, Verified,
 };
+use perirobot_march::Result;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::metrics::Across;
-use perirobot_march::Result;
 use perirobot_page::report;
 use perirobot_study::study::Wanted;
 use perirobot_sweep::sweep::check::ONE_IN;

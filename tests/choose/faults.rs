@@ -88,10 +88,10 @@ impl Backend for Device {
 }
 
 /// Devices that fail so soon: in full batches, and in small ones. And the CPU.
-struct Devices {
-    full: usize,
-    small: usize,
-    lie: bool,
+pub(super) struct Devices {
+    pub(super) full: usize,
+    pub(super) small: usize,
+    pub(super) lie: bool,
 }
 
 impl BackendFactory for Devices {

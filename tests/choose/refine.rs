@@ -7,8 +7,10 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::faults::Devices;
 use crate::common;
 use crate::common::program::{Folder, Outcome, choose, perirobot, priced, rows, text};
+use crate::common::watch::Onlooker;
 use perirobot_decide::choose::{
     self, Casting, Chosen, FrontReport, MEMORY_BYTES, Refinement, problem_of, wanted_counts,
 };
@@ -346,8 +348,10 @@ impl Progress for Patience {
     }
 }
 
-#[test]
-fn a_stop_keeps_what_was_gained_until_then() {
+/// Refines the best sets of the study, which the CPU casts, as often as is wanted.
+fn refine_listed<T>(
+    run: impl FnOnce(&dyn Fn(&mut dyn BackendFactory, &dyn Progress) -> Refinement) -> T,
+) -> T {
     let folder = folder();
     let study = Study::load(&folder.path(STUDY), &Overrides::default()).unwrap();
     let (worlds, asked) =
@@ -361,13 +365,36 @@ fn a_stop_keeps_what_was_gained_until_then() {
     let problem = problem_of(&study, asked, &worlds, &evidence);
     let answer = choose::answer(&problem, &|| None).unwrap();
     let told = FrontReport::new(&study, &worlds, &problem, &answer);
-    let refined = |most: usize| -> Refinement {
+    run(&|backends, progress| {
         let (asked, found) = ((&study, asked, &*worlds), (&problem, &answer, &told));
-        choose::refine(asked, found, MEMORY_BYTES, &mut Cpus(Cell::new(0)), &patience(most)).unwrap()
-    };
+        choose::refine(asked, found, MEMORY_BYTES, backends, progress).unwrap()
+    })
+}
+
+#[test]
+fn a_stop_keeps_what_was_gained_until_then() {
+    let patience = |most| Patience { gains: AtomicUsize::new(0), most };
+    let mut cpus = Cpus(Cell::new(0));
+    let [none, one, whole] =
+        refine_listed(|refine| [0, 1, usize::MAX].map(|most| refine(&mut cpus, &patience(most))));
     let gained = |refinement: &Refinement| refinement.told.iter().filter_map(|one| one.gain).sum::<f64>();
-    let (none, one, whole) = (refined(0), refined(1), refined(usize::MAX));
     assert!(!none.complete && none.told.is_empty() && none.with_poses.is_none());
     assert!(!one.complete && gained(&one) > 0.0 && one.told.len() == 1, "{:?}", one.told);
     assert!(whole.complete && gained(&whole) > gained(&one), "{:?}", whole.told);
+}
+
+#[test]
+fn failures_of_a_device_are_counted_over_all_rounds() {
+    // The device fails in full batches. One small batch casts all that is around a set: a round has one failure.
+    let (mut devices, watch) = (Devices { full: 0, small: usize::MAX, lie: false }, Onlooker::default());
+    let [expected, found] = refine_listed(|refine| {
+        [refine(&mut Cpus(Cell::new(0)), &|| None), refine(&mut devices, &watch)].map(|refined| refined.told)
+    });
+    assert_eq!(found, expected);
+    let rounds: usize = found.iter().map(|one| one.rounds).sum();
+    assert!(rounds > 3, "{rounds}");
+    let instead: Vec<String> = watch.heard().faults.into_iter().map(|fault| fault.instead).collect();
+    let small = "the same device in small batches";
+    let given_up = format!("{small}, and from then on the CPU");
+    assert_eq!(instead, [small, small, &given_up], "in {rounds} rounds");
 }

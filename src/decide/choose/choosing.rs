@@ -57,7 +57,8 @@ impl<'a> Choosing<'a> {
             Some(Wanted::Best(choose)) => choose,
             Some(Wanted::Cheapest(_)) => {
                 let what = "asks for the cheapest set that passes, which has no score to choose by";
-                let cure = "say which score is meant, as in objective = \"f1\", region = \"robot\", at_most = 3";
+                let cure =
+                    "say which score is meant, as in objective = \"f1\", region = \"robot\", at_most = 3";
                 return Err(Error::input("choose", what).with_advice(cure).with_place(&study.path));
             }
             None => {

@@ -160,9 +160,8 @@ impl Views {
                 };
                 let choices: Vec<Choice> = sights_then.iter().map(choice).collect();
                 let views = viewer.view_regions(&worlds[moment], &choices)?;
-                let look = |(sight, view): (&ShownPoses, View)| {
-                    (*sight, LookedAt::new(*sight, &view, &self.asked))
-                };
+                let look =
+                    |(sight, view): (&ShownPoses, View)| (*sight, LookedAt::new(*sight, &view, &self.asked));
                 looked.par_extend(sights_then.par_iter().zip(views).map(look));
                 progress.advance(sights_then.len() as u64);
             }
