@@ -84,7 +84,7 @@
 //! | `perirobot-page` in `src/page` | `render`: pictures; `export`: files for other programs, a file a format; `report`: tables, the page, figures |
 //! | `perirobot` in `src` | `front`: [`Cell`], [`DepthCamera`], [`Device`], [`Scored`], [`Study`]; [`cli`]: the command line, a file a command; `cluster`: scripts, a file an engine; [`guide`] |
 //!
-//! The Python package (`src/python`) uses these crates. Files that ship inside the program are the crate
+//! The Python package (`src/python`) uses these crates; `perirobot` only for the command in its wheel. Files that ship inside the program are the crate
 //! `perirobot-shipped` in `scenes/`. What a change touches, file by file, is in [`guide::change_it`]; which file of
 //! `tests/` proves what is in [`guide::tests`]; every key of a study is in [`guide::every_key`].
 //!
@@ -117,6 +117,21 @@
 //! | label | what is claimed of a voxel: occupied, free or unknown | the same (OctoMap) |
 //! | counts | labels against truth: true and false positives and negatives, unknown though occupied (UO), unknown though free (UF) | confusion matrix (paper) |
 //! | journal | the finished rows of a sweep on disk, or what `choose` has cast, from which it goes on | checkpoint |
+//! | cut | an upper bound for what sets cover, as a sum over their candidates; `shown_by` in `choose.json` | Benders cut |
+//!
+//! These words have no equivalent elsewhere:
+//!
+//! | word | meaning | why it stays |
+//! |---|---|---|
+//! | step | all sets of at most so many sensors that cost no more than a limit: a row of `front.csv` | a point of a front is one set; a bound belongs to all |
+//! | bound | a score that no set of a step exceeds; *proven* if the best set has it | an optimality gap is a difference of scores |
+//! | worth | the number by which sets are compared: an exact fraction, or a mean of scores | a printed score is rounded |
+//! | gain | by how much a set is better than the best smaller one, or than the set that was refined | |
+//! | moment | one snapshot, in one repeat if sensors have noise | counts exist for each repeat |
+//! | case | a set as a condition of `judge` changes it: dead sensor, shifted mount, posture | a condition has several |
+//! | unnoticed | of a body in `approach`: too few of its voxels are watched | detection is scored for people in the scene only |
+//! | company | whether a scene's people are present while a body approaches | they block its way and hide it |
+//! | claim | what a sensor reports in one representation | evidence is the same in all of them |
 
 pub mod cli;
 mod cluster;
