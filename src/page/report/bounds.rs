@@ -6,7 +6,12 @@ use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
 /// The mean that all positions of the study together could reach.
-pub(super) fn upper_bound(results: &Results, moments: Range<usize>, region: usize, score: Score) -> Option<f64> {
+pub(super) fn upper_bound(
+    results: &Results,
+    moments: Range<usize>,
+    region: usize,
+    score: Score,
+) -> Option<f64> {
     let [(_, bound), ..] = results.baselines_over(moments, region, score);
     bound.map(|over| over.mean)
 }

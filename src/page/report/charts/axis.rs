@@ -105,8 +105,8 @@ mod tests {
     #[test]
     fn marks_are_round_numbers_within_the_range() {
         let marks = |ends: [f64; 2]| {
-            let marks = AxisScale::new(ends, [0.0, 450.0]).marks(52.0);
-            marks.map(|(_, text)| text).collect::<Vec<_>>().join(" ")
+            let scale = AxisScale::new(ends, [0.0, 450.0]);
+            scale.marks(52.0).map(|(_, text)| text).collect::<Vec<_>>().join(" ")
         };
         assert_eq!(marks([0.0, 1900.0]), "0 500 1000 1500");
         assert_eq!(marks([0.0, 0.8]), "0.0 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8");

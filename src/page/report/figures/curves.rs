@@ -68,8 +68,7 @@ pub(super) fn draw(
         };
         sheet.words("strong", [left, top + 8.0], &axis_name(score));
         let up = AxisScale::new(ends, [top + HEIGHT, top + 22.0]);
-        let across =
-            AxisScale::from_whole_numbers([0.0, (moments.len() - 1) as f64], [left + 40.0, right]);
+        let across = AxisScale::from_whole_numbers([0.0, (moments.len() - 1) as f64], [left + 40.0, right]);
         up.draw_beside(&mut sheet, [left + 40.0, right]);
         sheet.y = top + HEIGHT;
         across.draw_below(&mut sheet, top + 22.0, "snapshot, counted from 0");

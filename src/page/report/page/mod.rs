@@ -133,7 +133,8 @@ pub fn html(
         charts: pack(sections.other_charts().into_string().as_bytes()),
         sections,
         policy: policy(&script),
-        style: [&variables(), plan::STYLE, include_str!("../charts/chart.css"), include_str!("style.css")].concat(),
+        style: [&variables(), plan::STYLE, include_str!("../charts/chart.css"), include_str!("style.css")]
+            .concat(),
         patterns: plan::PATTERNS,
         script,
         data: pack(&data),

@@ -30,7 +30,8 @@ impl NumberTable {
 
     /// The least of those from a place on; infinite where none has a value.
     pub(super) fn least_from(&self, begin: usize) -> f64 {
-        let numbers = self.0[4 * begin..].chunks_exact(4).map(|one| f32::from_le_bytes(one.try_into().unwrap()));
+        let numbers =
+            self.0[4 * begin..].chunks_exact(4).map(|one| f32::from_le_bytes(one.try_into().unwrap()));
         f64::from(numbers.fold(f32::INFINITY, f32::min))
     }
 

@@ -28,7 +28,11 @@ const TOP: f64 = 18.0;
 const BOUND: &str = "upper bound";
 
 /// The chart of a score in a region.
-pub(super) fn distribution_chart(results: &Results, rankings: &[Ranking], part: (usize, Score)) -> ScoreChart {
+pub(super) fn distribution_chart(
+    results: &Results,
+    rankings: &[Ranking],
+    part: (usize, Score),
+) -> ScoreChart {
     ScoreChart::new(results, part, "", |sheet| draw(sheet, results, rankings, part))
 }
 
@@ -54,7 +58,8 @@ fn draw(
     let scenes: Vec<SceneRows> = results.scenes.iter().enumerate().map(of_scene).collect();
     let spreads = || scenes.iter().flat_map(|scene| &scene.rows).flatten();
     spreads().next()?;
-    let bounds = scenes.iter().flat_map(|scene| scene.bound.into_iter().chain(scene.without.map(|one| one.1)));
+    let bounds =
+        scenes.iter().flat_map(|scene| scene.bound.into_iter().chain(scene.without.map(|one| one.1)));
     let ends = spreads().flat_map(|spread| [spread.distribution.min, spread.distribution.max]);
     let titles: Vec<String> = rankings.iter().map(|ranking| ranking.series.title(results)).collect();
     let left = names_width(titles.iter().map(String::as_str), 0.36);
@@ -145,24 +150,33 @@ fn hill(bins: &[u32], [from, to]: [f64; 2], bottom: f64) -> String {
     path + &format!("V{bottom}Z")
 }
 
-/// Names the upper bound and the best answer without a sensor above the first rows, beside each other where they meet.
+/// Names the upper bound and the best answer without a sensor above the first rows.
 fn name_bounds(sheet: &mut Sheet, scene: &SceneRows, scale: &AxisScale) {
-    let half = |words: &str| screen_width(words) / 2.0;
-    let mut write = |words: &str, at: f64| {
-        let room = half(words) + 2.0;
-        sheet.words("soft mid", [at.clamp(room, WIDTH - room), 13.0], words);
-    };
-    let at = |value: f64| scale.position(value);
-    let meet = |bound: f64, (name, value): (&str, f64)| {
-        (at(bound) - at(value)).abs() < half(BOUND) + half(name) + 12.0
-    };
-    let both = scene.bound.zip(scene.without).filter(|(bound, without)| meet(*bound, *without));
-    if let Some(bound) = scene.bound {
-        write(BOUND, at(bound) + both.map_or(0.0, |(_, (name, _))| half(name) + 8.0));
+    let bound = scene.bound.map(|value| (BOUND, value));
+    let mut names: Vec<(&str, f64)> =
+        scene.without.into_iter().chain(bound).map(|(name, value)| (name, scale.position(value))).collect();
+    names.sort_by(|a, b| a.1.total_cmp(&b.1));
+    for (name, at) in keep_apart(&names) {
+        sheet.words("soft mid", [at, 13.0], name);
     }
-    if let Some((name, value)) = scene.without {
-        write(name, at(value) - if both.is_some() { half(BOUND) + 8.0 } else { 0.0 });
+}
+
+/// Words around places from left to right, moved so that none leaves the drawing or covers another.
+fn keep_apart<'a>(names: &[(&'a str, f64)]) -> Vec<(&'a str, f64)> {
+    let half = |name: &str| screen_width(name) / 2.0 + 4.0;
+    let mut free = WIDTH;
+    let mut placed: Vec<(&str, f64)> = Vec::new();
+    for &(name, at) in names.iter().rev() {
+        let at = at.min(free - half(name));
+        free = at - half(name);
+        placed.insert(0, (name, at));
     }
+    let mut free = 0.0;
+    for (name, at) in &mut placed {
+        *at = at.max(free + half(name));
+        free = *at + half(name);
+    }
+    placed
 }
 
 #[cfg(test)]
@@ -173,6 +187,18 @@ mod tests {
     fn strokes_on_each_other_are_one() {
         let scale = AxisScale::new([0.0, 1.0], [100.0, 200.0]);
         assert_eq!(strokes(&[0.5, 0.0, 0.5001, 0.53], &scale, 4.0), "M100 4v11m50-11v11m3-11v11");
+    }
+
+    #[test]
+    fn names_stay_inside_and_apart() {
+        let half = |name: &str| screen_width(name) / 2.0;
+        for places in [[350.0, 350.0], [340.0, 345.0], [2.0, 3.0], [100.0, 300.0]] {
+            let placed = keep_apart(&[("all occupied", places[0]), (BOUND, places[1])]);
+            let [(first, a), (second, b)] = placed[..] else { panic!("{placed:?}") };
+            assert!(a - half(first) >= 0.0 && b + half(second) <= WIDTH, "{placed:?}");
+            assert!(b - a > half(first) + half(second), "{placed:?}");
+        }
+        assert_eq!(keep_apart(&[("all free", 100.0)]), [("all free", 100.0)]);
     }
 
     #[test]

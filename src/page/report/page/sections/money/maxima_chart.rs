@@ -23,7 +23,12 @@ pub(super) fn maxima_chart(results: &Results, rankings: &[Ranking], part: (usize
     ScoreChart::new(results, part, "Largest ", |sheet| draw(sheet, results, rankings, part))
 }
 
-fn draw(sheet: &mut Sheet, results: &Results, rankings: &[Ranking], part: (usize, Score)) -> Option<AxisScale> {
+fn draw(
+    sheet: &mut Sheet,
+    results: &Results,
+    rankings: &[Ranking],
+    part: (usize, Score),
+) -> Option<AxisScale> {
     let all = 0..results.combinations.len();
     let values: Vec<Option<f64>> =
         all.map(|combination| maxima_of(results, rankings, combination, part).mean).collect();
