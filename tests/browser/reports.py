@@ -319,7 +319,7 @@ def every_score_is_plotted(browser):
         chosen = [name] + ["false alarm"] * (name == "human claimed")
         for home in ("distributions", "maxima"):
             expected = chosen if home == "maxima" else chosen + [other for other in always if other not in chosen]
-            labels = f"return [...(document.getElementById('{home}')?.children ?? [])].filter(plot => plot.querySelector('svg rect, .none')).map(plot => plot.getAttribute('aria-label').replace('Largest ', '').split(' in region')[0])"
+            labels = f"return [...(document.getElementById('{home}')?.children ?? [])].filter(plot => plot.querySelector('svg rect, .none')).map(plot => plot.querySelector('.title').textContent.replace('Largest ', '').split(' · region')[0])"
             if home == "maxima" and not browser.run("return !!document.getElementById('maxima')"):
                 continue
             browser.until(f"return (() => {{ {labels} }})().join() === {','.join(expected * regions)!r}", f"{home} of {name}")
@@ -361,7 +361,7 @@ def causes_hide_and_show(browser):
     of_note = "return [...document.querySelectorAll('#causes .note')].reduce((sum, note) => sum + Number(note.textContent), 0)"
     unknown = "return ['UO', 'UF'].reduce((sum, name) => sum + Number(document.getElementById('count-' + name).textContent), 0)"
     assert browser.run(of_note) == browser.run(unknown) > 0, "every unknown voxel has a cause"
-    bars = "return [...document.querySelectorAll('#reasons .bar title')].reduce((sum, title) => sum + Number(title.textContent.match(/: (\\d+) voxels/)[1]), 0)"
+    bars = "return [...document.querySelectorAll('#reasons .bar i')].reduce((sum, bar) => sum + Number(bar.title.match(/: (\\d+) voxels/)[1]), 0)"
     assert browser.run(bars) == browser.run(unknown), "so have the bars"
     faces = "return ['UO', 'UF'].reduce((sum, name) => sum + document.getElementById('view').stage.parts.get(name).faces.length, 0)"
     before = browser.run(faces)

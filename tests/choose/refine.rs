@@ -359,7 +359,6 @@ fn refine_listed<T>(
     let ways = &asked.representations;
     let mut casting =
         Casting::begin(&study, &[wanted_counts(asked)], ways, &worlds, MEMORY_BYTES, None).unwrap();
-    let patience = |most| Patience { gains: AtomicUsize::new(0), most };
     casting.run(&mut Cpu::new(Some(1)).unwrap(), &|| None).unwrap();
     let evidence = casting.evidence().remove(0);
     let problem = problem_of(&study, asked, &worlds, &evidence);

@@ -1,9 +1,15 @@
 //! Results presented to people: tables for a terminal, the report as a page, and figures for print. What they share is
-//! beside them: which results are meant (`selection`, `series`), what is computed of them (`maximum`, `quartiles`,
-//! `explained`), where places come to lie on paper (`unfolded`), and how it is written (`table`, `apart`, `chosen_sets`, `wording`).
+//! beside them: which results are meant (`selection`, `series`), what is computed of them (`maximum`, `bounds`,
+//! `quartiles`, `explained`), how charts are drawn (`charts`, `colours`), where places come to lie on paper (`unfolded`), and how it is written (`table`, `apart`, `chosen_sets`, `wording`).
 
 mod apart;
+#[cfg(feature = "report")]
+mod bounds;
+#[cfg(feature = "report")]
+mod charts;
 mod chosen_sets;
+#[cfg(feature = "report")]
+mod colours;
 mod explained;
 #[cfg(feature = "report")]
 pub mod figures;

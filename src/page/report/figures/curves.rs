@@ -1,9 +1,12 @@
 //! Scores of the best choices of poses over the snapshots of a scene that moves.
 
-use super::axis::{AxisScale, axis_name, columns, score_name, span};
+use super::names::{axis_name, columns, score_name};
+use super::paper::{EDGE, WIDTH, begin, finish};
 use super::part::SweepPart;
-use super::sheet::{EDGE, SMALL, Sheet, WIDTH, colour, lines};
 use crate::render::svg::tenth;
+use crate::report::charts::axis::{AxisScale, span};
+use crate::report::charts::sheet::{SMALL, lines};
+use crate::report::colours;
 use crate::report::series::{Series, rank};
 use crate::report::table::number;
 use perirobot_march::Result;
@@ -48,7 +51,7 @@ pub(super) fn draw(
     let notes = format!(
         "Chosen for each score by itself, by the mean and by the worst of all snapshots{repeats}.{drawn}"
     );
-    let mut sheet = Sheet::new(&caption, &notes);
+    let mut sheet = begin(&caption, &notes);
     let top = sheet.y;
     let mut end = top;
     for (&score, [left, right]) in part.scores.iter().zip(columns(part.scores.len(), [EDGE, WIDTH - EDGE])) {
@@ -64,12 +67,9 @@ pub(super) fn draw(
             continue;
         };
         sheet.words("strong", [left, top + 8.0], &axis_name(score));
-        let up = AxisScale { ends, places: [top + HEIGHT, top + 22.0] };
-        let across = AxisScale { ends: [0.0, (moments.len() - 1) as f64], places: [left + 40.0, right] };
-        for (value, text) in up.marks(34.0) {
-            sheet.path("mesh", &format!("M{} {}H{}", tenth(left + 40.0), up.position(value), tenth(right)));
-            sheet.words("soft end", [left + 35.0, up.position(value) + 4.0], &text);
-        }
+        let up = AxisScale::new(ends, [top + HEIGHT, top + 22.0]);
+        let across = AxisScale::from_whole_numbers([0.0, (moments.len() - 1) as f64], [left + 40.0, right]);
+        up.draw_beside(&mut sheet, [left + 40.0, right]);
         sheet.y = top + HEIGHT;
         across.draw_below(&mut sheet, top + 22.0, "snapshot, counted from 0");
         let mut y = top + HEIGHT + 54.0;
@@ -89,9 +89,9 @@ pub(super) fn draw(
             let weighted =
                 weighted.map_or(String::new(), |mean| format!(", weighted {}", number(Some(mean))));
             let told = format!("{named}: mean {mean}{weighted}, worst {worst} ({})", curve.rank);
-            sheet.curve(colour(n), DASHES[n], &path(values.iter().enumerate().map(at)), &told);
+            sheet.curve(colours::series(n), DASHES[n], &path(values.iter().enumerate().map(at)), &told);
             let middle = tenth(y - 4.0);
-            sheet.curve(colour(n), DASHES[n], &format!("M{} {middle}h32", tenth(left)), &told);
+            sheet.curve(colours::series(n), DASHES[n], &format!("M{} {middle}h32", tenth(left)), &told);
             for (line, class) in [(told.as_str(), "soft"), (&combination.place_of(curve.choice), "soft")] {
                 for words in lines(line, (right - left - 40.0) / SMALL) {
                     sheet.words(class, [left + 40.0, y], &words);
@@ -106,7 +106,7 @@ pub(super) fn draw(
         end = end.max(y + 6.0);
     }
     sheet.y = end;
-    Ok((caption + ".", sheet.finish().into_bytes()))
+    Ok((caption + ".", finish(sheet)))
 }
 
 /// The curves of a score: of one series its best three by the mean, else the best of each; and the best by the worst

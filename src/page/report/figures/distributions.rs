@@ -1,9 +1,13 @@
 //! How scores are distributed over the choices of poses: a box for each representation of each combination, over all
 //! scenes and in each.
 
-use super::axis::{AxisScale, axis_name, columns, score_name, span};
+use super::names::{axis_name, columns, score_name};
+use super::paper::{EDGE, WIDTH, begin, finish};
 use super::part::SweepPart;
-use super::sheet::{EDGE, Sheet, WIDTH, colour, cut, width_of};
+use crate::report::charts::axis::{AxisScale, span};
+use crate::report::charts::quartile_box::{describe, draw_quartiles};
+use crate::report::charts::sheet::{cut, width_of};
+use crate::report::colours;
 use crate::report::quartiles::{Distribution, distribution};
 use perirobot_march::Result;
 use perirobot_sweep::results::Results;
@@ -26,7 +30,7 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
         part.whole().is_mean_of(results),
         if part.extents.len() > 1 { ", below it each scene for itself" } else { "" },
     );
-    let mut sheet = Sheet::new(&caption, &notes);
+    let mut sheet = begin(&caption, &notes);
     let left = titles.iter().map(|title| width_of(title)).fold(60.0, f64::max).min(230.0);
     let places = columns(part.scores.len(), [EDGE + left + 10.0, WIDTH - EDGE]);
     let top = sheet.y;
@@ -44,7 +48,7 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
             sheet.words("soft", [places[0], top + HEAD], "no choice of poses has a value here");
             continue;
         };
-        let scale = AxisScale { ends, places };
+        let scale = AxisScale::new(ends, places);
         sheet.y = top + part.extents.len() as f64 * (HEAD + part.series.len() as f64 * ROW) + 4.0;
         scale.draw_below(&mut sheet, top + HEAD - 4.0, &axis_name(score));
         end = end.max(sheet.y + 40.0);
@@ -55,7 +59,9 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
             let rows_end = y + row.len() as f64 * ROW;
             for ((number, found), title) in row.iter().enumerate().zip(&titles) {
                 if let Some(found) = found {
-                    spread(&mut sheet, &scale, y, found, (colour(number), title));
+                    let heights = [y + (ROW - BOX) / 2.0, y + (ROW + BOX) / 2.0];
+                    let told = describe(title, found);
+                    draw_quartiles(&mut sheet, &scale, heights, found, colours::series(number), &told);
                 }
                 y += ROW;
             }
@@ -79,20 +85,5 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
         }
     }
     sheet.y = end.max(sheet.y);
-    Ok((caption + ".", sheet.finish().into_bytes()))
-}
-
-/// Draws one row.
-fn spread(sheet: &mut Sheet, scale: &AxisScale, y: f64, found: &Distribution, (fill, title): (&str, &str)) {
-    let Distribution { min, lower_quartile, median, upper_quartile, max, values } = *found;
-    let [least, lower, middle, upper, most] =
-        [min, lower_quartile, median, upper_quartile, max].map(|value| scale.position(value));
-    let (top, bottom, at) = (y + (ROW - BOX) / 2.0, y + (ROW + BOX) / 2.0, y + ROW / 2.0);
-    let ends = [least, most].map(|x| format!("M{x} {}v6", at - 3.0)).concat();
-    sheet.path("whisker", &format!("M{least} {at}H{lower}M{upper} {at}H{most}{ends}"));
-    let told = format!(
-        "{title}: {min:.3} to {max:.3}, quartiles {lower_quartile:.3} and {upper_quartile:.3}, median {median:.3}, {values} choices"
-    );
-    sheet.add_filled("box", fill, [lower, top, upper - lower, BOX], &told);
-    sheet.path("median", &format!("M{middle} {top}V{bottom}"));
+    Ok((caption + ".", finish(sheet)))
 }

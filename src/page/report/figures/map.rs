@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 
-use super::axis::AxisScale;
-use super::sheet::{SMALL, Sheet, width_of};
-use crate::render::ramp;
 use crate::render::scale::{marks, step};
+use crate::report::charts::axis::AxisScale;
+use crate::report::charts::sheet::{SMALL, Sheet, width_of};
+use crate::report::colours::ramp_colour;
 use crate::report::unfolded::{Label, Map, PaperSpot};
 
 /// Most that a map is high, and the side of a spot that is in no lattice.
@@ -20,13 +20,7 @@ pub(super) type Outline = (String, &'static str, [DVec2; 2]);
 
 /// The colour of a value between the lowest and the highest.
 pub(super) fn colour(value: f64, [low, high]: [f64; 2]) -> String {
-    hex(((value - low) / (high - low) * 1024.0).round() as u32)
-}
-
-/// The colour at a place between the lowest (0) and the highest (1024).
-fn hex(place: u32) -> String {
-    let [r, g, b] = ramp(place);
-    format!("#{r:02x}{g:02x}{b:02x}")
+    ramp_colour(((value - low) / (high - low) * 1024.0).round() as u32)
 }
 
 /// Draws a map between two sides, from where the sheet ends. `told` gives a spot's colour, what it tells, and whether it is
@@ -155,10 +149,10 @@ pub(super) fn colour_bar(sheet: &mut Sheet, ends: [f64; 2], places: [f64; 2], na
     let (parts, top) = (64, sheet.y);
     let each = (places[1] - places[0]) / f64::from(parts);
     for n in 0..parts {
-        let colour = hex((2 * n + 1) * 1024 / (2 * parts));
+        let colour = ramp_colour((2 * n + 1) * 1024 / (2 * parts));
         let left = places[0] + f64::from(n) * each;
         sheet.add_filled("shade", &colour, [left, top, each + 0.4, 12.0], "");
     }
     sheet.y += 12.0;
-    AxisScale { ends, places }.draw_below(sheet, top + 12.0, name);
+    AxisScale::new(ends, places).draw_below(sheet, top + 12.0, name);
 }

@@ -1,8 +1,12 @@
 //! The best score of each combination of sensors: bars, over all scenes and in each, beside each other for all scores.
 
-use super::axis::{AxisScale, axis_name, columns, score_name, span};
+use super::names::{axis_name, columns, score_name};
+use super::paper::{EDGE, WIDTH, add_note, begin, finish};
 use super::part::SweepPart;
-use super::sheet::{EDGE, Sheet, WIDTH, cut, width_of};
+use crate::report::charts::axis::{AxisScale, span};
+use crate::report::charts::bar::ScoreBar;
+use crate::report::charts::sheet::{cut, width_of};
+use crate::report::colours;
 use crate::report::maximum::{maxima, most_sensors, relative};
 use crate::report::table::number;
 use perirobot_march::Result;
@@ -37,7 +41,7 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
     let relative_to = reference.map_or(String::new(), |reference| {
         format!(" In brackets: as a part of that of {}.", results.combinations[reference].name)
     });
-    let mut sheet = Sheet::new(&caption, &format!("{over}, in whichever representation.{relative_to}"));
+    let mut sheet = begin(&caption, &format!("{over}, in whichever representation.{relative_to}"));
     let names = part.combinations.iter().map(|&one| results.combinations[one].name.as_str());
     let names: Vec<&str> = names.collect();
     let labels = names.iter().copied().chain(part.extents.iter().map(|extent| extent.name.as_str()));
@@ -55,7 +59,7 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
             sheet.words("soft", [places[0], top + 15.0], "no choice of poses has a value here");
             continue;
         };
-        let scale = AxisScale { ends, places: [places[0], places[1] - NUMBER] };
+        let scale = AxisScale::new(ends, [places[0], places[1] - NUMBER]);
         sheet.y = bottom;
         scale.draw_below(&mut sheet, top, &axis_name(score));
         for ((row, values), name) in all.iter().enumerate().zip(&names) {
@@ -65,18 +69,12 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
                 let part_of = part_of.map_or(String::new(), |part| format!(" ({part:.2})"));
                 let told = format!("{}{part_of}", number(*value));
                 let (height, class) = if n == 0 { (FIRST - 8.0, "bar") } else { (OTHER - 5.0, "part") };
-                let end = value.map_or(scale.position(0.0), |value| scale.position(value));
-                let from = scale.position(0.0).min(end);
-                let of = format!("{name}, {}: {told}", part.extents[n].name);
-                let fill = if n == 0 { "#0072b2" } else { "#8cc0e6" };
-                sheet.add_filled(
-                    class,
-                    fill,
-                    [from, y + 4.0, (end - scale.position(0.0)).abs(), height],
-                    &of,
-                );
-                let class = if n == 0 { "over" } else { "soft over" };
-                sheet.words(class, [end.max(scale.position(0.0)) + 5.0, y + height + 2.0], &told);
+                let (fill, words_class) =
+                    if n == 0 { (colours::series(0), "over") } else { (colours::PART, "soft over") };
+                let title = format!("{name}, {}: {told}", part.extents[n].name);
+                let words = (told.as_str(), words_class);
+                let bar = ScoreBar { class, fill, y: y + 4.0, height, value: *value, words, title: &title };
+                bar.draw(&mut sheet, &scale);
             }
         }
     }
@@ -92,14 +90,14 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
     for &score in &part.scores {
         let whole = part.whole();
         let bounds = whole.bounds(results, region, score);
-        sheet.note(&format!("{}, {}: {bounds}.", score_name(score), whole.name));
+        add_note(&mut sheet, &format!("{}, {}: {bounds}.", score_name(score), whole.name));
     }
     let over = match part.extents.len() {
         1 if is_one_scene => &part.whole().name,
         1 => "the mean of the scenes' maxima",
         _ => "the mean of the scenes' maxima, and each scene",
     };
-    Ok((format!("{caption}: {over}."), sheet.finish().into_bytes()))
+    Ok((format!("{caption}: {over}."), finish(sheet)))
 }
 
 /// The maximum of a combination over each extent.

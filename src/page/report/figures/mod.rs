@@ -4,16 +4,16 @@
 //! # Practice
 //! The numbers are those of `summary`: they come from the same functions. A figure's bytes depend on the sweep alone.
 
-mod axis;
 mod curves;
 mod distributions;
 mod map;
 mod maxima;
+mod names;
+mod paper;
 mod part;
 mod pictures;
 mod placements;
 mod readme;
-mod sheet;
 
 use crate::export::file_name;
 pub use part::WantedPart;

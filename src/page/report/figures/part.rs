@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::FigureKind;
+use crate::report::bounds::{best_without_sensor, upper_bound};
 use crate::report::selection::ReportSelection;
 use crate::report::series::Series;
 use crate::report::wording::extent;
@@ -111,8 +112,8 @@ impl SceneRange {
 
     /// What is possible at most and the best answer without a sensor, in words.
     pub(super) fn bounds(&self, results: &Results, region: usize, score: Score) -> String {
-        let [(_, bound), ..] = results.baselines_over(self.moments.clone(), region, score);
-        let bound = bound.map(|over| format!("possible at most {:.3}", over.mean));
+        let bound = upper_bound(results, self.moments.clone(), region, score);
+        let bound = bound.map(|bound| format!("possible at most {bound:.3}"));
         let without = self.best_baseline(results, region, score);
         let without = without.map(|(name, value)| format!("without a sensor {value:.3} ({name})"));
         bound.into_iter().chain(without).collect::<Vec<_>>().join(" · ")
@@ -125,8 +126,6 @@ impl SceneRange {
         region: usize,
         score: Score,
     ) -> Option<(&'static str, f64)> {
-        let [_, trivial @ ..] = results.baselines_over(self.moments.clone(), region, score);
-        let known = trivial.into_iter().filter_map(|(name, over)| Some((name, over?.mean)));
-        known.reduce(|best, next| if score.merit(next.1) > score.merit(best.1) { next } else { best })
+        best_without_sensor(results, self.moments.clone(), region, score)
     }
 }

@@ -1,7 +1,7 @@
 //! Pictures of the scenes, and of what the best choices of poses make of them, as `render` draws them.
 
 use super::FiguredSweep;
-use super::axis::score_name;
+use super::names::score_name;
 use super::part::SweepPart;
 use crate::render::{self, Colour, Wish};
 use crate::report::series::Series;

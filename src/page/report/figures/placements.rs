@@ -4,11 +4,13 @@
 use std::sync::Arc;
 
 use super::FiguredSweep;
-use super::axis::{axis_name, columns, extremes, score_name};
 use super::map::{Outline, colour, colour_bar, draw_map};
+use super::names::{axis_name, columns, score_name};
+use super::paper::{EDGE, WIDTH, begin, finish};
 use super::part::{SceneRange, SweepPart};
-use super::sheet::{EDGE, SMALL, Sheet, WIDTH, lines};
 use crate::render::plan::short_name;
+use crate::report::charts::axis::extremes;
+use crate::report::charts::sheet::{SMALL, lines};
 use crate::report::series::Series;
 use crate::report::table::number;
 use crate::report::unfolded::{Map, PaperSpot, Position, maps};
@@ -74,7 +76,7 @@ pub(super) fn draw(
         part.whole().is_mean_of(results),
         if part.extents.len() > 1 { ", below it each scene for itself" } else { "" },
     );
-    let mut sheet = Sheet::new(&caption, &notes);
+    let mut sheet = begin(&caption, &notes);
     let places = columns(part.scores.len(), [EDGE, WIDTH - EDGE]);
     let mut all: Vec<Vec<Best>> = Vec::new();
     for extent in &part.extents {
@@ -133,7 +135,7 @@ pub(super) fn draw(
         }
     }
     sheet.y = top + 52.0;
-    Ok((caption + ".", sheet.finish().into_bytes()))
+    Ok((caption + ".", finish(sheet)))
 }
 
 fn best(

@@ -16,15 +16,12 @@ use serde::Serialize;
 use super::approaches::{WayData, way_data};
 use super::cells::Cells;
 use super::measure::{self, Baseline};
-use super::packed::NumberTable;
-use super::ranking::{MeanSpread, Ranking, maxima_of};
-use super::scores::{self, Scores};
+use super::score_chart::ALWAYS;
+use super::scores::Scores;
 use super::surroundings::WAYS;
 use super::{Findings, ReportedSweep};
 use crate::render::plan::short_name;
-use crate::report::maximum::most_sensors;
-use maps::Furnished;
-use perirobot_march::Result;
+use maps::{Furnished, round_metres};
 use perirobot_march::metrics::Score;
 use perirobot_scene::scene::Role;
 use perirobot_scene::truth::ObjectVoxels;
@@ -32,17 +29,6 @@ use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, room_m};
 use perirobot_sweep::results::{Results, columns};
 use sensor::{SensorData, sensor_data};
-
-/// For each scene and series, how the choices of poses are distributed.
-type Boxes = Vec<Vec<Option<BoxData>>>;
-
-#[derive(Serialize)]
-struct BoxData {
-    /// Minimum, quartiles and maximum.
-    five: [f64; 5],
-    /// How many there are in equal parts from minimum to maximum.
-    bins: Vec<u32>,
-}
 
 /// The root of the JSON.
 #[derive(Serialize)]
@@ -55,17 +41,13 @@ pub(super) struct Data<'a> {
     regions: &'a [String],
     scenes: Vec<SceneData<'a>>,
     measures: Vec<MeasureData>,
+    /// The scores that are always compared.
+    always: [usize; ALWAYS.len()],
     sensors: Vec<SensorData<'a>>,
     combinations: Vec<CombinationData<'a>>,
-    series: Vec<SeriesData>,
+    series: Vec<SeriesData<'a>>,
     /// For each region, extent (all scenes, then each), and baseline: its measures.
     baselines: Vec<Vec<Vec<Baseline>>>,
-    /// For each region and score.
-    distributions: Vec<Vec<Boxes>>,
-    /// For each region and score: each combination's mean of the scenes' maxima.
-    maxima: Vec<Vec<Vec<Option<f64>>>>,
-    /// The combination with the most sensors, if there is one.
-    full_set: Option<usize>,
     between_members: &'static str,
     voxel_size_m: f64,
     /// Objects of the first scene, by which the surroundings of a pose are named, and the directions that are
@@ -92,6 +74,8 @@ struct SceneData<'a> {
     name: &'a str,
     moments: [usize; 2],
     room_m: [[f64; 3]; 2],
+    /// Round metres along its axes.
+    metres: [Vec<String>; 3],
     /// Furniture, doors, robots and people, as they are at the scene's first moment.
     things: Vec<ThingData>,
 }
@@ -138,21 +122,20 @@ struct MemberData<'a> {
 }
 
 #[derive(Serialize)]
-struct SeriesData {
+struct SeriesData<'a> {
     combination: usize,
     representation: usize,
     title: String,
-    scores: Scores,
+    scores: &'a Scores,
 }
 
 impl<'a> Data<'a> {
-    /// Of a sweep; its scores are added to the numbers.
-    pub(super) fn new(findings: &'a Findings<'a>, numbers: &mut NumberTable) -> Result<Data<'a>> {
-        let Findings { sweep, rankings, recommended, cells, surroundings, ways, .. } = findings;
+    /// Of a sweep.
+    pub(super) fn new(findings: &'a Findings<'a>) -> Data<'a> {
+        let Findings { sweep, rankings, scores, recommended, cells, surroundings, ways, .. } = findings;
         let ReportedSweep { results, study, worlds, .. } = *sweep;
         let regions = || 0..results.regions.len();
-        let scores = scores::scores(results, rankings, numbers)?;
-        let series = rankings.iter().zip(scores).map(|(ranking, scores)| SeriesData {
+        let series = rankings.iter().zip(*scores).map(|(ranking, scores)| SeriesData {
             combination: ranking.series.combination,
             representation: ranking.series.representation,
             title: ranking.series.title(results),
@@ -163,14 +146,9 @@ impl<'a> Data<'a> {
             title: measure::title(score),
             less_is_better: score.less_is_better(),
         });
-        let largest = |part| -> Vec<_> {
-            let all = 0..results.combinations.len();
-            all.map(|combination| maxima_of(results, rankings, combination, part).mean).collect()
-        };
         let scenes: Vec<SceneData> = results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect();
         let furnished: Vec<Furnished> = scenes.iter().map(SceneData::furnished).collect();
-        let of_scores = |region| Score::ALL.into_iter().map(move |score| (region, score));
-        Ok(Data {
+        Data {
             render: render(sweep),
             recommended: recommended.map(|one| RecommendedData {
                 series: one.series,
@@ -183,24 +161,20 @@ impl<'a> Data<'a> {
             regions: &results.regions,
             scenes,
             measures: measures.into(),
+            always: ALWAYS.map(|score| score as usize),
             sensors: (0..study.sensors.len())
                 .map(|sensor| sensor_data(study, worlds, surroundings, &furnished, sensor))
                 .collect(),
             combinations: combinations(sweep),
             series: series.collect(),
             baselines: regions().map(|region| baselines(results, region)).collect(),
-            distributions: regions()
-                .map(|region| of_scores(region).map(|part| distributions(results, rankings, part)).collect())
-                .collect(),
-            maxima: regions().map(|region| of_scores(region).map(largest).collect()).collect(),
-            full_set: most_sensors(results),
             between_members: columns::BETWEEN_MEMBERS,
             voxel_size_m: study.voxel_size_m,
             objects: surroundings.objects(),
             ways: WAYS,
             cells,
             approaches: way_data(ways),
-        })
+        }
     }
 }
 
@@ -235,7 +209,9 @@ fn scene_data<'a>(
     };
     let things = truth.objects.iter().filter(is_thing).map(thing).collect();
     let moments = [scene.moments.start, scene.moments.end];
-    SceneData { name: &scene.name, moments, room_m: room.map(|corner| corner.to_array()), things }
+    let room_m = room.map(|corner| corner.to_array());
+    let metres = [0, 1, 2].map(|axis| round_metres([room_m[0][axis], room_m[1][axis]], 4.0));
+    SceneData { name: &scene.name, moments, room_m, metres, things }
 }
 
 fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {
@@ -262,14 +238,4 @@ fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
     let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
     let extents = [results.moments()].into_iter().chain(scenes);
     extents.map(|moments| measure::baseline_measures(results, moments, region)).collect()
-}
-
-fn distributions(results: &Results, rankings: &[Ranking], (region, score): (usize, Score)) -> Boxes {
-    let of_one = |ranking: &Ranking, scene| {
-        let MeanSpread { distribution: d, bins, .. } = ranking.spread(region, scene, score)?;
-        let five = [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max];
-        Some(BoxData { five, bins: bins.clone() })
-    };
-    let scenes = 0..results.scenes.len();
-    scenes.map(|scene| rankings.iter().map(|ranking| of_one(ranking, scene)).collect()).collect()
 }

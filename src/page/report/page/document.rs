@@ -19,6 +19,7 @@ pub(super) struct Document<'a> {
     pub(super) data: String,
     pub(super) numbers: String,
     pub(super) cells: String,
+    pub(super) charts: String,
 }
 
 impl Document<'_> {
@@ -69,6 +70,7 @@ impl Document<'_> {
         html! {
             script type="text/plain" id="data" { (PreEscaped(&self.data)) }
             script type="text/plain" id="numbers" { (PreEscaped(&self.numbers)) }
+            script type="text/plain" id="charts" { (PreEscaped(&self.charts)) }
             script type="text/plain" id="cells" { (PreEscaped(&self.cells)) }
             script { (PreEscaped(&self.script)) }
         }

@@ -3,8 +3,9 @@
 //! buys, how all places compare, what was run and assumed. It needs no other file and no network.
 //!
 //! # Practice
-//! Text and tables are written by `sections`; plots are drawn by `scripts/*.js` as SVG and with WebGL, from names,
-//! numbers and unfolded walls that the page holds compressed. Text from the user's files reaches the page only escaped,
+//! Text, tables and charts are written by `sections`; `scripts/*.js` show the charts of the selected score and mark what
+//! is selected. They draw maps as SVG, whose size and colours follow the screen and the selection, and the cell with
+//! WebGL, from names, numbers and unfolded walls that the page holds compressed. Text from the user's files reaches the page only escaped,
 //! by `sections` and by what draws, or as JSON.
 
 mod approaches;
@@ -21,6 +22,7 @@ mod plain_table;
 mod question;
 mod ranking;
 mod recommended;
+mod score_chart;
 mod scores;
 mod sections;
 mod sketch;
@@ -32,6 +34,7 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 
 use crate::render::{Colour, Wish, draw, plan};
+use crate::report::colours::variables;
 use cells::{Cells, Views};
 use data::Data;
 use document::Document;
@@ -49,6 +52,7 @@ use perirobot_sweep::results::Results;
 use perirobot_sweep::results::manifest::Manifest;
 use ranking::Ranking;
 use recommended::Recommended;
+use scores::Scores;
 use sections::Sections;
 use surroundings::Surroundings;
 
@@ -126,9 +130,12 @@ impl<'a> ReportPage<'a> {
             Some(Ok(ways)) => (ways, None),
             None => (Vec::new(), None),
         };
+        let mut numbers = NumberTable::default();
+        let scores = scores::scores(results, rankings, &mut numbers)?;
         let findings = Findings {
             sweep: *sweep,
             rankings,
+            scores: &scores,
             recommended,
             judged,
             cells: &cells,
@@ -136,17 +143,24 @@ impl<'a> ReportPage<'a> {
             ways: &ways,
             refused,
         };
-        let mut numbers = NumberTable::default();
-        let data = serde_json::to_vec(&Data::new(&findings, &mut numbers)?)
+        let data = serde_json::to_vec(&Data::new(&findings))
             .map_err(|e| Error::input(REPORT, format!("cannot be made: {e}")))?;
         let script = script();
+        let sections = Sections::new(&findings, picture)?;
         let document = Document {
             title: question::title(sweep),
             study: study.path.file_stem().unwrap_or_default().to_string_lossy().into(),
             day: now("%Y-%m-%d"),
-            sections: Sections::new(&findings, picture)?,
+            charts: pack(sections.other_charts().into_string().as_bytes()),
+            sections,
             policy: policy(&script),
-            style: [plan::STYLE, include_str!("style.css")].concat(),
+            style: [
+                &variables(),
+                plan::STYLE,
+                include_str!("../charts/chart.css"),
+                include_str!("style.css"),
+            ]
+            .concat(),
             patterns: plan::PATTERNS,
             script,
             data: pack(&data),
@@ -161,6 +175,8 @@ impl<'a> ReportPage<'a> {
 struct Findings<'a> {
     sweep: ReportedSweep<'a>,
     rankings: &'a [Ranking],
+    /// The scores of each ranking.
+    scores: &'a [Scores],
     /// What is recommended; `None` where no choice has a score.
     recommended: Option<&'a Recommended>,
     judged: &'a [JudgedChoice],

@@ -28,6 +28,13 @@ impl NumberTable {
         self.0.extend((value.unwrap_or(f64::NAN) as f32).to_le_bytes());
     }
 
+    /// The least of those from a place on; infinite where none has a value.
+    pub(super) fn least_from(&self, begin: usize) -> f64 {
+        let numbers =
+            self.0[4 * begin..].chunks_exact(4).map(|one| f32::from_le_bytes(one.try_into().unwrap()));
+        f64::from(numbers.fold(f32::INFINITY, f32::min))
+    }
+
     /// All of them as text: little-endian floats of 32 bits.
     pub(super) fn pack(&self) -> String {
         pack(&self.0)

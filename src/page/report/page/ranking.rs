@@ -30,9 +30,14 @@ pub(super) struct MeanSpread {
     pub(super) distribution: Distribution,
     /// How many there are in each of [`BINS`] equal parts from the smallest to the largest.
     pub(super) bins: Vec<u32>,
+    /// All of them, where they are few.
+    pub(super) single: Vec<f64>,
     /// The first of the best.
     best: (usize, f64),
 }
+
+/// As many choices are drawn one by one; of more, how many there are in each part of the range.
+const MOST_SINGLE: usize = 300;
 
 /// Parts of a histogram.
 const BINS: usize = 48;
@@ -44,11 +49,12 @@ impl MeanSpread {
         let mut bins = vec![0; BINS];
         let distribution = distribution(values.clone())?;
         let Distribution { min, max, .. } = distribution;
-        for value in values {
+        for value in &values {
             let part = if max > min { (value - min) / (max - min) } else { 0.0 };
             bins[((part * BINS as f64) as usize).min(BINS - 1)] += 1;
         }
-        Some(MeanSpread { distribution, bins, best })
+        let single = if values.len() <= MOST_SINGLE { values } else { Vec::new() };
+        Some(MeanSpread { distribution, bins, single, best })
     }
 }
 

@@ -37,6 +37,9 @@ pub(super) struct Scores {
     over: ScoresAt,
     /// At each moment of all scenes; `None` where none moves.
     at_moments: Option<ScoresAt>,
+    /// The least of them.
+    #[serde(skip)]
+    pub(super) least_at_moments: f64,
 }
 
 /// The scores of every ranking's best choices, of as many as there is room for.
@@ -54,8 +57,10 @@ pub(super) fn scores(
         .map(|(extents, most)| share(results, rankings, extents, most));
     let of_one = |ranking: &Ranking| {
         let over = block(results, ranking, of_extents, &extents, numbers)?;
+        let begin = numbers.len();
         let at_moments = moves.then(|| block(results, ranking, of_moments, &moments, numbers)).transpose()?;
-        Ok(Scores { over, at_moments })
+        let least_at_moments = at_moments.as_ref().map_or(f64::INFINITY, |_| numbers.least_from(begin));
+        Ok(Scores { over, at_moments, least_at_moments })
     };
     rankings.iter().map(of_one).collect()
 }

@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
+use crate::render::scale::{marks, step};
 use crate::report::unfolded::{Map, MapPart, Position, maps};
 use perirobot_study::sensor::{Sensor, Setting};
 
@@ -37,6 +38,8 @@ struct MapData {
     title: String,
     /// The axes that run to the right and up; `None` where walls are unfolded.
     axes: Option<[usize; 2]>,
+    /// Round metres along these.
+    metres: Option<[Vec<String>; 2]>,
     /// The corners of what is drawn, and of what is seen from above in it.
     ends: [OnPaper; 2],
     flat: [OnPaper; 2],
@@ -99,10 +102,19 @@ fn map_data(map: &Map) -> MapData {
     MapData {
         title: map.title.clone(),
         axes: map.axes,
+        metres: map.axes.map(|_| {
+            [(0, 6.0), (1, 5.0)].map(|(r, marks)| round_metres(map.ends.map(|corner| corner[r]), marks))
+        }),
         ends: map.ends.map(tidy),
         flat: map.flat.map(tidy),
         parts: map.parts.iter().map(part).collect(),
     }
+}
+
+/// About so many round metres between two places.
+pub(super) fn round_metres([low, high]: [f64; 2], count: f64) -> Vec<String> {
+    let apart = step((high - low).max(1e-3) / count);
+    marks(low, high, apart).map(|(_, text)| text).collect()
 }
 
 /// Metres to a tenth of a millimetre.

@@ -1,11 +1,10 @@
 // Why voxels are unknown: a switch for each cause, which takes its voxels out of the 3D view; their colours; and bars of how
 // many there are. A cause is a reason and, where one is to blame, an object.
 const UNKNOWN = [4, 5]; // UO and UF among the layers.
-// Paul Tol's muted colours, apart from those of the verdicts; an object has the same in every view.
-const CAUSE_COLOURS = { out_of_view: "#888888", out_of_range: "#000000", silent: "#999933", between_rays: "#88ccee", no_return: "#44aa99", misread: "#332288", cancelled: "#117733" };
-const OBJECT_COLOURS = ["#cc6677", "#aa4499", "#ddcc77", "#882255", "#661100", "#6699cc"];
-const blamed = [...new Set(data.cells.labels.flatMap(one => one.causes).filter(cause => !(cause.reason in CAUSE_COLOURS)).map(cause => cause.words))];
-const colourOf = cause => CAUSE_COLOURS[cause.reason] ?? OBJECT_COLOURS[blamed.indexOf(cause.words) % OBJECT_COLOURS.length];
+// An object has the same colour in every view.
+const OBJECT_COLOURS = hues("object");
+const blamed = [...new Set(data.cells.labels.flatMap(one => one.causes).filter(cause => !hue(cause.reason)).map(cause => cause.words))];
+const colourOf = cause => hue(cause.reason) || OBJECT_COLOURS[blamed.indexOf(cause.words) % OBJECT_COLOURS.length];
 const causes = { off: new Set(), coloured: false };
 
 /** The causes of a region's unknown voxels, the most frequent first: number, words, colour, and how many are occupied or free. */
@@ -40,9 +39,15 @@ function drawCauses(found) {
     return made("label", { class: "layer" }, box, colour, cause.words, made("span", { class: "note" }, String(cause.occupied + cause.free)));
   }), coloursSwitch());
   const share = cause => `${(100 * (cause.occupied + cause.free) / total).toFixed(1)} %`;
-  const part = (cause, key, hatched) => ({ value: cause[key], fill: cause.colour, hatched, title: `${cause.words}, ${cause.monitored ? "monitored" : "not monitored"}: ${share(cause)} of the unknown; ${key}: ${cause[key]} voxels` });
-  const rows = all.map(cause => ({ name: cause.words, text: share(cause), parts: [part(cause, "occupied", true), part(cause, "free", false)] }));
-  bars(plot, `${total} unknown voxels · region ${data.regions[chosen.region]} (dark edge: occupied)`, rows, "voxels");
+  const most = Math.max(...all.map(cause => cause.occupied + cause.free));
+  const bar = (cause, key) => {
+    const bar = made("i", { class: key, title: `${cause.words}, ${cause.monitored ? "monitored" : "not monitored"}: ${share(cause)} of the unknown; ${key}: ${cause[key]} voxels` });
+    Object.assign(bar.style, { width: `${100 * cause[key] / most}%`, background: cause.colour });
+    return bar;
+  };
+  const rows = all.map(cause => made("tr", {}, made("th", { scope: "row" }, cause.words), made("td", {}, String(cause.occupied + cause.free)), made("td", {}, share(cause)), made("td", { class: "bar" }, bar(cause, "occupied"), bar(cause, "free"))));
+  const title = made("p", { class: "title" }, `${total} unknown voxels · region ${data.regions[chosen.region]} (dark edge: occupied)`);
+  plot.replaceChildren(title, made("table", {}, ...rows));
 }
 
 function coloursSwitch() {

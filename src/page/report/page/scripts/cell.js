@@ -1,24 +1,23 @@
 // The cell in three dimensions: what is there, what the chosen pose makes of a region, where the sensors are and look; and
 // their mounting sheets. Why voxels are unknown is in `causes.js`.
-// Blind space has the colour of the hatch in floor plans, people and the robot those of their roles.
 const LAYERS = [
-  { name: "TP", word: "seen", what: "occupied, and called so", colour: "#9db4c8", on: true },
-  { name: "FN", word: "missed", what: "occupied, but called free", colour: "#7b2d8b", on: true },
-  { name: "FP", word: "false", what: "free, but called occupied", colour: "#d81b60", on: true, opacity: 0.3 },
-  { name: "TN", word: "free", what: "free, and called so", colour: "#56b4e9", on: false, opacity: 0.2 },
-  { name: "UO", word: "not seen", what: "occupied, and not known", colour: "#8c1d0f", on: true },
-  { name: "UF", word: "blind", what: "free, and not known", colour: "#d9745f", on: true, opacity: 0.12 },
-  { name: "environment", word: "the rest of the cell", what: "outside of the region", colour: "#b8c0c8", on: true, opacity: 0.08 },
-  { name: "robot", word: "robot", what: "outside of the region", colour: "#0072b2", on: true, opacity: 0.6 },
-  { name: "people", word: "people", what: "outside of the region", colour: "#e69f00", on: true, opacity: 0.6 },
-  { name: "sensors", word: "sensors", what: "where they are; names, walls", colour: "#009e73", on: true },
-  { name: "approaches", word: "ways in", what: "how somebody comes nearest unnoticed", colour: "#c0399f", on: true },
-  { name: "views", word: "fields of view", what: "where sensors look, whatever stands in their way", colour: "#009e73", on: true },
+  { name: "TP", word: "seen", what: "occupied, and called so", colour: hue("TP"), on: true },
+  { name: "FN", word: "missed", what: "occupied, but called free", colour: hue("FN"), on: true },
+  { name: "FP", word: "false", what: "free, but called occupied", colour: hue("FP"), on: true, opacity: 0.3 },
+  { name: "TN", word: "free", what: "free, and called so", colour: hue("TN"), on: false, opacity: 0.2 },
+  { name: "UO", word: "not seen", what: "occupied, and not known", colour: hue("UO"), on: true },
+  { name: "UF", word: "blind", what: "free, and not known", colour: hue("UF"), on: true, opacity: 0.12 },
+  { name: "environment", word: "the rest of the cell", what: "outside of the region", colour: hue("environment"), on: true, opacity: 0.08 },
+  { name: "robot", word: "robot", what: "outside of the region", colour: hue("robot"), on: true, opacity: 0.6 },
+  { name: "people", word: "people", what: "outside of the region", colour: hue("person"), on: true, opacity: 0.6 },
+  { name: "sensors", word: "sensors", what: "where they are; names, walls", colour: hue("sensors"), on: true },
+  { name: "approaches", word: "ways in", what: "how somebody comes nearest unnoticed", colour: hue("approaches"), on: true },
+  { name: "views", word: "fields of view", what: "where sensors look, whatever stands in their way", colour: hue("sensors"), on: true },
 ];
 // In the legend what matters comes first: what is blind, not seen, missed, false.
 const LEGEND = ["UF", "UO", "FN", "FP", "TP", "TN", "robot", "people", "environment", "sensors", "approaches", "views"];
 // What is seen, by whose it is: the environment, the robot, people.
-const SEEN = ["#9db4c8", "#0072b2", "#e69f00"];
+const SEEN = ["TP", "robot", "person"].map(hue);
 const VERDICTS = 6, REST = 3;
 const KINDS_OF_TRUTH = 5;
 const CALLED = 2;
@@ -131,7 +130,7 @@ function farthest(at, along, [low, high]) {
 /** The names of furniture and robots, and the edges of the room. */
 function showScenery(scene, isShown) {
   const { room_m: room, things } = sceneOf(), named = things.filter(one => one.role !== "human");
-  scene.show("sensors: walls", { kind: "lines", at: edges(room), colour: "#7c8894", width: 1.5, isShown });
+  scene.show("sensors: walls", { kind: "lines", at: edges(room), colour: hue("frame"), width: 1.5, isShown });
   const middle = ({ low_m: low, high_m: high }) => [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, high[2]];
   scene.show("sensors: names", { kind: "words", at: named.flatMap(middle), words: named.map(one => one.name), isShown });
 }
@@ -171,7 +170,7 @@ function showSensors(scene, cell, isShown, isViewShown) {
   scene.show("sensors: own names", { kind: "words", at: places, words, isShown });
   scene.show("views: edges", { kind: "lines", at: edge, colour: "ink", opacity: 0.45, width: 1.5, isShown: isViewShown });
   scene.show("views: rays", { kind: "lines", at: ray, colour: "ink", opacity: 0.12, width: 1, isShown: isViewShown });
-  axes.forEach((at, n) => scene.show(`sensors: axis ${NAMES[n]}`, { kind: "lines", at, colour: ["#d55e00", "#009e73", "#0072b2"][n], width: 4, isShown }));
+  axes.forEach((at, n) => scene.show(`sensors: axis ${NAMES[n]}`, { kind: "lines", at, colour: hue(`axis-${NAMES[n]}`), width: 4, isShown }));
 }
 
 /** Shows the outside of a layer's voxels. */

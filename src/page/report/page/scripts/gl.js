@@ -90,7 +90,7 @@ function stage(home, label) {
   let asked = false, isOnPaper = false;
 
   /** A colour as four numbers; ink is dark on paper, and elsewhere follows the scheme. */
-  const paintOf = (colour, opacity) => rgba(colour !== "ink" ? colour : isOnPaper ? "#1c2430" : getComputedStyle(home).getPropertyValue("--ink").trim(), opacity);
+  const paintOf = (colour, opacity) => rgba(colour !== "ink" ? colour : hue(isOnPaper ? "print" : "ink"), opacity);
 
   function buffers(part) {
     const corners = part.at.length / 3, each = part.kind === "surface" ? 1 : 4;

@@ -58,9 +58,9 @@ function drawMap(home, map, range, heading) {
 }
 
 /** Metres beside a map of one plane. */
-function axes({ axes: [u, v] }, [xs, ys], { x, y, bottom }) {
-  const below = ticks(...xs, 6).map(value => word(x(value), bottom + 14, String(value), { "text-anchor": "middle" }));
-  const beside = ticks(...ys, 5).map(value => word(x(xs[0]) - 4, y(value) + 4, String(value), { "text-anchor": "end" }));
+function axes({ axes: [u, v], metres: [across, up] }, [xs, ys], { x, y, bottom }) {
+  const below = across.map(text => word(x(Number(text)), bottom + 14, text, { "text-anchor": "middle" }));
+  const beside = up.map(text => word(x(xs[0]) - 4, y(Number(text)) + 4, text, { "text-anchor": "end" }));
   return [...below, ...beside, word(x(xs[1]), bottom + 30, `${NAMES[u]} in m`, { "text-anchor": "end" }), word(4, 12, `${NAMES[v]} in m`)];
 }
 

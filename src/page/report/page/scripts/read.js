@@ -38,5 +38,10 @@ function made(tag, attributes = {}, ...children) {
   return node;
 }
 
-// Okabe and Ito's colours, which people with any colour vision tell apart.
-const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#8a8a00", "#8a63d2"];
+/** A colour of the page's style, and all of those that are numbered. */
+const hue = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+function hues(name) {
+  const all = [];
+  for (let next; (next = hue(`${name}-${all.length}`)); all.push(next));
+  return all;
+}

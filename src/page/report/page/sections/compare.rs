@@ -1,20 +1,27 @@
-//! How all places compare: maps, distributions and a table, drawn by the script; and the distributions as tables.
+//! How all places compare: maps and a table, drawn by the script; distributions as charts and as tables; scores over time.
+
+mod distribution_chart;
+mod time_chart;
 
 use maud::{Markup, html};
 
 use super::{list, score_in_region, scores_in_regions};
 use crate::report::page::plain_table::{Titled, plain};
 use crate::report::page::ranking::Ranking;
+use crate::report::page::score_chart::{ALWAYS, ScoreCharts};
 use crate::report::page::{Findings, ReportedSweep};
 use crate::report::quartiles::row;
 use crate::report::table::Table;
+use distribution_chart::distribution_chart;
 use perirobot_march::metrics::Score;
+use time_chart::{TimeChart, time_charts};
 
 /// What is told of all places.
 pub(super) struct Compare {
     distributions: Vec<Titled>,
-    /// Whether a scene moves.
-    moves: bool,
+    charts: ScoreCharts,
+    /// Of scenes that move.
+    times: Vec<TimeChart>,
     /// Whether positions are of sets of sensors.
     has_maxima: bool,
 }
@@ -25,9 +32,21 @@ impl Compare {
         let results = sweep.results;
         Compare {
             distributions: distributions(sweep, rankings),
-            moves: results.moments().len() > results.scenes.len(),
+            charts: ScoreCharts {
+                place: "distributions",
+                charts: scores_in_regions(sweep)
+                    .map(|part| distribution_chart(results, rankings, part))
+                    .collect(),
+                first: &ALWAYS,
+            },
+            times: time_charts(findings),
             has_maxima,
         }
+    }
+
+    /// Charts that are not shown first.
+    pub(super) fn other_charts(&self) -> Markup {
+        self.charts.others()
     }
 
     /// The section.
@@ -44,18 +63,21 @@ impl Compare {
                     }
                     div #maps.plots {}
                     div #positions.plot.tall {}
-                    @if self.moves { h3 { "Score over time" } div #times.plot {} }
+                    @if !self.times.is_empty() {
+                        h3 { "Score over time" }
+                        div #times.plots { @for chart in &self.times { (chart.view()) } }
+                    }
                 }
                 div #scores {
                     h3 { "Scores of all poses" }
                     p {
                         "A row shows all choices of poses of one way to sense in a scene: each as a stroke, or of many how \
-                         many there are where; the thick line is their middle half, the black stroke the median, the diamond \
-                         the selected choice. The solid line across is what all positions of the study together could reach, \
+                         many there are where; below them the box is their middle half, the thick stroke in it the median, and \
+                         thin lines end at the least and the largest. The diamond is the selected choice. The solid line across is what all positions of the study together could reach, \
                          the dashed one the best answer that needs no sensor."
                     }
                     form.controls aria-label="Which score is shown" { (list("measure-of-distributions", "Score")) }
-                    div #distributions.plots {}
+                    (self.charts.view())
                     details.aside {
                         summary { "The same as tables" }
                         @for table in &self.distributions { (plain(table)) }

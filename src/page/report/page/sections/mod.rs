@@ -30,7 +30,7 @@ pub(super) struct Sections<'a> {
     whereabouts: Whereabouts<'a>,
     blind: Blind<'a>,
     good: Good,
-    money: Option<Money>,
+    money: Option<Money<'a>>,
     compare: Compare,
     run: Run,
 }
@@ -63,6 +63,14 @@ impl<'a> Sections<'a> {
                 a href="#compare" { "All places" }
                 a href="#run" { "What was run" }
             }
+        }
+    }
+
+    /// Charts of scores that are not shown first.
+    pub(super) fn other_charts(&self) -> Markup {
+        html! {
+            @if let Some(money) = &self.money { (money.other_charts()) }
+            (self.compare.other_charts())
         }
     }
 

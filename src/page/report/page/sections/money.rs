@@ -1,6 +1,7 @@
 //! What more money buys: sets of sensors by their cost, and combinations by the best that they reach.
 
 mod cost_plot;
+mod maxima_chart;
 
 use maud::{Markup, html};
 
@@ -8,30 +9,47 @@ use super::{list, score_in_region, scores_in_regions};
 use crate::report::maximum::{most_sensors, row};
 use crate::report::page::plain_table::{Titled, plain};
 use crate::report::page::ranking::{Ranking, maxima_of};
+use crate::report::page::score_chart::ScoreCharts;
 use crate::report::page::{Findings, ReportedSweep};
 use crate::report::table::Table;
 use cost_plot::CostPlot;
+use maxima_chart::maxima_chart;
 use perirobot_march::metrics::Score;
 
 /// What there is to spend on.
-pub(super) struct Money {
+pub(super) struct Money<'a> {
     /// Of sets that were chosen.
     cost_plot: Option<CostPlot>,
+    charts: ScoreCharts,
     maxima: Vec<Titled>,
+    /// Whose maximum the numbers in brackets are a part of.
+    full: Option<&'a str>,
 }
 
-impl Money {
+impl<'a> Money<'a> {
     /// `None` where there is one way to spend.
-    pub(super) fn new(findings: &Findings) -> Option<Money> {
-        let Findings { sweep, rankings, .. } = findings;
-        let money =
-            Money { cost_plot: sweep.chosen.map(CostPlot::new), maxima: maxima_tables(sweep, rankings) };
+    pub(super) fn new(findings: &Findings<'a>) -> Option<Money<'a>> {
+        let Findings { sweep, rankings, .. } = *findings;
+        let (results, maxima) = (sweep.results, maxima_tables(&sweep, rankings));
+        let parts = scores_in_regions(&sweep).filter(|_| !maxima.is_empty());
+        let charts = ScoreCharts {
+            place: "maxima",
+            charts: parts.map(|part| maxima_chart(results, rankings, part)).collect(),
+            first: &[Score::F1],
+        };
+        let full = most_sensors(results).map(|full| results.combinations[full].name.as_str());
+        let money = Money { cost_plot: sweep.chosen.map(CostPlot::new), charts, maxima, full };
         (money.cost_plot.is_some() || !money.maxima.is_empty()).then_some(money)
     }
 
     /// Whether combinations are compared.
     pub(super) fn has_maxima(&self) -> bool {
         !self.maxima.is_empty()
+    }
+
+    /// Charts that are not shown first.
+    pub(super) fn other_charts(&self) -> Markup {
+        self.charts.others()
     }
 
     /// The section.
@@ -43,9 +61,13 @@ impl Money {
                 @if !self.maxima.is_empty() {
                     div #combinations {
                         h3 { "Combinations of sensors" }
-                        p { "The mean over scenes of the largest score that any choice of poses reaches." }
+                        p {
+                            "The mean over scenes of the largest score that any choice of poses reaches"
+                            @if let Some(full) = self.full { "; in brackets, as a part of that of " (full) }
+                            "."
+                        }
                         form.controls aria-label="Which score is shown" { (list("measure-of-maxima", "Score")) }
-                        div #maxima.plots {}
+                        (self.charts.view())
                         details.aside {
                             summary { "The same as tables" }
                             @for table in &self.maxima { (plain(table)) }

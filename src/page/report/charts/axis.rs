@@ -3,16 +3,15 @@
 use super::sheet::Sheet;
 use crate::render::scale::{marks, step};
 use crate::render::svg::tenth;
-use perirobot_march::metrics::Score;
 
 /// What scores lie between, and 0.
-pub(super) fn span(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+pub(crate) fn span(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let [low, high] = extremes(values)?;
     Some(apart([low.min(0.0), high.max(0.0)]))
 }
 
 /// The least and the largest score.
-pub(super) fn extremes(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
     (ends[0] <= ends[1]).then(|| apart(ends))
 }
@@ -22,71 +21,71 @@ fn apart([low, high]: [f64; 2]) -> [f64; 2] {
     [low, high.max(low + 0.001)]
 }
 
-/// A score as it stands at its axis: it has no unit.
-pub(super) fn axis_name(score: Score) -> String {
-    let better = if score.less_is_better() { "less is better" } else { "more is better" };
-    match score {
-        Score::F1 => format!("F1 (0 to 1, {better})"),
-        Score::Kappa => format!("Cohen's κ (at most 1, {better})"),
-        _ => format!("{} (share, 0 to 1, {better})", score.name()),
-    }
-}
-
-/// A score in a sentence.
-pub(super) fn score_name(score: Score) -> &'static str {
-    match score {
-        Score::Kappa => "κ",
-        _ => score.title(),
-    }
-}
-
 /// A straight scale.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct AxisScale {
+pub(crate) struct AxisScale {
     /// The lowest and the highest number.
-    pub(super) ends: [f64; 2],
+    pub(crate) ends: [f64; 2],
     /// Where they lie on the paper.
-    pub(super) places: [f64; 2],
+    pub(crate) places: [f64; 2],
+    /// Whether only whole numbers are marked.
+    is_whole: bool,
 }
 
 impl AxisScale {
+    /// From numbers to places on the paper.
+    pub(crate) fn new(ends: [f64; 2], places: [f64; 2]) -> AxisScale {
+        AxisScale { ends, places, is_whole: false }
+    }
+
+    /// Of what is counted, as snapshots are.
+    pub(crate) fn from_whole_numbers(ends: [f64; 2], places: [f64; 2]) -> AxisScale {
+        AxisScale { is_whole: true, ..AxisScale::new(ends, places) }
+    }
+
     /// Where a number lies.
-    pub(super) fn position(&self, value: f64) -> f64 {
+    pub(crate) fn position(&self, value: f64) -> f64 {
         let ([low, high], [from, to]) = (self.ends, self.places);
         tenth(from + (value - low) / (high - low) * (to - from))
     }
 
     /// Whether a number lies on it.
-    pub(super) fn holds(&self, value: f64) -> bool {
+    pub(crate) fn holds(&self, value: f64) -> bool {
         (self.ends[0]..=self.ends[1]).contains(&value)
     }
 
     /// Round numbers on it, at least so far from each other on the paper.
-    pub(super) fn marks(&self, apart: f64) -> impl Iterator<Item = (f64, String)> {
+    pub(crate) fn marks(&self, apart: f64) -> impl Iterator<Item = (f64, String)> {
         let [low, high] = self.ends;
         let least = (high - low) * apart / (self.places[1] - self.places[0]).abs();
-        marks(low, high, step(least))
+        marks(low, high, step(if self.is_whole { least.max(1.0) } else { least }))
+    }
+
+    /// Draws it at the left of a plot, with lines through it to the right, and its numbers.
+    pub(crate) fn draw_beside(&self, sheet: &mut Sheet, [left, right]: [f64; 2]) {
+        let mut mesh = String::new();
+        for (value, text) in self.marks(34.0) {
+            let y = self.position(value);
+            mesh += &format!("M{} {y}H{}", tenth(left), tenth(right));
+            sheet.words("soft end", [left - 5.0, y + 4.0], &text);
+        }
+        sheet.path("mesh", &mesh);
     }
 
     /// Draws it below a plot that begins at a height, with lines up through it, its numbers and its name; the sheet ends
     /// at the plot's lower edge.
-    pub(super) fn draw_below(&self, sheet: &mut Sheet, top: f64, name: &str) {
+    pub(crate) fn draw_below(&self, sheet: &mut Sheet, top: f64, name: &str) {
         let (bottom, [from, to]) = (sheet.y, self.places.map(tenth));
+        let mut mesh = String::new();
         for (value, text) in self.marks(52.0) {
             let x = self.position(value);
-            sheet.path("mesh", &format!("M{x} {}V{}", tenth(top), tenth(bottom)));
+            mesh += &format!("M{x} {}V{}", tenth(top), tenth(bottom));
             sheet.words("soft mid tick", [x, bottom + 15.0], &text);
         }
+        sheet.path("mesh", &mesh);
         sheet.path("axis", &format!("M{from} {}H{to}", tenth(bottom)));
         sheet.words("mid", [(from + to) / 2.0, bottom + 32.0], name);
     }
-}
-
-/// Places of plots that lie side by side, from one edge to another.
-pub(super) fn columns(count: usize, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
-    let gap = 34.0;
-    let each = (to - from - gap * (count - 1) as f64) / count as f64;
-    (0..count).map(|n| from + n as f64 * (each + gap)).map(|left| [left, left + each]).collect()
 }
 
 #[cfg(test)]
@@ -104,11 +103,24 @@ mod tests {
     }
 
     #[test]
+    fn marks_are_round_numbers_within_the_range() {
+        let marks = |ends: [f64; 2]| {
+            let scale = AxisScale::new(ends, [0.0, 450.0]);
+            scale.marks(52.0).map(|(_, text)| text).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(marks([0.0, 1900.0]), "0 500 1000 1500");
+        assert_eq!(marks([0.0, 0.8]), "0.0 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8");
+        assert_eq!(marks([0.0, 0.07]), "0.00 0.01 0.02 0.03 0.04 0.05 0.06 0.07");
+        assert_eq!(marks([-0.1, 0.5]), "-0.1 0.0 0.1 0.2 0.3 0.4 0.5");
+    }
+
+    #[test]
     fn numbers_lie_where_the_scale_says() {
-        let scale = AxisScale { ends: [0.0, 0.5], places: [100.0, 600.0] };
+        let scale = AxisScale::new([0.0, 0.5], [100.0, 600.0]);
         assert_eq!([0.0, 0.1, 0.5].map(|value| scale.position(value)), [100.0, 200.0, 600.0]);
         let marks: Vec<String> = scale.marks(90.0).map(|(_, text)| text).collect();
         assert_eq!(marks, ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
-        assert_eq!(columns(2, [0.0, 234.0]), [[0.0, 100.0], [134.0, 234.0]]);
+        let sizes = AxisScale::from_whole_numbers([0.5, 3.5], [0.0, 600.0]);
+        assert_eq!(sizes.marks(90.0).map(|(_, text)| text).collect::<Vec<_>>(), ["1", "2", "3"]);
     }
 }

@@ -1,0 +1,6 @@
+//! What figures and the page draw alike: the paper, axes, rows of distributions and bars of scores.
+
+pub(super) mod axis;
+pub(super) mod bar;
+pub(super) mod quartile_box;
+pub(super) mod sheet;

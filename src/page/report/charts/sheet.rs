@@ -1,0 +1,154 @@
+//! The paper of a drawing, which is filled from above downwards.
+
+use std::fmt::Display;
+
+use crate::render::svg::{Svg, tenth};
+
+/// About how wide a letter of 12 units is; fonts differ, so rather more.
+const LETTER: f64 = 6.7;
+
+/// Small letters, as a part of these.
+pub(crate) const SMALL: f64 = 0.92;
+
+/// About how wide words are.
+pub(crate) fn width_of(words: &str) -> f64 {
+    words.chars().count() as f64 * LETTER
+}
+
+/// Words as they fit into a width, cut where they are longer.
+pub(crate) fn cut(words: &str, width: f64) -> String {
+    match width_of(words) <= width {
+        true => words.into(),
+        false => {
+            let kept = ((width / LETTER) as usize).saturating_sub(1).max(1);
+            words.chars().take(kept).chain(['…']).collect()
+        }
+    }
+}
+
+/// A drawing on its way.
+pub(crate) struct Sheet {
+    label: String,
+    svg: Svg,
+    /// Where the next thing begins.
+    pub(crate) y: f64,
+}
+
+impl Sheet {
+    /// Empty, with what it shows in words.
+    pub(crate) fn new(label: &str) -> Sheet {
+        Sheet { label: label.into(), svg: Svg::default(), y: 0.0 }
+    }
+
+    /// Adds words; the class says where they are anchored.
+    pub(crate) fn words(&mut self, class: &str, [x, y]: [f64; 2], words: &str) {
+        self.svg.words(&[("class", &class), ("x", &tenth(x)), ("y", &tenth(y))], words);
+    }
+
+    /// Adds words that are turned to be read from below upwards.
+    pub(crate) fn add_turned(&mut self, class: &str, [x, y]: [f64; 2], words: &str) {
+        let [x, y] = [tenth(x), tenth(y)];
+        let turn = format!("rotate(-90 {x} {y})");
+        self.svg.words(&[("class", &class), ("x", &x), ("y", &y), ("transform", &turn)], words);
+    }
+
+    /// Adds a line or an outline.
+    pub(crate) fn path(&mut self, class: &str, path: &str) {
+        self.svg.element("path", &[("class", &class), ("d", &path)]);
+    }
+
+    /// Adds a line of a colour, broken by a pattern of dashes.
+    pub(crate) fn curve(&mut self, colour: &str, dashes: &str, path: &str, title: &str) {
+        let line: [(&str, &dyn Display); 4] =
+            [("class", &"curve"), ("d", &path), ("stroke", &colour), ("stroke-dasharray", &dashes)];
+        self.svg.add_titled("path", &line, title);
+    }
+
+    /// Adds a line of a colour and a pattern of dashes, of which nothing more is told.
+    pub(crate) fn line(&mut self, class: &str, (colour, dashes): (&str, &str), path: &str) {
+        let line: [(&str, &dyn Display); 4] =
+            [("class", &class), ("d", &path), ("stroke", &colour), ("stroke-dasharray", &dashes)];
+        self.svg.element("path", &line);
+    }
+
+    /// Adds a point of a colour that tells something under the mouse.
+    pub(crate) fn point(&mut self, class: &str, [x, y]: [f64; 2], colour: &str, title: &str) {
+        let [x, y] = [tenth(x), tenth(y)];
+        let point: [(&str, &dyn Display); 6] =
+            [("class", &class), ("cx", &x), ("cy", &y), ("r", &5), ("stroke", &colour), ("fill", &colour)];
+        self.svg.add_titled("circle", &point, title);
+    }
+
+    /// Adds a rectangle (left, upper edge, width, height), filled as its class says.
+    pub(crate) fn rectangle(&mut self, class: &str, [x, y, width, height]: [f64; 4]) {
+        let path =
+            format!("M{} {}h{}v{}h{}Z", tenth(x), tenth(y), tenth(width), tenth(height), tenth(-width));
+        self.path(class, &path);
+    }
+
+    /// Adds a rectangle of a colour that tells something under the mouse.
+    pub(crate) fn add_filled(
+        &mut self,
+        class: &str,
+        fill: &str,
+        [x, y, width, height]: [f64; 4],
+        title: &str,
+    ) {
+        let all = [x, y, width, height].map(tenth);
+        let [x, y, width, height] = all.each_ref();
+        let one: [(&str, &dyn Display); 6] =
+            [("class", &class), ("x", x), ("y", y), ("width", width), ("height", height), ("fill", &fill)];
+        match title {
+            "" => self.svg.element("rect", &one),
+            title => self.svg.add_titled("rect", &one, title),
+        }
+    }
+
+    /// Adds a ring that is seen on any colour.
+    pub(crate) fn ring(&mut self, [x, y]: [f64; 2], radius: f64) {
+        let [x, y, radius] = [x, y, radius].map(tenth);
+        for class in ["halo", "thing"] {
+            self.svg.element("circle", &[("class", &class), ("cx", &x), ("cy", &y), ("r", &radius)]);
+        }
+    }
+
+    /// Adds elements as they are.
+    pub(crate) fn add(&mut self, elements: &str) {
+        self.svg.add(elements);
+    }
+
+    /// The drawing as it is embedded or written, of a width and as high as it is filled.
+    pub(crate) fn finish(self, class: &str, width: f64) -> String {
+        let height = tenth(self.y);
+        self.svg.finish(class, &self.label, [0.0, 0.0, width, height])
+    }
+}
+
+/// Words in lines of a width.
+pub(crate) fn lines(words: &str, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in words.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if width_of(&format!("{line} {word}")) <= width => {
+                *line += &format!(" {word}");
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_stay_on_the_paper() {
+        assert_eq!(cut("camera", 100.0), "camera");
+        assert_eq!(cut("camera", 27.0), "cam…");
+        let long = "word ".repeat(100);
+        let all = lines(&long, 872.0);
+        assert!(all.len() > 3 && all.iter().all(|line| width_of(line) <= 872.0), "{all:?}");
+        assert_eq!(all.join(" "), long.trim_end());
+    }
+}

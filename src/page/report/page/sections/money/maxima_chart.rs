@@ -1,0 +1,54 @@
+//! The best of each combination by a score, as bars.
+
+use crate::report::charts::axis::{AxisScale, span};
+use crate::report::charts::bar::ScoreBar;
+use crate::report::charts::sheet::Sheet;
+use crate::report::colours;
+use crate::report::maximum::{most_sensors, relative};
+use crate::report::page::ranking::{Ranking, maxima_of};
+use crate::report::page::score_chart::{ScoreChart, WIDTH, axis_words, names_width, write_name};
+use crate::report::table::number;
+use perirobot_march::metrics::Score;
+use perirobot_sweep::results::Results;
+
+/// The height of a bar with its room, and of the bar alone.
+const ROW: f64 = 24.0;
+const BAR: f64 = 16.0;
+
+/// Room for the number behind a bar.
+const NUMBER: f64 = 96.0;
+
+/// The chart of a score in a region.
+pub(super) fn maxima_chart(results: &Results, rankings: &[Ranking], part: (usize, Score)) -> ScoreChart {
+    ScoreChart::new(results, part, "Largest ", |sheet| draw(sheet, results, rankings, part))
+}
+
+fn draw(
+    sheet: &mut Sheet,
+    results: &Results,
+    rankings: &[Ranking],
+    part: (usize, Score),
+) -> Option<AxisScale> {
+    let all = 0..results.combinations.len();
+    let values: Vec<Option<f64>> =
+        all.map(|combination| maxima_of(results, rankings, combination, part).mean).collect();
+    let names = || results.combinations.iter().map(|combination| combination.name.as_str());
+    let left = names_width(names(), 0.42);
+    let scale = AxisScale::new(span(values.iter().flatten().copied())?, [left, WIDTH - NUMBER]);
+    let full = most_sensors(results);
+    sheet.y = values.len() as f64 * ROW + 4.0;
+    scale.draw_below(sheet, 0.0, axis_words(part.1));
+    for (row, (&value, name)) in values.iter().zip(names()).enumerate() {
+        let y = row as f64 * ROW + 4.0;
+        let of_full = relative(value, full.and_then(|full| values[full]));
+        let of_full = of_full.map_or(String::new(), |part| format!(" ({part:.2})"));
+        let told = format!("{}{of_full}", number(value));
+        write_name(sheet, left, y + 12.0, name);
+        let fill = colours::series(usize::from(full == Some(row)));
+        let title = format!("{name}: {told}");
+        ScoreBar { class: "bar", fill, y, height: BAR, value, words: (&told, ""), title: &title }
+            .draw(sheet, &scale);
+    }
+    sheet.y += 38.0;
+    Some(scale)
+}
