@@ -95,7 +95,7 @@ def quiet(browser):
 
 # Of each plot what it shows: how many marks of a picture, or of a 3D view how many corners, and how many colours its pixels have.
 PLOTS = """return [...document.querySelectorAll('.plots > div, .plot')].filter(plot => !plot.hidden && plot.getBoundingClientRect().width).map(plot => {
-    const marks = plot.querySelector('.none') ? 2 : plot.querySelectorAll('svg rect, svg path, svg circle').length, { width, height } = plot.getBoundingClientRect();
+    const marks = plot.querySelector('.none') ? 2 : plot.querySelectorAll('svg rect, svg path, svg circle, .bar i').length, { width, height } = plot.getBoundingClientRect();
     const view = plot.stage ? plot : null, canvas = plot.querySelector('canvas');
     let corners = 0, colours = 0;
     if (view && view.stage !== 'none') for (const part of view.stage.parts.values()) corners += part.at.length / 3;

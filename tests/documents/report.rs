@@ -118,6 +118,7 @@ fn scores_and_voxels_are_those_of_the_sweep() {
     }
     assert!(compared > 100, "{compared}");
     // The largest and the smallest of each score, of all poses of a series.
+    let charts = page.clone() + &String::from_utf8(unpacked(&page, "charts")).unwrap();
     for (s, series) in list(&data["series"]).iter().enumerate() {
         let count = series["scores"]["over"]["count"].as_u64().unwrap() as usize;
         for (region, m) in (0..regions).flat_map(|region| (0..measures.len()).map(move |m| (region, m))) {
@@ -126,8 +127,13 @@ fn scores_and_voxels_are_those_of_the_sweep() {
                 (0..count).filter_map(|choice| rows[&key(&data, s, choice, region)][name].parse().ok());
             let values: Vec<f64> = values.collect();
             let ends = [f64::min, f64::max].map(|end| values.iter().copied().reduce(end));
-            let plotted = &data["distributions"][region][m][0][s];
-            assert_eq!([0, 4].map(|n| plotted["five"][n].as_f64()), ends, "{name} in region {region}");
+            let plotted = plotted(&charts, [region, m, s]);
+            assert_eq!(plotted.is_some(), ends[0].is_some(), "{name} in region {region}");
+            if let (Some((words, places, near)), [Some(least), Some(largest)]) = (plotted, ends) {
+                assert!(words.contains(&format!(": {least:.3} to {largest:.3}, quartiles ")), "{words}");
+                let is_near = |(place, value): (f64, f64)| (place - value).abs() <= near;
+                assert!(places.into_iter().zip([least, largest]).all(is_near), "{places:?}: {words}");
+            }
             let title = format!("{} in region", if m == 0 { "F1" } else { name });
             assert!(page.contains(&title), "no table of {name}");
         }
@@ -135,6 +141,27 @@ fn scores_and_voxels_are_those_of_the_sweep() {
     // At least three choices of each sensor, in three regions.
     let voxels = voxels_compared(&page, &data, &rows, &reasons(&folder));
     assert!(voxels >= 3 * 2 * 3, "{voxels}");
+}
+
+/// The row of a series in the chart of a region and score: what it tells, the values at its ends, and how exact these are.
+fn plotted(charts: &str, [region, score, series]: [usize; 3]) -> Option<(String, [f64; 2], f64)> {
+    let (_, chart) = charts.split_once(&format!("data-region=\"{region}\" data-score=\"{score}\"")).unwrap();
+    let chart = chart.split("data-region").next().unwrap();
+    let (axis, svg) = chart.split_once("<svg")?;
+    let [zero, one] = ["zero", "one"].map(|name| {
+        let (_, rest) = axis.split_once(&format!("data-{name}=\"")).unwrap();
+        rest.split('"').next().unwrap().parse::<f64>().unwrap()
+    });
+    let svg = format!("<svg{}</svg>", svg.split("</svg>").next().unwrap());
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let number = series.to_string();
+    let row = document.descendants().find(|node| node.attribute("data-series") == Some(&number))?;
+    let [x, width] = ["x", "width"].map(|name| row.attribute(name).unwrap().parse::<f64>().unwrap());
+    let words = row.first_element_child().unwrap().text().unwrap().to_string();
+    // Places are tenths of a unit; a row is at least two units wide, to be hit with a mouse.
+    let width = if width > 2.0 { width } else { 0.0 };
+    let values = [x, x + width].map(|place| (place - zero) / (one - zero));
+    Some((words, values, if width > 0.0 { 0.3 } else { 2.3 } / (one - zero)))
 }
 
 /// Voxels of reasons.csv, occupied and free, by the key of a row and the page's words for the cause.

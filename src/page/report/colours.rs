@@ -91,10 +91,10 @@ pub(crate) fn variables() -> String {
     let numbers = [("series", &SERIES[..]), ("object", &OBJECTS), ("ramp", &stops)];
     let numbers = numbers.map(|(name, colours)| numbered(name, colours)).concat();
     let things = THINGS.map(variable).concat();
+    let print = variable(("print", SCHEME[0].1));
     format!(
-        ":root {{ color-scheme: light dark; {day}--print: {}; {things}{numbers}}}\n\
-         @media screen and (prefers-color-scheme: dark) {{ :root {{ {night}}} }}\n",
-        SCHEME[0].1
+        ":root {{ color-scheme: light dark; {day}{print}{things}{numbers}}}\n\
+         @media screen and (prefers-color-scheme: dark) {{ :root {{ {night}}} }}\n"
     )
 }
 
