@@ -27,14 +27,17 @@ use super::study::StudyArgs;
 use super::sweep::command;
 use super::swept::{self, StudyPlace};
 
-/// Find the best set of sensors, and prove it
+/// Find the cheapest set of sensors that passes, or the best, and prove it
 ///
-/// A study with [choose] says which score is to be as high as it can be, in which region, and what a set may
-/// have and cost. Every pose is cast once; then allowed sets are searched, all of them if there is time and
-/// memory, and for each size and each step of cost the best set is told, with what no set is above. What is proven holds of the listed poses, at
-/// this voxel size, in these scenes. Writes front.csv, sets.csv and choose.json into the output folder, and
-/// what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`, `render`,
-/// `export` and `report` take the folder.
+/// A study with [[require]] and the cost of each sensor asks for the cheapest set that passes all requirements, under
+/// all their conditions; [choose] may say what such a set may have and cost, and ask also for the cheapest set at each
+/// speed of the robot or without each requirement (objective = "cost"). A study whose [choose] names a score asks for
+/// the best set of each size and each step of cost, with what no set is above. Every pose is cast once; then allowed
+/// sets are searched. What is proven holds of the listed poses, at this voxel size, in these scenes.
+///
+/// Writes cheapest.csv and cheapest.json with the verdicts of judge, or front.csv, sets.csv and choose.json, into the
+/// output folder, and what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`,
+/// `render`, `export` and `report` take the folder. The exit code is 4 if no set passes.
 ///
 /// What is cast is kept there as soon as it is (evidence.journal): the same command goes on after whatever ended
 /// a run, and another question about the same study (objective, region, budget, requirements) casts nothing. A
