@@ -27,7 +27,7 @@ use super::study::StudyArgs;
 use super::sweep::command;
 use super::swept::{self, StudyPlace};
 
-/// Find the cheapest set of sensors that passes, or the best, and prove it
+/// Find the cheapest set that passes, or the best, and prove it
 ///
 /// A study with [[require]] and the cost of each sensor asks for the cheapest set that passes all requirements, under
 /// all their conditions; [choose] may say what such a set may have and cost, and ask also for the cheapest set at each

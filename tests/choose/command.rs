@@ -545,7 +545,7 @@ fn wrong_keys_are_refused_even_by_a_sweep() {
         ),
         ("at_most = 3", "at_most = 0", &["choose.at_most = 0: must be from 1 to 16"]),
         ("at_most = 3", "at_most = 17", &["choose.at_most = 17: must be from 1 to 16"]),
-        ("at_most = 3", "", &["missing field `at_most`"]),
+        ("at_most = 3", "", &["no at_most: say how many sensors a set may have"]),
         ("at_most = 3", "at_most = 3\nover = \"all\"", &["unknown variant `all`"]),
         ("at_most = 1", "at_most = 0", &["sensor \"lidar\".at_most = 0: must be 1 or more"]),
         ("cost = 250.0", "cost = -1", &["sensor \"camera\".cost = -1: must be a number from 0"]),
