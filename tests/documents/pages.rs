@@ -160,7 +160,9 @@ fn tutorial() {
     follow(TUTORIAL, 10);
 }
 
+/// A cell of real size, by the program that is not optimised.
 #[test]
+#[ignore = "takes two minutes; the nightly runs it"]
 fn palletiser() {
     follow(PALLETISER, 5);
 }
