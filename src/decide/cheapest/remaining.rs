@@ -43,7 +43,7 @@ impl<'t> Remaining<'t> {
         let is_near = requirements.iter().any(Requirement::is_of_nearness);
         let is_measured = is_near || requirements.iter().any(Requirement::is_of_controller);
         let study = (!requirements.is_empty()).then(|| Study {
-            mounting_error: study.mounting_error.clone().filter(|_| is_off),
+            mounting_error: study.mounting_error.filter(|_| is_off),
             postures: if others_stand { study.postures.clone() } else { Vec::new() },
             stopping: terms.stopping.clone().filter(|_| is_measured),
             has_approach: study.has_approach && is_near,

@@ -22,11 +22,11 @@ const MOST_SENSORS: u32 = 16;
 #[serde(deny_unknown_fields)]
 pub(super) struct ChooseFile {
     /// What is looked for: the set with the highest score of so many sensors, or with "cost" the cheapest set that passes
-    /// all [[require]]. Default "cost" if the study has [[require]] and costs.
+    /// all `[[require]]`. Default "cost" if the study has `[[require]]` and costs.
     objective: Option<ObjectiveName>,
     /// With "cost": the score that is to be high among sets that pass and cost the same.
     then: Option<ObjectiveName>,
-    /// With "cost": of what else the cheapest set is looked for: of each speed of [stopping], or of all requirements but one.
+    /// With "cost": of what else the cheapest set is looked for: of each speed of `[stopping]`, or of all requirements but one.
     front: Option<PurchaseFront>,
     /// The name of the region in which the score is counted.
     region: Option<String>,
@@ -44,7 +44,7 @@ pub(super) struct ChooseFile {
     /// What hangs there already and is in every set: names of sensors and poses, as in "camera:wall/1/0".
     #[serde(default)]
     always: Vec<String>,
-    /// Scores that every set must reach; with "cost" these are the study's [[require]].
+    /// Scores that every set must reach; with "cost" these are the study's `[[require]]`.
     #[serde(default)]
     require: Vec<RequireFile>,
     /// Of some sensors, what they are taken to say, as in camera = "points". Default: the first that each has.

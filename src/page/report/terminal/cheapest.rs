@@ -130,8 +130,7 @@ fn front(report: &PurchaseReport) -> Option<Table> {
         let proven = match (&point.set, point.proven) {
             (Some(_), true) => "proven".to_string(),
             (Some(_), false) => {
-                let bound = point.no_set_below.map_or(String::new(), |bound| format!("none below {bound}"));
-                bound
+                point.no_set_below.map_or(String::new(), |bound| format!("none below {bound}"))
             }
             (None, true) => "no set".into(),
             (None, false) => "none found".into(),
