@@ -77,7 +77,12 @@ pub fn cheapest(
     test: &mut dyn SetTest,
     progress: &dyn Progress,
 ) -> Result<CheapestAnswer> {
-    search::Search::new(problem, demands, test, progress).run()
+    let mut search = search::Search::new(problem, demands, test, progress);
+    if !search.is_any_allowed() {
+        return Ok(CheapestAnswer::NONE);
+    }
+    let known = greedy::passing_set(&mut search)?;
+    search.run(known)
 }
 
 /// What a set is worth by the score that decides among sets of the same cost.

@@ -3,7 +3,6 @@
 use super::super::rules::SetLimits;
 use super::super::worth::Worth;
 use super::demand::{self, Demand, DemandState};
-use super::greedy;
 use super::share::{Share, ShareBound, ShareStates};
 use super::{CheapestProblem, SetTest, TestAnswer, worth_of};
 use perirobot_march::Result;
@@ -95,15 +94,16 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    pub(super) fn run(mut self) -> Result<CheapestAnswer> {
+    /// Whether any set is allowed.
+    pub(super) fn is_any_allowed(&self) -> bool {
+        let limits = self.problem.limits;
+        limits.afford(self.no_set_below) && self.problem.rules.always.len() <= limits.at_most
+    }
+
+    /// Searches on from a set that passes, if one is known; some set is allowed.
+    pub(super) fn run(mut self, known: Option<Vec<usize>>) -> Result<CheapestAnswer> {
         let rules = self.problem.rules;
-        let is_allowed = self.problem.limits.afford(self.no_set_below);
-        if !is_allowed || rules.always.len() > self.problem.limits.at_most {
-            return Ok(self.answer(true));
-        }
-        if let Some(set) = greedy::passing_set(&mut self)? {
-            self.take(set);
-        }
+        known.into_iter().for_each(|set| self.take(set));
         // Budgets grow from what any set costs to what the best one does.
         let total: u64 = rules.cost.iter().sum();
         let mut step = rules.cost.iter().copied().filter(|&cost| cost > 0).min().unwrap_or(1);

@@ -25,7 +25,7 @@ mod terms;
 mod ways;
 
 pub use outcome::PurchaseOutcome;
-pub use purchasing::{PurchaseAim, Purchasing};
+pub use purchasing::Purchasing;
 pub use report::{
     AimReport, CHEAPEST, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet,
     ReasonReport,

@@ -20,7 +20,7 @@ use super::remaining::{Remaining, combination};
 use super::report::{
     AimReport, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet, ReasonReport,
 };
-use super::terms::{Terms, bounding, dead_in, is_counted};
+use super::terms::{PurchaseAim, Terms, bounding, dead_in, is_counted};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
 use crate::choose::{Casting, fingerprint, odds_of, rules_of};
@@ -40,17 +40,6 @@ pub struct Purchasing<'a> {
     asked: Vec<(PurchaseAim, Terms)>,
     /// The regions in which anything is counted.
     regions: Vec<usize>,
-}
-
-/// What a set is to pass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PurchaseAim {
-    /// All requirements.
-    All,
-    /// All requirements, so that the robot may run at the speed of this number.
-    Speed(usize),
-    /// All requirements but the one of this number.
-    Without(usize),
 }
 
 impl<'a> Purchasing<'a> {

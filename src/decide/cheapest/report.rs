@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::purchasing::PurchaseAim;
+use super::terms::PurchaseAim;
 use crate::json_file::JsonFile;
 use perirobot_march::Result;
 use perirobot_study::sensor::Cost;

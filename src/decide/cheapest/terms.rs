@@ -4,6 +4,17 @@ use perirobot_study::study::{Condition, Counted, Limit, Measure, RegionSpec, Req
 
 use crate::judge::requirements_at_speeds;
 
+/// What a set is to pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PurchaseAim {
+    /// All requirements.
+    All,
+    /// All requirements, so that the robot may run at the speed of this number.
+    Speed(usize),
+    /// All requirements but the one of this number.
+    Without(usize),
+}
+
 /// Requirements that a set must meet, and the speeds of the robot at which it must.
 #[derive(Clone, Debug)]
 pub(super) struct Terms {
