@@ -1,18 +1,18 @@
-//! Candidates of which every passing set has at least so many.
+//! A minimum number of members from a list of candidates, which every passing set has.
 
 use super::super::rules::SetRules;
 
 /// Every passing set has at least `least` of some candidates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Demand {
-    /// A bit for each candidate.
+    /// The list: a bit for each candidate.
     pub among: Vec<u64>,
-    /// How many of them.
+    /// The minimum number of members from it.
     pub least: usize,
 }
 
 impl Demand {
-    /// At least so many of some candidates, by their numbers; there are `count` candidates in all.
+    /// At least `least` of the candidates with the numbers `among`; `count` is the number of all candidates.
     pub fn new(count: usize, among: impl IntoIterator<Item = usize>, least: usize) -> Demand {
         let mut bits = vec![0u64; count.div_ceil(64)];
         among.into_iter().for_each(|item| bits[item / 64] |= 1 << (item % 64));
@@ -47,19 +47,18 @@ pub(super) fn add(demands: &mut Vec<Demand>, new: Demand) {
 pub(super) enum DemandState {
     /// No set meets them all.
     OutOfReach,
-    /// A set costs at least so much more, and has at least so many more members.
+    /// Lower bounds of what is missing.
     Open {
-        /// The cost.
+        /// The additional cost.
         cost: u64,
-        /// The number of members.
+        /// The number of additional members.
         members: usize,
-        /// The number of the demand that leaves the fewest choices, and its candidates that may join; none if all
-        /// demands are met.
-        narrowest: Option<(usize, Vec<usize>)>,
+        /// The candidates that may join of the demand with the fewest choices; none if all demands are met.
+        narrowest: Option<Vec<usize>>,
     },
 }
 
-/// What is known of the sets that have some members and may have some others besides, which come in order.
+/// The lower bounds of sets that contain `chosen` and otherwise only candidates from `allowed`, which is in order.
 pub(super) fn state(
     demands: &[Demand],
     rules: &SetRules,
@@ -90,6 +89,6 @@ pub(super) fn state(
             among.iter().for_each(|&item| used[item / 64] |= 1 << (item % 64));
         }
     }
-    let narrowest = open.into_iter().next().map(|(number, _, among)| (number, among));
+    let narrowest = open.into_iter().next().map(|(.., among)| among);
     DemandState::Open { cost, members, narrowest }
 }

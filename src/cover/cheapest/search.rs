@@ -1,10 +1,10 @@
-//! The search: budgets from below and from above, and for each a walk over all sets that it pays for.
+//! The search: a growing budget, and for each budget a walk over all sets that it pays for.
 
 use super::super::rules::SetLimits;
 use super::super::worth::Worth;
 use super::demand::{self, Demand, DemandState};
-use super::share::{Share, ShareBound, ShareStates};
-use super::{CheapestProblem, SetTest, TestAnswer, worth_of};
+use super::share::{ShareBound, ShareStates};
+use super::{CheapestProblem, SetTest, TestAnswer};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 
@@ -28,7 +28,7 @@ pub struct CheapestAnswer {
     pub no_set_below: Option<u64>,
     /// Whether no set that passes costs less than the best, or none passes.
     pub is_proven: bool,
-    /// Whether no set of the same cost is worth more, too.
+    /// Whether also no set of the same cost is worth more.
     pub is_best_of_cost: bool,
     /// How many sets were tested.
     pub tested: u64,
@@ -75,8 +75,7 @@ impl<'s, 'a> Search<'s, 'a> {
         test: &'s mut dyn SetTest,
         progress: &'s dyn Progress,
     ) -> Search<'s, 'a> {
-        let bounds: Vec<ShareBound> =
-            problem.shares.iter().flat_map(|share| share.bounds(share.limit, false)).collect();
+        let bounds: Vec<ShareBound> = problem.shares.iter().flat_map(|share| share.bounds()).collect();
         let (limits, no_set_below) = (problem.limits, problem.rules.cost_of(&problem.rules.always));
         let (required, best, asks_worth, tested) = (bounds.len(), None, false, 0);
         Search {
@@ -153,7 +152,7 @@ impl<'s, 'a> Search<'s, 'a> {
         self.bounds.truncate(self.required);
         let worth = self.best.as_ref().and_then(|best| best.worth);
         if let (Some(then), Some(Worth::Exact(worth))) = (&self.problem.then, worth) {
-            self.bounds.extend(Share { dead: 0, ..*then }.bounds(worth, true));
+            self.bounds.extend(then.bounds_above(worth));
         }
     }
 
@@ -179,7 +178,7 @@ impl<'s, 'a> Search<'s, 'a> {
     fn take(&mut self, mut set: Vec<usize>) {
         set.sort_unstable();
         let cost = self.problem.rules.cost_of(&set);
-        let worth = self.problem.then.as_ref().and_then(|then| worth_of(then, &set));
+        let worth = self.problem.then.as_ref().and_then(|then| then.worth_of(&set));
         let is_better = match &self.best {
             None => true,
             Some(best) if cost != best.cost => cost < best.cost,
@@ -254,7 +253,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let Ok(states) = ShareStates::new(asked, (rules, self.limits), chosen, &allowed) else {
                 return Ok(WalkEnd::Complete);
             };
-            if let Some((_, first)) = narrowest {
+            if let Some(first) = narrowest {
                 return self.branch(chosen, &allowed, &first);
             }
             let mut passes = false;

@@ -5,25 +5,49 @@ use rayon::prelude::*;
 use super::super::budget::Budget;
 use super::super::evidence::{CandidateEvidence, Union};
 use super::super::layout::{FALSE, PLANES};
+use super::super::problem::Problem;
 use super::super::question::{Inequality, UnionState, score_inequalities};
 use super::super::rules::{SetLimits, SetRules};
-use super::super::worth::Ratio;
+use super::super::worth::{Ratio, Worth};
 use super::demand::Demand;
 use perirobot_march::metrics::{Across, Score};
 
-/// A score that a set must reach, also without any so many of its members.
+/// A score that a set must reach, also with some of its members dead.
 #[derive(Clone, Copy, Debug)]
 pub struct Share<'a> {
-    /// What the candidates say.
-    pub evidence: &'a CandidateEvidence,
+    /// What the candidates say in the region in which it is counted.
+    pub problem: &'a Problem<'a>,
     /// The score.
     pub score: Score,
-    /// Of which counts.
+    /// How the counts of several moments are combined.
     pub over: Across,
-    /// What it must be: at least this, or of a score of which less is better, at most this.
+    /// What it must be: at least this, or at most this if less is better.
     pub limit: Ratio,
-    /// Without how many of the set's members.
+    /// The number of members that may be dead, whichever they are.
     pub dead: usize,
+}
+
+/// The score by which sets of the same cost are compared.
+#[derive(Clone, Copy, Debug)]
+pub struct TieScore<'a> {
+    /// What the candidates say in the region in which it is counted.
+    pub problem: &'a Problem<'a>,
+    /// The score.
+    pub score: Score,
+    /// How the counts of several moments are combined.
+    pub over: Across,
+}
+
+impl<'a> TieScore<'a> {
+    /// What a set is worth by it, if it has a value.
+    pub(super) fn worth_of(&self, set: &[usize]) -> Option<Worth> {
+        Worth::from_counts(self.score, self.over, &self.problem.counts(set))
+    }
+
+    /// The inequalities of a set that is worth more.
+    pub(super) fn bounds_above(&self, worth: Ratio) -> Vec<ShareBound<'a>> {
+        bounds(self.problem, (self.score, self.over), (worth, true), 0)
+    }
 }
 
 /// An inequality that holds for every set that reaches a share.
@@ -36,17 +60,27 @@ pub(super) struct ShareBound<'a> {
 }
 
 impl<'a> Share<'a> {
-    /// The inequalities of a set that reaches it, or with `beat` exceeds it; none where no inequality says anything.
-    pub(super) fn bounds(&self, limit: Ratio, beat: bool) -> Vec<ShareBound<'a>> {
-        let Share { evidence, score, over, dead, .. } = *self;
-        if over == Across::Mean {
-            return Vec::new();
-        }
-        let all = score_inequalities(&evidence.layout, (score, over), limit, beat);
-        let may_be_wrong = (0..evidence.count()).any(|item| evidence.has_bits(item, FALSE));
-        let bound = |inequality| ShareBound { evidence, inequality, dead, may_be_wrong };
-        all.into_iter().map(bound).collect()
+    /// The inequalities of a set that reaches it.
+    pub(super) fn bounds(&self) -> Vec<ShareBound<'a>> {
+        bounds(self.problem, (self.score, self.over), (self.limit, false), self.dead)
     }
+}
+
+/// The inequalities of a set that reaches a score or, with `beat`, exceeds it. There are none of a mean, or if labels are
+/// sums of what sensors say instead of unions.
+fn bounds<'a>(
+    problem: &'a Problem<'a>,
+    (score, over): (Score, Across),
+    (limit, beat): (Ratio, bool),
+    dead: usize,
+) -> Vec<ShareBound<'a>> {
+    if over == Across::Mean || problem.asking(score, over).adds_up() {
+        return Vec::new();
+    }
+    let evidence = problem.evidence;
+    let may_be_wrong = (0..evidence.count()).any(|item| evidence.has_bits(item, FALSE));
+    let all = score_inequalities(&evidence.layout, (score, over), limit, beat);
+    all.into_iter().map(|inequality| ShareBound { evidence, inequality, dead, may_be_wrong }).collect()
 }
 
 /// A part of a set: without members that are dead.
@@ -65,8 +99,9 @@ pub(super) struct ShareStates<'s> {
     joint: Joint,
 }
 
-/// What all lacks are together: each lack counts as one, and a candidate adds to it at most what it gains of it, and no
-/// more than one. Sets that meet everything have members that add as much as there are lacks.
+/// Everything that a set lacks, as one covering inequality. Each unmet inequality or demand counts as one lack, and a
+/// candidate contributes to it the part of the lack that it gains, at most 1. The members that are added to a passing set
+/// contribute at least the number of lacks.
 #[derive(Default)]
 struct Joint {
     /// The number of lacks, in units.
@@ -83,7 +118,7 @@ struct Entry {
     value: i64,
     least: i64,
     dead_later: usize,
-    /// What each candidate that may join adds at most, less what it takes away if it is alone.
+    /// What each candidate that may join adds at most.
     gains: Vec<i64>,
 }
 
@@ -124,7 +159,7 @@ impl<'s> ShareStates<'s> {
         if states.joint.may_reach(&states, limits, chosen, 0) { Ok(states) } else { Err(OutOfReach) }
     }
 
-    /// All lacks together. What is lost later is no part of it.
+    /// Everything that a set lacks. Parts that lose members later are left out: what joins may be dead there.
     fn join(&self, demands: &[Demand], chosen: &[usize]) -> Joint {
         let mut joint = Joint { lacks: 0, adds: vec![0; self.allowed.len()] };
         for entry in self.entries.iter().filter(|entry| entry.dead_later == 0 && entry.value < entry.least) {
@@ -147,7 +182,7 @@ impl<'s> ShareStates<'s> {
         joint
     }
 
-    /// Whether sets may reach all shares that have some members and, besides, of the candidates only those from a place on.
+    /// Whether a set can reach all shares if only candidates from the place `from` on join it.
     pub(super) fn may_reach(&self, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
         self.joint.may_reach(self, limits, chosen, from)
             && (0..self.entries.len()).all(|place| self.reaches(place, limits, chosen, from))
@@ -160,7 +195,7 @@ impl<'s> ShareStates<'s> {
         lacks <= 0 || self.add_up(&entry.gains, lacks, left, limits, chosen, from)
     }
 
-    /// Whether so many candidates from a place on that can be paid for add at least so much together.
+    /// Whether `left` candidates from the place `from` on, within the budget, can add `lacks` together.
     fn add_up(
         &self,
         gains: &[i64],
@@ -242,7 +277,7 @@ fn planes(bounds: &[ShareBound], evidence: &CandidateEvidence) -> [bool; PLANES]
     wanted
 }
 
-/// The parts of a set that are left when so many of it, or of what is added to it, are dead.
+/// The parts of a set that are left if `dead` of its present and future members are dead.
 fn parts(
     evidence: &CandidateEvidence,
     chosen: &[usize],
@@ -266,7 +301,7 @@ fn parts(
     parts
 }
 
-/// All ways to pick so many of some numbers.
+/// All combinations of `count` of some numbers.
 pub(super) fn left_out(of: &[usize], count: usize) -> Vec<Vec<usize>> {
     match (count, of) {
         (0, _) => vec![Vec::new()],

@@ -1,11 +1,12 @@
 //! Against trying every set.
 
 use super::super::evidence::CandidateEvidence;
+use super::super::problem::Problem;
 use super::super::rules::{SetLimits, SetRules};
 use super::super::tests::{Random, SCORES, evidence, rules};
 use super::super::worth::{Ratio, Worth};
 use super::share::left_out;
-use super::{CheapestProblem, Demand, SetTest, Share, TestAnswer, cheapest};
+use super::{CheapestProblem, Demand, SetTest, Share, TestAnswer, TieScore, cheapest};
 use crate::thorough::cases;
 use perirobot_march::Result;
 use perirobot_march::metrics::{Across, Score};
@@ -13,16 +14,16 @@ use perirobot_march::metrics::{Across, Score};
 /// What a made-up test asks of a set besides its shares.
 struct MadeUpTest<'a> {
     shares: Vec<Share<'a>>,
-    /// Demands that are told one after the other.
+    /// Demands, of which each failing test reports the first that is not met.
     hidden: Vec<Demand>,
-    /// Sets with both of these fail, although nothing tells why.
+    /// Sets with both of these fail; no demand says so.
     enemies: Option<[usize; 2]>,
     tested: usize,
 }
 
 fn reaches(share: &Share, set: &[usize]) -> bool {
     let dead = share.dead.min(set.len());
-    let counts = |set: &[usize]| Worth::from_counts(share.score, share.over, &share.evidence.counts(set));
+    let counts = |set: &[usize]| Worth::from_counts(share.score, share.over, &share.problem.counts(set));
     left_out(set, dead).into_iter().all(|dead| {
         let alive: Vec<usize> = set.iter().copied().filter(|item| !dead.contains(item)).collect();
         counts(&alive).is_some_and(|worth| match share.score.less_is_better() {
@@ -69,7 +70,7 @@ fn allowed_sets(rules: &SetRules, limits: SetLimits, set: &mut Vec<usize>, all: 
     }
 }
 
-fn made_up_share<'a>(random: &mut Random, evidence: &'a CandidateEvidence) -> Share<'a> {
+fn made_up_share<'a>(random: &mut Random, problem: &'a Problem<'a>) -> Share<'a> {
     let score = [&SCORES[..], &[Score::Unknown, Score::FalseAlarm]].concat()[random.number_below(7) as usize];
     let over = [Across::Pooled, Across::Worst, Across::Mean][random.number_below(3) as usize];
     let limit = Ratio::from_f64(random.number_below(70) as f64 / 100.0);
@@ -77,7 +78,7 @@ fn made_up_share<'a>(random: &mut Random, evidence: &'a CandidateEvidence) -> Sh
         Score::Unknown | Score::FalseAlarm => Ratio::from_f64(1.0 - limit.value() / 2.0),
         _ => limit,
     };
-    Share { evidence, score, over, limit, dead: random.number_below(3) as usize }
+    Share { problem, score, over, limit, dead: random.number_below(3) as usize }
 }
 
 #[test]
@@ -87,15 +88,28 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
     for case in 0..cases(300, 3000) {
         let count = 4 + random.number_below(6) as usize;
         let (noisy, thin) = (case % 3 == 0, 1 + random.number_below(2));
-        let all: Vec<CandidateEvidence> = (0..2).map(|_| evidence(&mut random, count, noisy, thin)).collect();
-        let (mut rules, _) = rules(&mut random, &all[0]);
+        let said: Vec<CandidateEvidence> =
+            (0..2).map(|_| evidence(&mut random, count, noisy, thin)).collect();
+        let (mut rules, _) = rules(&mut random, &said[0]);
         if case % 5 == 0 {
             rules.cost[0] = 0;
         }
+        let limits = SetLimits {
+            at_most: 1 + random.number_below(5) as usize,
+            budget: random.one_in(2).then(|| random.number_below(12)),
+        };
+        let in_region = |evidence| {
+            let goal = (Score::F1, Across::Pooled);
+            Problem { evidence, goal, require: Vec::new(), limits, rules: rules.clone(), odds: None }
+        };
+        let all: Vec<Problem> = said.iter().map(in_region).collect();
         let shares: Vec<Share> = (0..random.number_below(3))
             .map(|place| made_up_share(&mut random, &all[place as usize % 2]))
             .collect();
-        let then = random.one_in(2).then(|| made_up_share(&mut random, &all[0]));
+        let then = random.one_in(2).then(|| {
+            let Share { problem, score, over, .. } = made_up_share(&mut random, &all[0]);
+            TieScore { problem, score, over }
+        });
         let hidden: Vec<Demand> = (0..random.number_below(4))
             .map(|_| {
                 let least = 1 + random.number_below(2) as usize;
@@ -104,10 +118,6 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
             })
             .collect();
         let enemies = random.one_in(3).then(|| [0, 1 + random.number_below(count as u64 - 1) as usize]);
-        let limits = SetLimits {
-            at_most: 1 + random.number_below(5) as usize,
-            budget: random.one_in(2).then(|| random.number_below(12)),
-        };
         let problem = CheapestProblem { rules: &rules, limits, shares: shares.clone(), then };
         let mut test = MadeUpTest { shares, hidden, enemies, tested: 0 };
         let mut demands = Vec::new();
@@ -131,7 +141,7 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
         assert!(sets.contains(&best.set), "case {case}: {:?} passes", best.set);
         if let Some(then) = &then {
             let worth =
-                |set: &Vec<usize>| Worth::from_counts(then.score, then.over, &then.evidence.counts(set));
+                |set: &Vec<usize>| Worth::from_counts(then.score, then.over, &then.problem.counts(set));
             let of_cost = sets.iter().filter(|set| rules.cost_of(set) == best.cost).map(worth);
             let most = match then.score.less_is_better() {
                 true => of_cost.clone().flatten().min(),
@@ -147,7 +157,7 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
     );
 }
 
-/// A search that is stopped says what no set is below.
+/// A search that is stopped keeps a lower bound.
 #[test]
 fn a_stopped_search_keeps_its_bound() {
     let rules =

@@ -220,7 +220,12 @@ impl<'g> ApproachMoment<'g> {
 }
 
 /// The object that stands before most voxels of a body at a place, seen from the sensors.
-fn shadow(body: &Body, place: [i32; 3], watchers: &Watchers, watches: &[WatchedVoxels]) -> Option<String> {
+pub(crate) fn shadow(
+    body: &Body,
+    place: [i32; 3],
+    watchers: &Watchers,
+    watches: &[WatchedVoxels],
+) -> Option<String> {
     let mut before = BTreeMap::new();
     for watch in watches {
         for (object, often) in watchers.blocking_objects(watch, body.voxels(place)) {

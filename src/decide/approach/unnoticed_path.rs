@@ -1,9 +1,10 @@
-//! A path on which a body comes too near unnoticed, and that few sensors would notice: who wants to close it has few to
-//! choose from.
+//! A path on which a body comes too near unnoticed, with few sensors that would notice it: sets that pass have one of
+//! these, so few are better.
 //!
 //! # Theory
-//! Dijkstra's shortest paths (1959), the length of a step being how many sensors watch how many voxels of the body where
-//! it ends. That is not how many would notice it, but goes with it, and needs no more than running sums.
+//! Dijkstra's shortest paths (1959). The length of a step is the number of sensors that watch a voxel of the body at its
+//! end, averaged over the voxels. That is correlated with the number of sensors that notice the body, and needs only
+//! running sums.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,8 +14,8 @@ use super::deepest::{least, squared_distance};
 use super::moments::ApproachMoment;
 use perirobot_march::voxel::{BitGrid, Window};
 
-/// How many sensors a voxel of a body counts for at least, in sixteenths.
-const SIXTEENTHS: u64 = 16;
+/// Lengths of steps are whole multiples of this fraction of a sensor.
+const PARTS: u64 = 16;
 
 /// How many sensors watch each voxel.
 pub(crate) struct WatchCounts {
@@ -22,15 +23,22 @@ pub(crate) struct WatchCounts {
 }
 
 impl WatchCounts {
-    /// From the number of sensors of each voxel of a window, x first.
-    pub(crate) fn new(window: Window, counts: &[u16]) -> WatchCounts {
-        let [width, depth, _] = window.size.map(|n| n as usize);
-        let at = |voxel: [i32; 3]| {
-            let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (voxel[r] - window.min[r]) as usize);
-            counts[x + width * (y + depth * z)].into()
-        };
-        WatchCounts { sums: Sums::from_counts(window, at) }
+    /// From the voxels of a window that each sensor watches.
+    pub(crate) fn from_watched(window: Window, each: impl Iterator<Item = BitGrid>) -> WatchCounts {
+        let mut counts = vec![0u16; window.volume() as usize];
+        let index = |voxel| index_in(window, voxel);
+        each.for_each(|watched| {
+            watched.voxels().for_each(|voxel| counts[index(voxel)] = counts[index(voxel)].saturating_add(1));
+        });
+        WatchCounts { sums: Sums::from_counts(window, |voxel| counts[index(voxel)].into()) }
     }
+}
+
+/// The number of a voxel of a window, x first.
+fn index_in(window: Window, voxel: [i32; 3]) -> usize {
+    let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (voxel[r] - window.min[r]) as usize);
+    let [width, depth, _] = window.size.map(|n| n as usize);
+    x + width * (y + depth * z)
 }
 
 impl ApproachMoment<'_> {
@@ -44,9 +52,9 @@ impl ApproachMoment<'_> {
         filled.reduce(|all, one| all.union(&one)).unwrap_or(Window::from_corners([0; 3], [-1; 3]))
     }
 
-    /// The places of a path on which a body comes from an entry to a place that is too near by its squared distance,
-    /// which comes with it, and nothing notices it where these voxels are watched; `None` if there is none. The watched voxels have the window of
-    /// [`ApproachMoment::body_window`].
+    /// The places of a path on which a body comes from an entry to a place that is too near, and is not noticed if these
+    /// voxels are watched; with the squared distance at its end. `None` if there is no such path. The window of the watched
+    /// voxels is [`ApproachMoment::body_window`].
     pub(crate) fn unnoticed_path(
         &self,
         [number, entry]: [usize; 2],
@@ -58,16 +66,13 @@ impl ApproachMoment<'_> {
         let open = self.open_to(number, &Sums::new(watched));
         let window = open.window();
         let [width, depth, height] = window.size.map(|n| n as usize);
-        let index = |place: [i32; 3]| {
-            let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (place[r] - window.min[r]) as usize);
-            x + width * (y + depth * z)
-        };
+        let index = |place| index_in(window, place);
         let place_at = |at: usize| {
             let own = [at % width, at / width % depth, at / (width * depth)];
             std::array::from_fn::<i32, 3, _>(|r| window.min[r] + own[r] as i32)
         };
         let voxels = body.count();
-        let length = |place| SIXTEENTHS * u64::from(body.sum(&counts.sums, place)) / voxels + 1;
+        let length = |place| PARTS * u64::from(body.sum(&counts.sums, place)) / voxels + 1;
         let ends_at = |place| {
             let may_end = u32::try_from(least(body, place, &self.distances)).is_ok_and(is_too_near);
             let squared = may_end.then(|| squared_distance(body, place, &self.distances)).flatten();

@@ -1,10 +1,11 @@
 //! The stages of a search for the cheapest set that passes: every candidate is cast once, then sets are searched.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
-use perirobot_cover::cheapest::{CheapestAnswer, CheapestProblem, Share, cheapest};
+use perirobot_cover::cheapest::{CheapestAnswer, CheapestProblem, Share, TieScore, cheapest};
 use perirobot_cover::layout::WantedCounts;
-use perirobot_cover::{CandidateEvidence, Problem, Ratio, SetLimits, SetRules, Worth};
+use perirobot_cover::{CandidateEvidence, Problem, SetLimits, SetRules, Worth};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::metrics::{Across, Score};
@@ -23,7 +24,7 @@ use super::report::{
 use super::terms::{PurchaseAim, Terms, bounding, dead_in, is_counted};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
-use crate::choose::{Casting, fingerprint, odds_of, rules_of};
+use crate::choose::{Casting, candidates_of, fingerprint, odds_of, rules_of};
 use crate::view::watched::Watcher;
 
 /// A search for the cheapest set.
@@ -53,9 +54,6 @@ impl<'a> Purchasing<'a> {
         worlds: &'a [World],
         memory_bytes: u64,
     ) -> Result<Purchasing<'a>> {
-        let items = study.sensors.iter().enumerate();
-        let items: Vec<[usize; 2]> =
-            items.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect();
         let mut asked = vec![(PurchaseAim::All, Terms::from_study(study))];
         match purchase.front {
             Some(PurchaseFront::Speed) => {
@@ -75,10 +73,9 @@ impl<'a> Purchasing<'a> {
             true => Ground::from_scenes(study, worlds, &[])?,
             false => Vec::new(),
         };
-        let mut regions: Vec<usize> = asked.iter().flat_map(|(_, terms)| terms.regions()).collect();
-        regions.extend(purchase.then.map(|then| then.region));
-        regions.sort_unstable();
-        regions.dedup();
+        let counted = asked.iter().flat_map(|(_, terms)| &terms.requirements).filter_map(Requirement::region);
+        let regions: BTreeSet<usize> = counted.chain(purchase.then.map(|then| then.region)).collect();
+        let (items, regions) = (candidates_of(study), regions.into_iter().collect());
         Ok(Purchasing { study, purchase, worlds, memory_bytes, items, grounds, asked, regions })
     }
 
@@ -137,16 +134,20 @@ impl<'a> Purchasing<'a> {
             open,
             progress,
         };
-        let mut points = Vec::new();
+        let (mut points, mut is_cut) = (Vec::new(), false);
         for (aim, terms) in &self.asked {
+            is_cut |= !points.is_empty() && progress.stops();
+            if is_cut {
+                break;
+            }
             let found = search.cheapest(terms)?;
             let reasons = search.reasons(terms, &found)?;
+            is_cut |= found.is_proven && found.best.is_none() && reasons.is_empty();
             points.push(self.point(AimReport::new(self.study, *aim), &found, reasons));
-            if points.len() == 1 {
-                points.extend(self.nearest(&mut search, &points[0].reasons)?);
-            }
-            if progress.stops() {
-                break;
+            if points.len() == 1 && !points[0].reasons.is_empty() {
+                let nearest = self.nearest(&mut search, &points[0].reasons)?;
+                is_cut |= nearest.is_none() && progress.stops();
+                points.extend(nearest);
             }
         }
         evidence.iter().try_for_each(CandidateEvidence::was_read)?;
@@ -161,7 +162,7 @@ impl<'a> Purchasing<'a> {
             at_most: self.purchase.at_most,
             budget: self.purchase.budget,
             requirements: self.study.requirements.len(),
-            stopped: points.iter().any(|point| !point.proven || !point.best_of_cost),
+            stopped: is_cut || points.iter().any(|point| !point.proven || !point.best_of_cost),
             points,
             ways_in,
         })
@@ -294,8 +295,7 @@ impl PurchaseSearch<'_, '_> {
         let shares = terms.requirements.iter().flat_map(|one| shares(one, problems)).collect();
         let then = purchase.then.and_then(|then| {
             let (_, problem) = problems.iter().find(|(region, _)| *region == then.region)?;
-            let limit = Ratio::from_f64(0.0);
-            Some(Share { evidence: problem.evidence, score: then.score, over: then.over, limit, dead: 0 })
+            Some(TieScore { problem, score: then.score, over: then.over })
         });
         let limits = self.purchasing.limits();
         let problem = CheapestProblem { rules: self.rules, limits, shares, then };
@@ -315,7 +315,7 @@ impl PurchaseSearch<'_, '_> {
         PassingTest::new(terms, self.problems, (self.ways, &mut self.known), scale, remaining)
     }
 
-    /// Why no set passes, if it is proven that none does.
+    /// Why no set passes, if it is proven that none does; nothing if that was stopped.
     fn reasons(&mut self, terms: &Terms, found: &CheapestAnswer) -> Result<Vec<ReasonReport>> {
         if found.best.is_some() || !found.is_proven {
             return Ok(Vec::new());
@@ -325,6 +325,9 @@ impl PurchaseSearch<'_, '_> {
             Ok(found.best.is_some() || !found.is_proven)
         };
         let places = reasons::fewest(terms, &mut is_possible)?;
+        if self.progress.stops() {
+            return Ok(Vec::new());
+        }
         let study = self.purchasing.study;
         if let [place] = places[..] {
             let others: Vec<usize> = (0..terms.requirements.len()).filter(|&other| other != place).collect();
@@ -338,18 +341,14 @@ impl PurchaseSearch<'_, '_> {
     }
 }
 
-/// What a requirement says of counts, as the solver has it: of scores that sums of what sensors say decide, nothing.
-fn shares<'e>(requirement: &Requirement, problems: &[(usize, Problem<'e>)]) -> Vec<Share<'e>> {
+/// What a requirement says of counts, as the solver has it.
+fn shares<'e>(requirement: &Requirement, problems: &'e [(usize, Problem<'e>)]) -> Vec<Share<'e>> {
     let Some((counted, limit)) = bounding(requirement) else { return Vec::new() };
     let Some((_, problem)) = problems.iter().find(|(region, _)| *region == counted.region) else {
         return Vec::new();
     };
-    if problem.asking(counted.score, counted.over).adds_up() {
-        return Vec::new();
-    }
     let limit = limit.ratio();
     let under = requirement.under.iter().filter(|&&condition| is_counted(requirement, condition));
-    let share =
-        |dead| Share { evidence: problem.evidence, score: counted.score, over: counted.over, limit, dead };
+    let share = |dead| Share { problem, score: counted.score, over: counted.over, limit, dead };
     under.filter_map(|&condition| dead_in(condition)).map(share).collect()
 }

@@ -21,6 +21,9 @@ pub(super) fn fewest(
     let others = |kept: &[usize]| -> Vec<usize> {
         all.iter().copied().filter(|place| !kept.contains(place)).collect()
     };
+    if all.len() == 1 {
+        return Ok(all);
+    }
     for &place in &all {
         if !is_possible(&terms.without(&others(&[place])))? {
             return Ok(vec![place]);

@@ -53,7 +53,7 @@ impl<'t> Remaining<'t> {
         Remaining { study, worlds, purchase, items, open, progress, judged: BTreeMap::new() }
     }
 
-    /// Whether a set passes.
+    /// Whether a set passes; it has a member.
     ///
     /// # Errors
     /// When a backend fails; `Error::Stopped`.
@@ -62,16 +62,10 @@ impl<'t> Remaining<'t> {
         if let Some(&known) = self.judged.get(set) {
             return Ok(known);
         }
-        let passes = match set {
-            // Nobody is off, and nobody is noticed.
-            [] => false,
-            _ => {
-                let combination = combination(study, self.purchase, self.items, String::new(), set);
-                let study = study.with_combinations(&self.purchase.representations, vec![combination]);
-                let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
-                judge_alone(&study, self.worlds, &choice, self.open, self.progress)?.meets_all()
-            }
-        };
+        let combination = combination(study, self.purchase, self.items, String::new(), set);
+        let study = study.with_combinations(&self.purchase.representations, vec![combination]);
+        let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
+        let passes = judge_alone(&study, self.worlds, &choice, self.open, self.progress)?.meets_all();
         self.judged.insert(set.to_vec(), passes);
         Ok(passes)
     }

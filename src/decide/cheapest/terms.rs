@@ -50,15 +50,7 @@ impl Terms {
         Terms { requirements: own.map(|(_, one)| one.clone()).collect(), stopping: self.stopping.clone() }
     }
 
-    /// The regions in which anything is counted, in study order.
-    pub(super) fn regions(&self) -> Vec<usize> {
-        let mut regions: Vec<usize> = self.requirements.iter().filter_map(Requirement::region).collect();
-        regions.sort_unstable();
-        regions.dedup();
-        regions
-    }
-
-    /// The requirements and conditions that no bound tells of; none of a requirement of which all are.
+    /// The requirements with the conditions that have no bound, and are judged; without requirements that have none.
     pub(super) fn remaining(&self) -> Vec<Requirement> {
         let remaining = |one: &Requirement| {
             let under = one.under.iter().copied().filter(|&condition| !is_counted(one, condition)).collect();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::approach::{ApproachMoment, Company, Ground, NearestApproach, WatchCounts};
+use crate::approach::{ApproachMoment, Company, Ground, NearestApproach, WatchCounts, shadow};
 use crate::judge::Passage;
 use crate::view::watched::{Watcher, Watchers};
 use perirobot_march::Result;
@@ -27,7 +27,7 @@ pub struct SceneWays<'g> {
     truths: Vec<Arc<Truth>>,
 }
 
-/// A path on which a body comes near, and the candidates of which one at least notices it there.
+/// A path on which a body comes near, and the candidates that notice it there.
 #[derive(Clone, Debug)]
 pub(super) struct WayIn {
     /// Which of the scenes, companies and repeats.
@@ -38,7 +38,7 @@ pub(super) struct WayIn {
     pub(super) places: Vec<[i32; 3]>,
     /// How near it comes at the end, squared in voxels.
     pub(super) squared: u32,
-    /// All others together do not notice it.
+    /// The candidates of which one at least notices it: all others together do not.
     pub(super) noticed_by: Vec<usize>,
 }
 
@@ -95,16 +95,7 @@ impl<'g> SceneWays<'g> {
             Ok(of_snapshots)
         };
         let watched: Vec<Vec<Arc<BitGrid>>> = watchers.par_iter().map(look).collect::<Result<_>>()?;
-        let mut counts = vec![0u16; room.volume() as usize];
-        let [width, depth, _] = room.size.map(|n| n as usize);
-        for each in &watched {
-            for voxel in at_all(room, each.iter()).voxels() {
-                let [x, y, z]: [usize; 3] = std::array::from_fn(|r| (voxel[r] - room.min[r]) as usize);
-                let count = &mut counts[x + width * (y + depth * z)];
-                *count = count.saturating_add(1);
-            }
-        }
-        let counts = WatchCounts::new(room, &counts);
+        let counts = WatchCounts::from_watched(room, watched.iter().map(|each| at_all(room, each)));
         let passages = crate::judge::passages(ground, company, repeat);
         Ok(SceneWays { moment, ground, passages, watched, counts, looking, truths })
     }
@@ -166,19 +157,16 @@ impl<'g> SceneWays<'g> {
         body.middle_m(end, &self.ground.worlds[0].grid).to_array()
     }
 
-    /// The object that stands before the end of a way, seen from most candidates; the first by name of equals.
+    /// The object that stands before the end of a way, seen from most candidates.
     pub(super) fn hiding_object(&self, way: &WayIn) -> Option<String> {
         let body = &self.ground.bodies[self.body_and_entry(way.passage)[0]];
-        let end = *way.places.last()?;
-        let truth = &self.truths[0];
-        let watch = self.looking.watch(&self.ground.worlds[0], truth.clone());
-        let often = self.looking.blocking_objects(&watch, body.voxels(end));
-        let named = often.into_iter().map(|(object, often)| (often, &truth.objects[object].name));
-        named.max_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(a.1))).map(|(_, name)| name.clone())
+        let watches = self.ground.worlds.iter().zip(&self.truths);
+        let watches: Vec<_> =
+            watches.map(|(world, truth)| self.looking.watch(world, truth.clone())).collect();
+        shadow(body, *way.places.last()?, &self.looking, &watches)
     }
 
-    /// The candidates but for as many as can be that together, and with some others who do, leave a body unnoticed on a
-    /// path.
+    /// The candidates outside of a maximal set that contains `unnoticing` and does not notice a body on a path.
     fn noticed_by(&self, passage: usize, places: &[[i32; 3]], unnoticing: &[usize]) -> Vec<usize> {
         let sight = PathSight::new(self, self.body_and_entry(passage)[0], places);
         let mut missing = sight.nothing();
@@ -277,8 +265,8 @@ impl PathSight {
 }
 
 /// The voxels that are in all of some sets.
-fn at_all<'b>(room: Window, mut each: impl Iterator<Item = &'b Arc<BitGrid>>) -> BitGrid {
-    let mut all = each.next().map_or(BitGrid::new(room), |first| BitGrid::clone(first));
-    each.for_each(|one| all.keep(one));
+fn at_all(room: Window, sets: &[Arc<BitGrid>]) -> BitGrid {
+    let mut all = BitGrid::full(room);
+    sets.iter().for_each(|one| all.keep(one));
     all
 }

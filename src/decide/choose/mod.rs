@@ -31,7 +31,7 @@ pub(crate) use files::fingerprint;
 pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
 pub use outcome::{Outcome, as_swept};
 pub use problem::{answer, problem_of, progress_of, wanted_counts};
-pub(crate) use problem::{odds_of, rules_of};
+pub(crate) use problem::{candidates_of, odds_of, rules_of};
 pub use refine::{Refinement, refine};
 pub use report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport};
 pub use verify::{Claims, Verified};

@@ -60,6 +60,12 @@ pub(crate) fn odds_of(
     }
 }
 
+/// Sensor and candidate of each candidate of a study, in study order.
+pub(crate) fn candidates_of(study: &Study) -> Vec<[usize; 2]> {
+    let sensors = study.sensors.iter().enumerate();
+    sensors.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect()
+}
+
 /// Which of some candidates, by sensor and candidate, a set may have together, and what they cost.
 pub(crate) fn rules_of(
     study: &Study,

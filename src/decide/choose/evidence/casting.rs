@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::super::check::count_again;
 use super::super::planes::{SaidPlanes, join, pack, unpack};
+use super::super::problem::candidates_of;
 use super::deciding::deciding;
 use super::file::{EvidenceFile, PackedPlanes, RecordKey};
 use super::region::{CandidateWords, RegionRows};
@@ -90,9 +91,7 @@ impl<'a> Casting<'a> {
         memory_bytes: u64,
         kept: Option<(&Path, bool)>,
     ) -> Result<Casting<'a>> {
-        let items = study.sensors.iter().enumerate();
-        let items: Vec<[usize; 2]> =
-            items.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect();
+        let items = candidates_of(study);
         let blocks = |&[sensor, _]: &[usize; 2]| repeats(study, &study.sensors[sensor]) * worlds.len();
         // What is kept serves any region of a later study.
         let window = |world: &World| match kept {
@@ -275,8 +274,8 @@ impl<'a> Casting<'a> {
         if let (Err(Error::Disagreement(_)), Some(path)) = (&checked, &kept) {
             let _ = std::fs::remove_file(path);
         }
-        let is_judged = matches!(checked, Ok(_) | Err(Error::Disagreement(_)));
-        if let Some(doubt) = doubt.filter(|_| is_judged) {
+        // Only these regions were checked: with others the same evidence is checked again.
+        if let Some(doubt) = doubt.filter(|_| matches!(checked, Err(Error::Disagreement(_)))) {
             std::fs::remove_file(&doubt).map_err(|e| Error::io(&doubt, "cannot be removed", e))?;
         }
         checked.map(|count| (evidence, Some(count)))

@@ -1,5 +1,6 @@
 //! Whether a set is one that a study allows, judged from the study.
 
+use crate::choose::problem::candidates_of;
 use crate::choose::report::SetReport;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -15,8 +16,7 @@ pub(super) fn name(study: &Study, [sensor, candidate]: [usize; 2]) -> String {
 /// Sensors and candidates by their names.
 pub(super) fn find_named(study: &Study, poses: &[String]) -> Result<Vec<[usize; 2]>, Issue> {
     let one = |pose: &String| {
-        let all = study.sensors.iter().enumerate();
-        let mut all = all.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c]));
+        let mut all = candidates_of(study).into_iter();
         all.find(|&item| name(study, item) == *pose)
             .ok_or_else(|| Issue::says(format!("{pose:?} is no pose of the study")))
     };
