@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::report::PurchaseReport;
-use crate::choose::{Chosen, FRONT, PROOF, REFINED, SETS};
+use crate::choose::{Chosen, FRONT, PROOF, REFINED, SETS, sweep_sets};
 use crate::judge::JudgedSet;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
@@ -13,10 +13,8 @@ use perirobot_march::{Error, Result};
 use perirobot_study::study::{Purchase, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::{OutputFolder, remove_files};
-use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::table::TableFormat;
-use perirobot_sweep::results::{Results, Subject, jobs, rows, scores};
-use perirobot_sweep::sweep::session::{Ending, Session};
+use perirobot_sweep::results::{Results, jobs, rows, scores};
 
 /// What was found, to be written.
 pub struct PurchaseOutcome<'a> {
@@ -71,11 +69,8 @@ impl<'a> PurchaseOutcome<'a> {
         if self.sets.combinations.is_empty() {
             return Ok(None);
         }
-        let mut session = Session::open(&self.sets, self.worlds, out, Shard::WHOLE, true, command)?;
-        if let Ending::Stopped(why) = session.run(backends, verify, prepare_s, progress)?.ending {
-            return Err(Error::Stopped(Issue::says(why)));
-        }
-        let results = Results::new(Subject::from_study(&self.sets, self.worlds), session.into_pages());
+        let run = (verify, prepare_s);
+        let results = sweep_sets((&self.sets, self.worlds), out, backends, run, command, progress)?;
         rows::write(&results, out, TableFormat::Csv)?;
         scores::write(&results, out, TableFormat::Csv)?;
         Ok(Some(results))

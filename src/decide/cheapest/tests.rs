@@ -1,16 +1,20 @@
 //! Against judging every set.
 
 use std::fmt::Write;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 
 use super::remaining::combination;
 use super::{PurchasedSensor, Purchasing};
 use crate::judge::judge_alone;
 use crate::thorough::cases;
 use crate::view::Choice;
-use perirobot_march::Result;
+use perirobot_cover::Worth;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
 use perirobot_march::march::pcg;
-use perirobot_study::study::{Overrides, Purchase, Study, Wanted};
+use perirobot_march::metrics::{Across, Score};
+use perirobot_march::{Error, Result};
+use perirobot_study::study::{Condition, Overrides, Purchase, Study, Wanted};
 use perirobot_study::world::World;
 
 /// Numbers that look random.
@@ -31,19 +35,25 @@ const SCENE: &str = include_str!("../../../scenes/approach/cell.toml");
 
 /// A study of some cameras and a pad around a robot, a shelf and a colleague, with some requirements.
 fn made_up_study(random: &mut Random) -> String {
-    let mut text = String::from(
-        "[grid]\nvoxel_size_m = 0.2\nbounds_m = { min = [-2, -1.5, 0], max = [2, 1.5, 2.2] }\n\
+    // Sensors that may be wrong, and outvoted.
+    let is_noisy = random.below(3) == 0;
+    let fusion = ["occupied_wins", "octomap"][random.below(2) as usize];
+    let (noise, begin) = match is_noisy {
+        true => ("noise = { std_m = 0.15 }\n", format!("seed = 3\nrepeats = 2\nfusion = \"{fusion}\"\n")),
+        false => ("", String::new()),
+    };
+    let mut text = begin
+        + "[grid]\nvoxel_size_m = 0.2\nbounds_m = { min = [-2, -1.5, 0], max = [2, 1.5, 2.2] }\n\
          [[scene]]\nfile = \"cell.toml\"\n\
          [[region]]\nname = \"robot\"\nsphere = { center_m = [-1, 0, 0.6], radius_m = 0.8 }\n\
-         [[region]]\nname = \"shelf\"\nbox = { min_m = [-0.3, -0.6, 0], max_m = [0.9, 1, 2] }\n",
-    );
+         [[region]]\nname = \"shelf\"\nbox = { min_m = [-0.3, -0.6, 0], max_m = [0.9, 1, 2] }\n";
     for (sensor, count) in [("wide", 3 + random.below(2)), ("narrow", 2 + random.below(2))] {
         let fov = if sensor == "wide" { "[110, 90]" } else { "[60, 45]" };
         let cost = [100, 100, 150, 250, 0][random.below(5) as usize];
         write!(
             text,
             "[[sensor]]\nname = \"{sensor}\"\nkind = \"rgbd\"\nfov_deg = {fov}\nresolution_px = [48, 36]\n\
-             range_m = [0.1, 6.0]\ncost = {cost}\n[[sensor.poses]]\nname = \"wall\"\nlist = [\n"
+             range_m = [0.1, 6.0]\n{noise}cost = {cost}\n[[sensor.poses]]\nname = \"wall\"\nlist = [\n"
         )
         .unwrap();
         for number in 0..count {
@@ -139,11 +149,20 @@ fn allowed_sets(purchasing: &Purchasing) -> Vec<Vec<usize>> {
     all
 }
 
-fn judged(study: &Study, purchase: &Purchase, worlds: &[World], items: &[[usize; 2]], set: &[usize]) -> bool {
+/// Whether a set passes, and its F1 in the robot's region, as judge has them.
+fn judged(
+    study: &Study,
+    purchase: &Purchase,
+    worlds: &[World],
+    items: &[[usize; 2]],
+    set: &[usize],
+) -> (bool, Option<Worth>) {
     let combination = combination(study, purchase, items, String::new(), set);
     let study = study.with_combinations(&purchase.representations, vec![combination]);
     let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
-    judge_alone(&study, worlds, &choice, &open, &|| None).unwrap().meets_all()
+    let judged = judge_alone(&study, worlds, &choice, &open, &|| None).unwrap();
+    let planned = &judged.conditions.cases(Condition::AsPlanned)[0];
+    (judged.meets_all(), Worth::from_counts(Score::F1, Across::Pooled, &planned.counts[0]))
 }
 
 #[test]
@@ -172,13 +191,21 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             purchasing.items().iter().position(name).unwrap()
         };
         let rules = purchasing.rules();
-        let mut passing = allowed_sets(&purchasing);
-        passing.retain(|set| judged(&study, purchase, &worlds, purchasing.items(), set));
-        let cost = passing.iter().map(|set| rules.cost_of(set)).min();
+        let judged = |set: &Vec<usize>| judged(&study, purchase, &worlds, purchasing.items(), set);
+        let judged = allowed_sets(&purchasing).into_iter().map(|set| (judged(&set), set));
+        let passing = judged.filter(|((passes, _), _)| *passes).map(|((_, f1), set)| (set, f1));
+        let passing: Vec<(Vec<usize>, Option<Worth>)> = passing.collect();
+        let cost = passing.iter().map(|(set, _)| rules.cost_of(set)).min();
         if let Some(set) = &found.set {
             let mut items: Vec<usize> = set.sensors.iter().map(item).collect();
             items.sort_unstable();
-            assert!(passing.contains(&items), "case {case}: {items:?} does not pass\n{text}");
+            assert!(
+                passing.iter().any(|(set, _)| *set == items),
+                "case {case}: {items:?} does not pass\n{text}"
+            );
+            let of_cost = passing.iter().filter(|(set, _)| Some(rules.cost_of(set)) == cost);
+            let most = of_cost.filter_map(|(_, f1)| *f1).max().filter(|_| purchase.then.is_some());
+            assert_eq!(set.score, most.map(Worth::value), "case {case}\n{text}");
         }
         let best = found.set.as_ref().map(|set| set.cost.thousandths());
         assert_eq!(best, cost, "case {case}: {passing:?}\n{text}");
@@ -187,4 +214,38 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         if cost.is_some() { some += 1 } else { none += 1 }
     }
     assert!(some > 2 && none > 2, "{some} passed, {none} did not");
+}
+
+/// Wherever a search is stopped, it reports that it is not complete, or has found everything.
+#[test]
+fn a_search_that_is_stopped_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("study.toml");
+    std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
+    let (mut cut, mut passing) = (0, 0);
+    for (case, front) in (0..12).zip(["speed", "requirements"].into_iter().cycle()) {
+        let text = made_up_study(&mut Random(case * 104_729));
+        std::fs::write(&path, text + &format!("front = \"{front}\"\n")).unwrap();
+        let study = Study::load(&path, &Overrides::default()).unwrap();
+        let Some(Wanted::Cheapest(purchase)) = &study.choose else { panic!("no question") };
+        let worlds = World::prepare_all(&study).unwrap();
+        let purchasing = Purchasing::new(&study, purchase, &worlds, 1 << 30).unwrap();
+        let casting = purchasing.begin_casting(None, false).unwrap();
+        let evidence = casting.finish(&mut open().unwrap(), 1, &|| None).unwrap().of_regions;
+        let ways = purchasing.look(&|| None).unwrap();
+        let whole = purchasing.search(&evidence, &ways, &open, &|| None).unwrap();
+        assert!(!whole.stopped && whole.points.len() > 1);
+        passing += usize::from(whole.main().set.is_some());
+        for most in [0, 1, 2, 3, 5, 8, 13, 21, 34, 55] {
+            let asked = AtomicUsize::new(0);
+            let stop = || (asked.fetch_add(1, Relaxed) >= most).then(|| "stopped".to_string());
+            match purchasing.search(&evidence, &ways, &open, &stop) {
+                Ok(report) if report.stopped => cut += 1,
+                Ok(report) => assert_eq!(report.points, whole.points, "{front}, stopped after {most}"),
+                // Judging a set is stopped with an error.
+                Err(error) => assert!(matches!(error, Error::Stopped(_)), "{error}"),
+            }
+        }
+    }
+    assert!(cut > 20 && passing > 0 && passing < 12, "{cut} stopped, {passing} passing");
 }

@@ -29,6 +29,7 @@ pub use choosing::{Choosing, Found, SearchEnding};
 pub use evidence::{CastEvidence, Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
 pub(crate) use files::fingerprint;
 pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
+pub(crate) use outcome::sweep_sets;
 pub use outcome::{Outcome, as_swept};
 pub use problem::{answer, problem_of, progress_of, wanted_counts};
 pub(crate) use problem::{candidates_of, odds_of, rules_of};

@@ -66,16 +66,33 @@ impl<'a> Outcome<'a> {
         let out = folder.path();
         // A folder with a sweep, but without an answer, would be taken for a sweep that is to be kept.
         self.chosen.write(out)?;
-        let mut session = Session::open(&self.sets, &self.worlds, out, Shard::WHOLE, true, command)?;
-        if let Ending::Stopped(why) = session.run(backends, verify, prepare_s, progress)?.ending {
-            return Err(Error::Stopped(Issue::says(why)));
-        }
-        let results = Results::new(Subject::from_study(&self.sets, &self.worlds), session.into_pages());
+        let run = (verify, prepare_s);
+        let results = sweep_sets((&self.sets, &self.worlds), out, backends, run, command, progress)?;
         self.chosen.report.agrees(self.choose, &results)?;
         rows::write(&results, out, TableFormat::Csv)?;
         scores::write(&results, out, TableFormat::Csv)?;
         Ok(results)
     }
+}
+
+/// Sweeps sets, each a combination of a study with one choice of poses, into a folder; the tables are not written yet.
+/// `prepare_s` and `command` are for the manifest; one choice in `verify` that a device counts is checked.
+///
+/// # Errors
+/// When a file cannot be written; when a backend fails; `Error::Stopped`.
+pub(crate) fn sweep_sets(
+    (sets, worlds): (&Study, &[World]),
+    out: &Path,
+    backends: &mut dyn BackendFactory,
+    (verify, prepare_s): (u64, f64),
+    command: &[String],
+    progress: &dyn Progress,
+) -> Result<Results> {
+    let mut session = Session::open(sets, worlds, out, Shard::WHOLE, true, command)?;
+    if let Ending::Stopped(why) = session.run(backends, verify, prepare_s, progress)?.ending {
+        return Err(Error::Stopped(Issue::says(why)));
+    }
+    Ok(Results::new(Subject::from_study(sets, worlds), session.into_pages()))
 }
 
 /// What was swept into a folder: the study with these worlds, or sets of its sensors that were chosen, in its poses and
