@@ -684,9 +684,12 @@ mod ended {
             assert!(unchecked.exists(), "{:?}", program::names(&out));
             let outcome = choose(&folder, "out", &[]);
             assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-            assert!(outcome.stderr.contains(CHECKED) && !unchecked.exists(), "{}", outcome.stderr);
+            assert!(outcome.stderr.contains(CHECKED), "{}", outcome.stderr);
             let again = choose(&folder, "out", &[]);
             assert!(!again.stderr.contains(CHECKED), "once is enough: {}", again.stderr);
+            folder.edit(STUDY, "region = \"box\"", "region = \"robot\"");
+            let elsewhere = choose(&folder, "out", &[]);
+            assert!(elsewhere.stderr.contains(CHECKED), "not in this region yet: {}", elsewhere.stderr);
             return;
         }
         panic!("the device was never stopped in time");

@@ -5,7 +5,7 @@ use perirobot_cover::CandidateEvidence;
 use perirobot_cover::layout::WantedCounts;
 use perirobot_march::backend::Backend;
 use perirobot_march::error::{Argument, Issue, Words};
-use perirobot_march::metrics::{Confusion, Detection};
+use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Combination, Member, Study};
 use perirobot_study::world::World;
@@ -56,7 +56,11 @@ pub fn count_again(
 }
 
 /// What is wanted of some counts.
-fn values(counts: &Confusion, wanted: WantedCounts) -> (Option<[u64; 6]>, Option<Detection>) {
-    let Confusion { tp, fp, fn_, tn, uo, uf, .. } = *counts;
-    (wanted.labels.then_some([tp, fp, fn_, tn, uo, uf]), wanted.people.then_some(counts.detection))
+fn values(counts: &Confusion, wanted: WantedCounts) -> impl PartialEq {
+    let Confusion { tp, fp, fn_, tn, uo, uf, human, robot, detection } = *counts;
+    (
+        wanted.labels.then_some([tp, fp, fn_, tn, uo, uf]),
+        wanted.roles.then_some([human, robot]),
+        wanted.people.then_some(detection),
+    )
 }

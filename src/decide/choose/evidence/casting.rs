@@ -21,6 +21,7 @@ use perirobot_march::error::{Argument, Issue, Words, catch_panic};
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_march::{Error, Result};
+use perirobot_scene::source::sha256;
 use perirobot_scene::truth::region::window_of;
 use perirobot_study::sensor::Sensor;
 use perirobot_study::study::{Combination, Member, Study};
@@ -66,9 +67,22 @@ pub struct CastEvidence {
     pub checked: Option<u64>,
 }
 
-/// The file that stands beside evidence of a device until the CPU has counted some of it again.
+/// The file that stands beside evidence of a device. It lists the regions in which the CPU has counted some of it again.
 fn doubt_marker(evidence: &Path) -> PathBuf {
     evidence.with_extension("unchecked")
+}
+
+/// What that file says before any.
+const DOUBT: &str = "a device cast these poses; regions in which the CPU counted some of them again:\n";
+
+/// A region and what is counted there, as the file lists it: a study may change what a name stands for.
+fn checked_region(worlds: &[World], (region, wanted): (usize, WantedCounts)) -> String {
+    let voxels = worlds.iter().map(|world| &world.regions[region].voxels);
+    let words = voxels.flat_map(|voxels| voxels.words()).flat_map(|word| word.to_le_bytes());
+    let windows: Vec<Window> = worlds.iter().map(|world| world.regions[region].voxels.window()).collect();
+    let asked = format!("{wanted:?} {windows:?}");
+    let name = &worlds[0].regions[region].name;
+    format!("{} {name}", sha256([asked.as_bytes(), &words.collect::<Vec<u8>>()]))
 }
 
 /// How many repeats of a sensor differ.
@@ -187,7 +201,7 @@ impl<'a> Casting<'a> {
     /// Those of [`Casting::run`].
     pub fn run_on(&mut self, failover: &mut Failover) -> Result<()> {
         if let Some(doubt) = self.doubt().filter(|_| self.remaining() > 0 && failover.needs_check()) {
-            write_whole(&doubt, b"a device cast poses that were not counted again yet\n")?;
+            write_whole(&doubt, DOUBT.as_bytes())?;
         }
         self.run_by(failover.progress(), |plan, taking| plan.read_on(failover, taking))
     }
@@ -263,7 +277,10 @@ impl<'a> Casting<'a> {
     ) -> Result<(Vec<CandidateEvidence>, Option<u64>)> {
         let (study, worlds, kept) = (self.study, self.worlds, self.path().map(Path::to_path_buf));
         let (representations, regions) = (self.representations, self.regions.clone());
-        let doubt = self.doubt().filter(|doubt| doubt.exists());
+        let doubt = self.doubt().and_then(|path| Some((std::fs::read_to_string(&path).ok()?, path)));
+        let asked: Vec<String> = regions.iter().map(|&asked| checked_region(worlds, asked)).collect();
+        let is_known = |said: &str| asked.iter().all(|asked| said.lines().any(|line| line == asked));
+        let doubt = doubt.filter(|(said, _)| !is_known(said));
         let evidence = self.evidence();
         if !backends.needs_check() && doubt.is_none() {
             return Ok((evidence, None));
@@ -271,12 +288,15 @@ impl<'a> Casting<'a> {
         let mut cpu = backends.open(Fallback::Cpu)?;
         let regions: Vec<_> = regions.into_iter().zip(&evidence).collect();
         let checked = count_again(&regions, (study, worlds), representations, cpu.as_mut(), every);
-        if let (Err(Error::Disagreement(_)), Some(path)) = (&checked, &kept) {
-            let _ = std::fs::remove_file(path);
-        }
-        // Only these regions were checked: with others the same evidence is checked again.
-        if let Some(doubt) = doubt.filter(|_| matches!(checked, Err(Error::Disagreement(_)))) {
-            std::fs::remove_file(&doubt).map_err(|e| Error::io(&doubt, "cannot be removed", e))?;
+        match (&checked, doubt) {
+            (Ok(_), Some((said, path))) => {
+                write_whole(&path, format!("{said}{}\n", asked.join("\n")).as_bytes())?;
+            }
+            (Err(Error::Disagreement(_)), doubt) => {
+                let wrong = kept.into_iter().chain(doubt.map(|(_, path)| path));
+                wrong.for_each(|path| _ = std::fs::remove_file(path));
+            }
+            _ => {}
         }
         checked.map(|count| (evidence, Some(count)))
     }
