@@ -1,12 +1,15 @@
-//! The cheapest set that passes: searched, written, judged and printed.
+//! The cheapest set that passes: searched, written, judged and printed, or verified.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use perirobot_decide::cheapest::{PurchaseOutcome, Purchasing};
+use perirobot_cover::CandidateEvidence;
+use perirobot_decide::cheapest::{PurchaseOutcome, PurchaseVerified, Purchasing};
 use perirobot_decide::judge::{Judging, Speeds};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
+use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::progress::Progress;
 use perirobot_page::report::terminal;
 use perirobot_study::study::{Purchase, Study};
@@ -24,7 +27,7 @@ const NONE_PASSES: u8 = 4;
 /// Finds the cheapest set that passes, writes it and prints it.
 pub(super) fn search(
     args: &Args,
-    out: &std::path::Path,
+    out: &Path,
     (study, purchase, worlds): (&Study, &Purchase, &[World]),
     stop: &StopAt,
     begin: Instant,
@@ -33,10 +36,7 @@ pub(super) fn search(
     let folder = PurchaseOutcome::folder(out, study)?;
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
-    let shown = Shown::Job(args.progress.start("poses", 0, purchasing.casts()));
-    let onlooker = Onlooker::new(shown, Some(stop), true);
-    let evidence = purchasing.cast(&mut backends, &onlooker)?;
-    onlooker.finish();
+    let evidence = cast(args, &purchasing, &mut backends, stop)?;
     let shown = match purchasing.looks() {
         0 => Shown::Nothing,
         looks => Shown::Job(args.progress.start("looks", 0, looks)),
@@ -94,4 +94,48 @@ pub(super) fn search(
         (false, Some(_)) => ExitCode::SUCCESS,
         (false, None) => ExitCode::from(NONE_PASSES),
     })
+}
+
+/// Checks the answer in a folder.
+pub(super) fn verify(
+    args: &Args,
+    folder: &Path,
+    (study, purchase, worlds): (&Study, &Purchase, &[World]),
+    stop: &StopAt,
+) -> Result<ExitCode> {
+    let purchasing = Purchasing::new(study, purchase, worlds, args.evidence_bytes())?;
+    let claims = purchasing.read_claims(folder)?;
+    let evidence = cast(args, &purchasing, &mut args.backend.backends()?, stop)?;
+    let shown = Shown::Job(args.progress.start("points", 0, claims.points() as u64));
+    let onlooker = Onlooker::new(shown, Some(stop), false);
+    let PurchaseVerified { sets, ways, proven, open, stopped } =
+        purchasing.verify(&claims, &evidence, &|| args.backend.backends(), &onlooker)?;
+    onlooker.finish();
+    let mut rest = String::new();
+    if open > 0 {
+        rest += &format!("; {open} claims are open: too many sets to search plainly");
+    }
+    if stopped {
+        rest += "; the search was stopped, so that some answers may be missing";
+    }
+    let holds = if open > 0 { "the rest of it holds" } else { "all of it holds" };
+    super::super::print(&format!(
+        "{sets} sets judged again, {ways} ways in followed again, {proven} claims searched again, all tables \
+         compared{rest}: {holds}\n"
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What every candidate says.
+fn cast(
+    args: &Args,
+    purchasing: &Purchasing,
+    backends: &mut dyn BackendFactory,
+    stop: &StopAt,
+) -> Result<Vec<CandidateEvidence>> {
+    let shown = Shown::Job(args.progress.start("poses", 0, purchasing.casts()));
+    let onlooker = Onlooker::new(shown, Some(stop), true);
+    let evidence = purchasing.cast(backends, &onlooker)?;
+    onlooker.finish();
+    Ok(evidence)
 }

@@ -30,8 +30,7 @@ pub(super) struct PassingTest<'t, 'a> {
 }
 
 /// An entry at which a body is too near already.
-pub(super) struct EntryTooNear<'t> {
-    pub(super) requirement: &'t Requirement,
+pub(super) struct EntryTooNear {
     /// Which of the scenes, companies and repeats.
     pub(super) scene: usize,
     pub(super) passage: usize,
@@ -70,7 +69,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
     }
 
     /// Whether a requirement fails whatever is chosen, since a body is too near where it comes in; the first of several.
-    pub(super) fn too_near_at_entry(&self) -> Option<EntryTooNear<'t>> {
+    pub(super) fn too_near_at_entry(&self) -> Option<EntryTooNear> {
         for (scene, ways) in self.ways.iter().enumerate() {
             for (passage, squared) in ways.at_entries().into_iter().enumerate() {
                 let Some(squared) = squared else { continue };
@@ -78,9 +77,8 @@ impl<'t, 'a> PassingTest<'t, 'a> {
                 let mut asked = self.nearness().filter(|(_, nearness, _)| {
                     ways.passages[passage].is_asked(nearness) && !nearness.score.is_area()
                 });
-                let fails = asked.find(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near));
-                if let Some((requirement, ..)) = fails {
-                    return Some(EntryTooNear { requirement, scene, passage, squared });
+                if asked.any(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near)) {
+                    return Some(EntryTooNear { scene, passage, squared });
                 }
             }
         }
@@ -102,15 +100,6 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         let value =
             Value::from_counts(counted.score, counted.over, &requirement.limit, &problem.counts(&all))?;
         (!value.meets(&requirement.limit)).then(|| value.number())
-    }
-
-    /// How far a body must stay away by a requirement, in metres.
-    pub(super) fn needed_m(&self, requirement: &Requirement) -> f64 {
-        let Limit::AtLeast(limit) = requirement.limit else { return 0.0 };
-        let is_margin = matches!(&requirement.measure, Measure::Nearness(nearness)
-            if nearness.score == ApproachScore::ApproachMarginM);
-        let besides = self.scale.needed.filter(|_| is_margin).map_or(0.0, |at| at.needed_m);
-        limit.value() + besides
     }
 
     pub(super) fn ways(&self) -> &'t [SceneWays<'a>] {

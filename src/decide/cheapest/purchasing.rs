@@ -1,5 +1,7 @@
 //! The stages of a search for the cheapest set that passes: every candidate is cast once, then sets are searched.
 
+use std::path::Path;
+
 use perirobot_cover::cheapest::{CheapestAnswer, CheapestProblem, Share, cheapest};
 use perirobot_cover::layout::WantedCounts;
 use perirobot_cover::{CandidateEvidence, Problem, Ratio, SetLimits, SetRules, Worth};
@@ -14,15 +16,16 @@ use perirobot_study::world::place::Places;
 use perirobot_sweep::sweep::Failover;
 
 use super::passing::PassingTest;
-use super::reasons;
+use super::reasons::{self, Obstacle};
 use super::remaining::{Remaining, combination};
 use super::report::{
     AimReport, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet, ReasonReport,
 };
 use super::terms::{Terms, bounding, dead_in, is_counted};
+use super::verify::{ProofInput, PurchaseClaims, PurchaseVerified, verify};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
-use crate::choose::{Casting, fingerprint, odds_of, rules_of};
+use crate::choose::{Casting, odds_of, rules_of};
 use crate::view::watched::Watcher;
 
 /// A search for the cheapest set.
@@ -170,8 +173,8 @@ impl<'a> Purchasing<'a> {
             open,
             progress,
         };
-        let mut points = Vec::new();
-        for (aim, terms) in &self.asked {
+        let (mut points, mut is_cut) = (Vec::new(), false);
+        for (number, (aim, terms)) in self.asked.iter().enumerate() {
             let found = search.cheapest(terms)?;
             let reasons = search.reasons(terms, &found)?;
             points.push(self.point(AimReport::new(self.study, *aim), &found, reasons));
@@ -179,25 +182,47 @@ impl<'a> Purchasing<'a> {
                 points.extend(self.nearest(&mut search, &points[0].reasons)?);
             }
             if progress.stops() {
+                let lacks_nearest = points.len() == 1 && !points[0].reasons.is_empty();
+                is_cut = lacks_nearest || number + 1 < self.asked.len();
                 break;
             }
         }
         evidence.iter().try_for_each(CandidateEvidence::was_read)?;
         let ways_in = search.known.iter().map(|way| self.proven_way(&ways[way.scene], way)).collect();
-        Ok(PurchaseReport {
-            format: PurchaseReport::FORMAT,
-            perirobot: env!("CARGO_PKG_VERSION").into(),
-            semantics_version: perirobot_march::SEMANTICS_VERSION,
-            study: self.study.path.display().to_string(),
-            fingerprint: fingerprint(self.study, self.worlds),
-            candidates: self.items.len(),
-            at_most: self.purchase.at_most,
-            budget: self.purchase.budget,
-            requirements: self.study.requirements.len(),
-            stopped: points.iter().any(|point| !point.proven || !point.best_of_cost),
-            points,
-            ways_in,
-        })
+        let is_done = |point: &PurchasePoint| point.proven && point.best_of_cost;
+        let stopped = is_cut || !points.iter().all(is_done);
+        Ok(PurchaseReport::new((self.study, self.purchase, self.worlds), points, ways_in, stopped))
+    }
+
+    /// Reads the answer in a folder.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what is wrong.
+    pub fn read_claims(&self, folder: &Path) -> Result<PurchaseClaims> {
+        PurchaseClaims::read(folder, self.proof_input(&[], &|| None))
+    }
+
+    /// Verifies all that is in the folder of an answer.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what does not hold; `Error::Stopped`.
+    pub fn verify(
+        &self,
+        claims: &PurchaseClaims,
+        evidence: &[CandidateEvidence],
+        open: &dyn Fn() -> Result<ChosenBackends>,
+        progress: &dyn Progress,
+    ) -> Result<PurchaseVerified> {
+        verify(claims, self.proof_input(evidence, progress), open)
+    }
+
+    pub(super) fn proof_input<'p>(
+        &'p self,
+        evidence: &'p [CandidateEvidence],
+        progress: &'p dyn Progress,
+    ) -> ProofInput<'p> {
+        let Purchasing { study, purchase, worlds, items, grounds, asked, regions, .. } = self;
+        ProofInput { study, purchase, worlds, items, grounds, asked, regions, evidence, progress }
     }
 
     /// The cheapest set that meets all requirements but those that cannot be met, if there are any.
@@ -224,7 +249,12 @@ impl<'a> Purchasing<'a> {
         Ok(None)
     }
 
-    fn point(&self, aim: AimReport, found: &CheapestAnswer, reasons: Vec<ReasonReport>) -> PurchasePoint {
+    pub(super) fn point(
+        &self,
+        aim: AimReport,
+        found: &CheapestAnswer,
+        reasons: Vec<ReasonReport>,
+    ) -> PurchasePoint {
         let set = found.best.as_ref().map(|best| {
             let combination = combination(self.study, self.purchase, &self.items, aim.title(), &best.set);
             let members = combination.members.iter().map(|member| [member.sensor, member.candidates[0]]);
@@ -360,7 +390,12 @@ impl PurchaseSearch<'_, '_> {
         if let [place] = places[..] {
             let others: Vec<usize> = (0..terms.requirements.len()).filter(|&other| other != place).collect();
             let alone = terms.without(&others);
-            let why = reasons::explain(study, &terms.requirements[place], &self.test(&alone));
+            let requirement = &terms.requirements[place];
+            let why = Obstacle::new(requirement, &self.test(&alone)).words(
+                study,
+                terms.stopping.as_ref(),
+                requirement,
+            );
             return Ok(reasons::reports(terms, &places, &|_| why.clone()));
         }
         Ok(reasons::reports(terms, &places, &|one| reasons::asked(study, one)))

@@ -41,7 +41,7 @@ impl<'t> Remaining<'t> {
         let is_under = |condition| requirements.iter().any(|one| one.under.contains(&condition));
         let [is_off, others_stand] = [Condition::MountingError, Condition::Postures].map(is_under);
         let study = (!requirements.is_empty()).then(|| Study {
-            mounting_error: study.mounting_error.clone().filter(|_| is_off),
+            mounting_error: study.mounting_error.filter(|_| is_off),
             postures: if others_stand { study.postures.clone() } else { Vec::new() },
             stopping: terms.stopping.clone(),
             requirements,

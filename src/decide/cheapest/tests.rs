@@ -1,13 +1,18 @@
 //! Against judging every set.
 
 use std::fmt::Write;
+use std::path::Path;
 
-use super::Purchasing;
 use super::remaining::combination;
+use super::verify::verify_points;
+use super::{
+    AimReport, PurchaseClaims, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet, Purchasing,
+};
+use crate::choose::pose_name;
 use crate::judge::judge_alone;
 use crate::thorough::cases;
 use crate::view::Choice;
-use perirobot_cover::cheapest::FoundPurchase;
+use perirobot_cover::cheapest::{CheapestAnswer, FoundPurchase};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
 use perirobot_march::march::pcg;
@@ -147,12 +152,23 @@ fn judged(study: &Study, purchase: &Purchase, worlds: &[World], items: &[[usize;
     judge_alone(&study, worlds, &choice, &open, &|| None).unwrap().meets_all()
 }
 
+/// The numbers of the candidates of a set.
+fn numbers(study: &Study, items: &[[usize; 2]], set: &PurchasedSet) -> Vec<usize> {
+    let number = |one: &PurchasedSensor| {
+        let name = format!("{}:{}", one.sensor, one.pose);
+        items.iter().position(|&item| pose_name(study, item) == name).unwrap()
+    };
+    let mut numbers: Vec<usize> = set.sensors.iter().map(number).collect();
+    numbers.sort_unstable();
+    numbers
+}
+
 #[test]
 fn the_cheapest_set_is_that_of_judging_every_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
-    let (mut some, mut none) = (0, 0);
+    let (mut some, mut none, mut refused) = (0, 0, 0);
     for case in 0..cases(12, 500) {
         let text = made_up_study(&mut Random(case as u32 * 7919));
         std::fs::write(&path, &text).unwrap();
@@ -162,19 +178,41 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let purchasing = Purchasing::new(&study, purchase, &worlds, 1 << 30).unwrap();
         let evidence = purchasing.cast(&mut open().unwrap(), &|| None).unwrap();
         let ways = purchasing.look(&|| None).unwrap();
-        let found = purchasing.search(&evidence, &ways, &open, &|| None).unwrap().remove(0).found;
+        let report = purchasing.search(&evidence, &ways, &open, &|| None).unwrap();
         let rules = purchasing.rules();
         let mut passing = allowed_sets(&purchasing);
         passing.retain(|set| judged(&study, purchase, &worlds, purchasing.items(), set));
         let cost = passing.iter().map(|set| rules.cost_of(set)).min();
-        let (mut best, mut is_proven) = (None, found.is_proven);
-        if let Some(FoundPurchase { set, cost, .. }) = &found.best {
-            assert!(passing.contains(set), "case {case}: {set:?} does not pass\n{text}");
-            (best, is_proven) = (Some(*cost), is_proven && found.is_best_of_cost);
+        let PurchasePoint { set, proven, best_of_cost, .. } = report.main();
+        if let Some(set) = set {
+            let items = numbers(&study, purchasing.items(), set);
+            assert!(passing.contains(&items), "case {case}: {items:?} does not pass\n{text}");
         }
+        let best = set.as_ref().map(|set| set.cost.thousandths());
         assert_eq!(best, cost, "case {case}: {passing:?}\n{text}");
-        assert!(is_proven, "case {case}");
+        assert!(*proven && *best_of_cost, "case {case}");
+        // Other code says the same, and refuses what is not so.
+        let input = purchasing.proof_input(&evidence, &|| None);
+        let verify = |report: PurchaseReport| {
+            let claims = PurchaseClaims::new(Path::new(""), report, input)?;
+            verify_points(&claims, input, &open)
+        };
+        let verified = verify(report.clone()).unwrap_or_else(|error| panic!("case {case}: {error}\n{text}"));
+        // No set costs less than nothing.
+        let is_searched = verified.proven > 0 || cost == Some(0);
+        assert!(is_searched && verified.open == 0, "case {case}: {verified:?}");
+        let dearer = passing.iter().find(|set| Some(rules.cost_of(set)) > cost);
+        if let Some(dearer) = dearer.filter(|_| purchase.then.is_none()) {
+            let cost = rules.cost_of(dearer);
+            let best = Some(FoundPurchase { set: dearer.clone(), cost, worth: None });
+            let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
+            let mut wrong = report.clone();
+            wrong.points[0] = purchasing.point(AimReport::All, &answer, Vec::new());
+            let error = verify(wrong).unwrap_err().to_string();
+            assert!(error.contains("points[0].no_set_below: this set passes"), "case {case}: {error}");
+            refused += 1;
+        }
         if cost.is_some() { some += 1 } else { none += 1 }
     }
-    assert!(some > 2 && none > 2, "{some} passed, {none} did not");
+    assert!(some > 2 && none > 2 && refused > 0, "{some} passed, {none} did not, {refused} were refused");
 }
