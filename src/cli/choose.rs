@@ -144,15 +144,22 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     Ok(stop_code())
 }
 
+/// How the study of a folder is found.
+const PLACE: StudyPlace =
+    StudyPlace { named: None, cure: ", or name it: perirobot choose STUDY --verify DIR" };
+
 /// Checks the proof in a folder.
 fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
-    let (study, worlds) = match &args.study {
-        Some(study) => study.load_unless(&|| stop.reason())?,
-        None => {
-            let place = StudyPlace { named: None, cure: ", or name it: perirobot choose STUDY --verify DIR" };
-            swept::study_of(folder, place, &Default::default())?
+    let (study, worlds) = match (&args.study, PurchaseReport::read(folder)?) {
+        (Some(study), _) => study.load_unless(&|| stop.reason())?,
+        (None, Some(report)) => {
+            swept::load((report.study.clone().into(), report.overrides()), PLACE, &Default::default())?
         }
+        (None, None) => swept::study_of(folder, PLACE, &Default::default())?,
     };
+    if let Some(Wanted::Cheapest(purchase)) = &study.choose {
+        return cheapest::verify(args, folder, (&study, purchase, &worlds), stop);
+    }
     let choosing = Choosing::new(&study, &worlds, args.evidence_bytes())?;
     let claims = choosing.read_claims(folder)?;
     let casting = choosing.begin_casting(None, false)?;

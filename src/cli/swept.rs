@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use perirobot_decide::choose::as_swept;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::Study;
+use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::sweep::reopen;
 
@@ -63,7 +63,15 @@ pub(super) fn study_of(
     place: StudyPlace,
     packages: &PackageArgs,
 ) -> Result<(Study, Vec<World>)> {
-    let (file, overrides) = reopen::origin(folder)?;
+    load(reopen::origin(folder)?, place, packages)
+}
+
+/// The study in a file, unless another one is named, and its scenes, made ready.
+pub(super) fn load(
+    (file, overrides): (PathBuf, Overrides),
+    place: StudyPlace,
+    packages: &PackageArgs,
+) -> Result<(Study, Vec<World>)> {
     let file = place.named.map_or(file, Path::to_path_buf);
     if !file.exists() {
         let cure = place.cure;

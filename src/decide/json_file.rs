@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -20,6 +21,33 @@ pub(crate) struct JsonFile {
     pub table: &'static str,
     /// How both are written again.
     pub again: &'static str,
+}
+
+/// Where two values differ.
+pub(crate) struct Difference {
+    /// The keys that lead there, as in `steps[0].best.score`.
+    pub(crate) place: String,
+    pub(crate) own: Value,
+    pub(crate) other: Value,
+}
+
+/// The first place at which two values differ; places begin with `place`.
+pub(crate) fn first_difference(place: String, own: &Value, other: &Value) -> Option<Difference> {
+    match (own, other) {
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let mut each = a.iter().zip(b).enumerate();
+            each.find_map(|(number, (a, b))| first_difference(format!("{place}[{number}]"), a, b))
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
+            let none = &Value::Null;
+            let mut each = keys.map(|key| (key, a.get(key).unwrap_or(none), b.get(key).unwrap_or(none)));
+            let dot = if place.is_empty() { "" } else { "." };
+            each.find_map(|(key, a, b)| first_difference(format!("{place}{dot}{key}"), a, b))
+        }
+        _ if own == other => None,
+        _ => Some(Difference { place, own: own.clone(), other: other.clone() }),
+    }
 }
 
 /// What is read of a file before all else.

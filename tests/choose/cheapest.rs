@@ -75,14 +75,14 @@ box = { min_m = [1.2, -1.2, 0], max_m = [2.0, 1.2, 2.0] }
 
 const SCENE: &str = include_str!("../../scenes/approach/cell.toml");
 
-fn folder() -> Folder {
+pub(super) fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("cell.toml", SCENE);
     folder.write("study.toml", STUDY);
     folder
 }
 
-fn json(folder: &Folder, out: &str, file: &str) -> Value {
+pub(super) fn json(folder: &Folder, out: &str, file: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.path(out).join(file)).unwrap()).unwrap()
 }
 

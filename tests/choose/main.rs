@@ -5,6 +5,7 @@ mod common;
 
 mod best;
 mod cheapest;
+mod cheapest_proof;
 mod command;
 mod evidence;
 mod exp1;

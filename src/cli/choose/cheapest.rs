@@ -1,9 +1,10 @@
-//! The cheapest set that passes: searched, written, judged and printed.
+//! The cheapest set that passes: searched, written, judged and printed, or verified.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use perirobot_decide::cheapest::{PurchaseOutcome, Purchasing};
+use perirobot_decide::cheapest::{PurchaseOutcome, PurchaseVerified, Purchasing};
 use perirobot_decide::judge::{Judging, Speeds};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
@@ -27,7 +28,7 @@ const FILED: &str = "the search takes longer";
 /// Finds the cheapest set that passes, writes it and prints it.
 pub(super) fn search(
     args: &Args,
-    out: &std::path::Path,
+    out: &Path,
     (study, purchase, worlds): (&Study, &Purchase, &[World]),
     stop: &StopAt,
     begin: Instant,
@@ -95,4 +96,35 @@ pub(super) fn search(
         (false, Some(_)) => ExitCode::SUCCESS,
         (false, None) => ExitCode::from(NONE_PASSES),
     })
+}
+
+/// Checks the answer in a folder.
+pub(super) fn verify(
+    args: &Args,
+    folder: &Path,
+    (study, purchase, worlds): (&Study, &Purchase, &[World]),
+    stop: &StopAt,
+) -> Result<ExitCode> {
+    let purchasing = Purchasing::new(study, purchase, worlds, args.evidence_bytes())?;
+    let claims = purchasing.read_claims(folder)?;
+    let casting = purchasing.begin_casting(None, false)?;
+    let evidence = cast(args, casting, &mut args.backend.backends()?, stop, FILED)?;
+    let shown = Shown::Job(args.progress.start("points", 0, claims.points() as u64));
+    let onlooker = Onlooker::new(shown, Some(stop), false);
+    let PurchaseVerified { sets, ways, proven, open, stopped } =
+        purchasing.verify(&claims, &evidence, &|| args.backend.backends(), &onlooker)?;
+    onlooker.finish();
+    let mut rest = String::new();
+    if open > 0 {
+        rest += &format!("; {open} claims are open: too many sets to search plainly");
+    }
+    if stopped {
+        rest += "; the search was stopped, so that some answers may be missing";
+    }
+    let holds = if open > 0 { "the rest of it holds" } else { "all of it holds" };
+    super::super::print(&format!(
+        "{sets} sets judged again, {ways} ways in followed again, {proven} claims searched again, all tables \
+         compared{rest}: {holds}\n"
+    ))?;
+    Ok(ExitCode::SUCCESS)
 }

@@ -12,24 +12,29 @@
 //! # Practice
 //! `purchasing` runs the stages for the command line and Python. `terms` has the requirements as the search has them,
 //! also at a lower speed of the robot or without some of them; `passing` tests a set, with `ways` for bodies that come
-//! near and `remaining` for what is judged. `reasons` says why nothing passes. `report` has the
-//! answer in names and numbers, written and read as files, and `outcome` scores its sets in the folder as a sweep.
+//! near and `remaining` for what is judged. `reasons` says why nothing passes. `question` has what was asked, and
+//! `report` the answer, in names and numbers that are written and read as files; `outcome` scores its sets in the folder
+//! as a sweep. `verify` checks what was written.
 
 mod outcome;
 mod passing;
 mod purchasing;
+mod question;
 mod reasons;
 mod remaining;
 mod report;
 mod terms;
+mod verify;
 mod ways;
 
 pub use outcome::PurchaseOutcome;
 pub use purchasing::Purchasing;
+pub use question::{AskedRequirement, AskedThen, PurchaseQuestion};
 pub use report::{
     AimReport, CHEAPEST, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet,
     ReasonReport,
 };
+pub use verify::{PurchaseClaims, PurchaseVerified};
 pub use ways::SceneWays;
 
 #[cfg(test)]

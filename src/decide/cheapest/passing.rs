@@ -33,8 +33,7 @@ pub(super) struct PassingTest<'t, 'a> {
 }
 
 /// An entry at which a body is too near already.
-pub(super) struct EntryTooNear<'t> {
-    pub(super) requirement: &'t Requirement,
+pub(super) struct EntryTooNear {
     /// Which of the scenes, companies and repeats.
     pub(super) scene: usize,
     pub(super) passage: usize,
@@ -73,7 +72,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
     }
 
     /// Whether a requirement fails whatever is chosen, since a body is too near where it comes in; the first of several.
-    pub(super) fn too_near_at_entry(&self) -> Option<EntryTooNear<'t>> {
+    pub(super) fn too_near_at_entry(&self) -> Option<EntryTooNear> {
         for (scene, ways) in self.ways.iter().enumerate() {
             for (passage, squared) in ways.at_entries().into_iter().enumerate() {
                 let Some(squared) = squared else { continue };
@@ -81,9 +80,8 @@ impl<'t, 'a> PassingTest<'t, 'a> {
                 let mut asked = self.nearness().filter(|(_, nearness, _)| {
                     ways.passages[passage].is_asked(nearness) && !nearness.score.is_area()
                 });
-                let fails = asked.find(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near));
-                if let Some((requirement, ..)) = fails {
-                    return Some(EntryTooNear { requirement, scene, passage, squared });
+                if asked.any(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near)) {
+                    return Some(EntryTooNear { scene, passage, squared });
                 }
             }
         }
@@ -103,23 +101,11 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         let counted = requirement.counted_score()?;
         let (_, problem) = self.problems.iter().find(|(region, _)| *region == counted.region)?;
         let all: Vec<usize> = (0..self.candidates).collect();
-        let dead = requirement.under.iter().filter_map(|&condition| dead_in(condition)).max()?;
-        // Pairs of many candidates would take long.
-        let few = (0..=dead).take_while(|&dead| dead < 2 || self.candidates <= MOST_IN_PAIRS);
-        few.flat_map(|dead| dead_members(self.candidates, dead)).find_map(|out| {
+        left_out_of_all(requirement, self.candidates).find_map(|out| {
             let counts = problem.counts(&alive(&all, &out));
             let value = Value::from_counts(counted.score, counted.over, &requirement.limit, &counts)?;
             (!value.meets(&requirement.limit)).then(|| (value.number(), out))
         })
-    }
-
-    /// How far a body must stay away by a requirement, in metres.
-    pub(super) fn needed_m(&self, requirement: &Requirement) -> f64 {
-        let Limit::AtLeast(limit) = requirement.limit else { return 0.0 };
-        let is_margin = matches!(&requirement.measure, Measure::Nearness(nearness)
-            if nearness.score == ApproachScore::ApproachMarginM);
-        let besides = self.scale.needed.filter(|_| is_margin).map_or(0.0, |at| at.needed_m);
-        limit.value() + besides
     }
 
     pub(super) fn ways(&self) -> &'t [SceneWays<'a>] {
@@ -242,8 +228,20 @@ impl SetTest for PassingTest<'_, '_> {
     }
 }
 
+/// Which of all candidates may be dead by a requirement: none, and then as many as it says.
+pub(super) fn left_out_of_all(
+    requirement: &Requirement,
+    candidates: usize,
+) -> impl Iterator<Item = Vec<usize>> + use<> {
+    let dead = requirement.under.iter().filter_map(|&condition| dead_in(condition)).max();
+    // Pairs of many candidates would take long.
+    let few = (0..=2).filter(move |few| dead.is_some_and(|dead| *few <= dead));
+    let few = few.filter(move |&few| few < 2 || candidates <= MOST_IN_PAIRS);
+    few.flat_map(move |few| dead_members(candidates, few))
+}
+
 /// The members of a set but for those at some places.
-fn alive(set: &[usize], dead: &[usize]) -> Vec<usize> {
+pub(super) fn alive(set: &[usize], dead: &[usize]) -> Vec<usize> {
     let alive = set.iter().enumerate().filter(|(place, _)| !dead.contains(place));
     alive.map(|(_, &item)| item).collect()
 }

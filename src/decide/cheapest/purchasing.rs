@@ -16,15 +16,16 @@ use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 
 use super::passing::PassingTest;
-use super::reasons;
+use super::reasons::{self, Obstacle};
 use super::remaining::{Remaining, combination};
 use super::report::{
     AimReport, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet, ReasonReport,
 };
 use super::terms::{PurchaseAim, Terms, bounding, dead_in, is_counted};
+use super::verify::{ProofInput, PurchaseClaims, PurchaseVerified, verify};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
-use crate::choose::{Casting, candidates_of, fingerprint, odds_of, rules_of};
+use crate::choose::{Casting, candidates_of, odds_of, pose_name, rules_of};
 use crate::view::watched::Watcher;
 
 /// A search for the cheapest set.
@@ -152,20 +153,39 @@ impl<'a> Purchasing<'a> {
         }
         evidence.iter().try_for_each(CandidateEvidence::was_read)?;
         let ways_in = search.known.iter().map(|way| self.proven_way(&ways[way.scene], way)).collect();
-        Ok(PurchaseReport {
-            format: PurchaseReport::FORMAT,
-            perirobot: env!("CARGO_PKG_VERSION").into(),
-            semantics_version: perirobot_march::SEMANTICS_VERSION,
-            study: self.study.path.display().to_string(),
-            fingerprint: fingerprint(self.study, self.worlds),
-            candidates: self.items.len(),
-            at_most: self.purchase.at_most,
-            budget: self.purchase.budget,
-            requirements: self.study.requirements.len(),
-            stopped: is_cut || points.iter().any(|point| !point.proven || !point.best_of_cost),
-            points,
-            ways_in,
-        })
+        let stopped = is_cut || points.iter().any(|point| !point.proven || !point.best_of_cost);
+        Ok(PurchaseReport::new((self.study, self.purchase, self.worlds), points, ways_in, stopped))
+    }
+
+    /// Reads the answer in a folder.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what is wrong.
+    pub fn read_claims(&self, folder: &Path) -> Result<PurchaseClaims> {
+        PurchaseClaims::read(folder, self.proof_input(&[], &|| None))
+    }
+
+    /// Verifies all that is in the folder of an answer.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what does not hold; `Error::Stopped`.
+    pub fn verify(
+        &self,
+        claims: &PurchaseClaims,
+        evidence: &[CandidateEvidence],
+        open: &dyn Fn() -> Result<ChosenBackends>,
+        progress: &dyn Progress,
+    ) -> Result<PurchaseVerified> {
+        verify(claims, self.proof_input(evidence, progress), open)
+    }
+
+    pub(super) fn proof_input<'p>(
+        &'p self,
+        evidence: &'p [CandidateEvidence],
+        progress: &'p dyn Progress,
+    ) -> ProofInput<'p> {
+        let Purchasing { study, purchase, worlds, items, grounds, asked, regions, .. } = self;
+        ProofInput { study, purchase, worlds, items, grounds, asked, regions, evidence, progress }
     }
 
     /// The cheapest set that meets all requirements but those that cannot be met, if there are any.
@@ -192,7 +212,12 @@ impl<'a> Purchasing<'a> {
         Ok(None)
     }
 
-    fn point(&self, aim: AimReport, found: &CheapestAnswer, reasons: Vec<ReasonReport>) -> PurchasePoint {
+    pub(super) fn point(
+        &self,
+        aim: AimReport,
+        found: &CheapestAnswer,
+        reasons: Vec<ReasonReport>,
+    ) -> PurchasePoint {
         let set = found.best.as_ref().map(|best| {
             let combination = combination(self.study, self.purchase, &self.items, aim.title(), &best.set);
             let members = combination.members.iter().map(|member| [member.sensor, member.candidates[0]]);
@@ -226,13 +251,6 @@ impl<'a> Purchasing<'a> {
         }
     }
 
-    /// A candidate, as in `camera:wall/8/1`.
-    fn name(&self, item: usize) -> String {
-        let [sensor, candidate] = self.items[item];
-        let spec = &self.study.sensors[sensor];
-        format!("{}:{}", spec.name, spec.candidates[candidate].name)
-    }
-
     fn proven_way(&self, ways: &SceneWays, way: &WayIn) -> ProvenWay {
         let passage = &ways.passages[way.passage];
         ProvenWay {
@@ -243,7 +261,7 @@ impl<'a> Purchasing<'a> {
             entry: passage.entry.clone(),
             places: way.places.clone(),
             nearest_m: f64::from(way.squared).sqrt() * self.study.voxel_size_m,
-            noticed_by: way.noticed_by.iter().map(|&item| self.name(item)).collect(),
+            noticed_by: way.noticed_by.iter().map(|&item| pose_name(self.study, self.items[item])).collect(),
         }
     }
 
@@ -332,9 +350,11 @@ impl PurchaseSearch<'_, '_> {
         if let [place] = places[..] {
             let others: Vec<usize> = (0..terms.requirements.len()).filter(|&other| other != place).collect();
             let alone = terms.without(&others);
-            let purchasing = self.purchasing;
-            let name = |item| purchasing.name(item);
-            let why = reasons::explain(study, &terms.requirements[place], &self.test(&alone), &name);
+            let requirement = &terms.requirements[place];
+            let of = (study, &*self.purchasing.items);
+            let test = self.test(&alone);
+            let obstacle = Obstacle::new(requirement, &test, of);
+            let why = obstacle.words(study, terms.stopping.as_ref(), requirement);
             return Ok(reasons::reports(terms, &places, &|_| why.clone()));
         }
         Ok(reasons::reports(terms, &places, &|one| reasons::asked(study, one)))

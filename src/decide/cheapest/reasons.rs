@@ -3,10 +3,11 @@
 use super::passing::{EntryTooNear, PassingTest};
 use super::report::ReasonReport;
 use super::terms::{Terms, bounding, dead_in};
-use super::ways::{SceneWays, WayIn};
+use crate::choose::pose_name;
+use crate::judge::Passage;
 use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
-use perirobot_study::study::{ApproachScore, Condition, Limit, Measure, Requirement, Study};
+use perirobot_study::study::{ApproachScore, Condition, Limit, Measure, Requirement, Stopping, Study};
 
 /// Why nothing passes some terms: the places of the fewest requirements that cannot be met together, if each is needed
 /// for that. `is_possible` says whether any allowed set meets some of them.
@@ -39,38 +40,95 @@ pub(super) fn fewest(
     Ok(kept)
 }
 
-/// What stands in the way of a requirement that no set meets, and what could help; `name` names candidates.
-pub(super) fn explain(
-    study: &Study,
-    requirement: &Requirement,
-    test: &PassingTest,
-    name: &dyn Fn(usize) -> String,
-) -> String {
-    if let Some(entry) = test.too_near_at_entry() {
-        return too_near(study, &entry, test);
+/// What stands in the way of a requirement that no set meets.
+pub(super) enum Obstacle<'o> {
+    /// A body is too near where it comes in: so near, squared in voxels.
+    Entry { body: &'o str, entry: &'o str, squared: u32 },
+    /// Fewer candidates notice a way in than a set needs.
+    Way {
+        body: &'o str,
+        entry: &'o str,
+        squared: u32,
+        /// Where the middle of the body is at its end, in world metres.
+        end_m: [f64; 3],
+        /// What stands before it.
+        hidden_by: Option<String>,
+        noticed_by: usize,
+    },
+    /// The score of all candidates together, or of all but these, misses the limit.
+    Counts { best: f64, without: Vec<String> },
+    /// No set is known to be near.
+    Unknown,
+}
+
+impl<'o> Obstacle<'o> {
+    /// The obstacle of a requirement, which is all that is tested; `items` has sensor and candidate of each candidate.
+    pub(super) fn new(
+        requirement: &Requirement,
+        test: &'o PassingTest,
+        (study, items): (&Study, &[[usize; 2]]),
+    ) -> Obstacle<'o> {
+        if let Some(EntryTooNear { scene, passage, squared }) = test.too_near_at_entry() {
+            let Passage { body, entry, .. } = &test.ways()[scene].passages[passage];
+            return Obstacle::Entry { body, entry, squared };
+        }
+        if let Some(way) = test.unnoticeable_way() {
+            let ways = &test.ways()[way.scene];
+            let Passage { body, entry, .. } = &ways.passages[way.passage];
+            let (end_m, hidden_by) = (ways.end_m(way), ways.hiding_object(way));
+            let (squared, noticed_by) = (way.squared, way.noticed_by.len());
+            return Obstacle::Way { body, entry, squared, end_m, hidden_by, noticed_by };
+        }
+        test.missed_by_all(requirement).map_or(Obstacle::Unknown, |(best, left_out)| {
+            let without = left_out.iter().map(|&item| pose_name(study, items[item])).collect();
+            Obstacle::Counts { best, without }
+        })
     }
-    if let Some(way) = test.unnoticeable_way() {
-        return unnoticed(study, way, &test.ways()[way.scene], requirement);
+
+    /// In words, with what could help; how far people must be follows from `stopping`.
+    pub(super) fn words(
+        &self,
+        study: &Study,
+        stopping: Option<&Stopping>,
+        requirement: &Requirement,
+    ) -> String {
+        let metres = |squared: u32| f64::from(squared).sqrt() * study.voxel_size_m;
+        match (self, bounding(requirement)) {
+            (&Obstacle::Entry { body, entry, squared }, _) => {
+                too_near(body, entry, metres(squared), needed_m(stopping, requirement), requirement)
+            }
+            (Obstacle::Way { body, entry, squared, end_m: [x, y, z], hidden_by, noticed_by }, _) => {
+                let hidden = hidden_by.as_ref().map_or(String::new(), |name| format!(" behind {name:?}"));
+                format!(
+                    "body {body:?} comes from entry {entry:?} to {} m of the hazard{hidden}, over x {x:.2}, y {y:.2}, \
+                     z {z:.2} m, and {}: list a place that sees there",
+                    rounded_down(metres(*squared), 2),
+                    who_notices(*noticed_by, requirement)
+                )
+            }
+            (Obstacle::Counts { best, without }, Some((counted, limit))) => {
+                let (name, region) = (counted.score.name(), &study.regions[counted.region].0);
+                let (side, limit) = match limit {
+                    Limit::AtLeast(limit) => ("at least", limit.value()),
+                    Limit::AtMost(limit) => ("at most", limit.value()),
+                };
+                let (but, cure) = match without[..] {
+                    [] => (String::new(), "list more places"),
+                    _ => (
+                        format!(" but {}", without.join(" and ")),
+                        "list another place that sees what it sees",
+                    ),
+                };
+                format!(
+                    "all listed places{but} together have {name} {best:.4} in {region}, and {side} {limit} is \
+                     required: {cure}, or ask for less"
+                )
+            }
+            (Obstacle::Counts { .. } | Obstacle::Unknown, _) => {
+                format!("no allowed set meets it{}: {CURE}", conditions(requirement))
+            }
+        }
     }
-    if let (Some((best, left_out)), Some((counted, limit))) =
-        (test.missed_by_all(requirement), bounding(requirement))
-    {
-        let (score, region) = (counted.score.name(), &study.regions[counted.region].0);
-        let (side, limit) = match limit {
-            Limit::AtLeast(limit) => ("at least", limit.value()),
-            Limit::AtMost(limit) => ("at most", limit.value()),
-        };
-        let without: Vec<String> = left_out.iter().map(|&item| name(item)).collect();
-        let (without, cure) = match without.is_empty() {
-            true => (String::new(), "list more places"),
-            false => (format!(" but {}", without.join(" and ")), "list another place that sees what it sees"),
-        };
-        return format!(
-            "all listed places{without} together have {score} {best:.4} in {region}, and {side} {limit} is required: \
-             {cure}, or ask for less"
-        );
-    }
-    format!("no allowed set meets it{}: {CURE}", conditions(requirement))
 }
 
 /// What helps where nothing else is known.
@@ -107,40 +165,34 @@ fn conditions(requirement: &Requirement) -> String {
     if names.is_empty() { String::new() } else { format!(" under {}", names.join(", ")) }
 }
 
-fn too_near(study: &Study, entry: &EntryTooNear, test: &PassingTest) -> String {
-    let passage = &test.ways()[entry.scene].passages[entry.passage];
-    let begins_m = f64::from(entry.squared).sqrt() * study.voxel_size_m;
-    let needed_m = test.needed_m(entry.requirement);
-    let stopping = match &entry.requirement.measure {
-        Measure::Nearness(nearness) if nearness.score == ApproachScore::ApproachMarginM => ", or stop faster",
-        _ => "",
-    };
+/// How far a body must stay away by a requirement, in metres.
+fn needed_m(stopping: Option<&Stopping>, requirement: &Requirement) -> f64 {
+    let Limit::AtLeast(limit) = requirement.limit else { return 0.0 };
+    let besides =
+        stopping.filter(|_| is_margin(requirement)).map_or(0.0, |stopping| stopping.fastest().needed_m);
+    limit.value() + besides
+}
+
+fn is_margin(requirement: &Requirement) -> bool {
+    matches!(&requirement.measure, Measure::Nearness(nearness)
+        if nearness.score == ApproachScore::ApproachMarginM)
+}
+
+fn too_near(body: &str, entry: &str, begins_m: f64, needed_m: f64, requirement: &Requirement) -> String {
+    let stopping = if is_margin(requirement) { ", or stop faster" } else { "" };
     format!(
-        "entry {:?} begins {} m from the hazard for body {:?}, and {} m are needed: no sensor helps; move the entry {} m \
-         farther out{stopping}",
-        passage.entry,
+        "entry {entry:?} begins {} m from the hazard for body {body:?}, and {} m are needed: no sensor helps; move the \
+         entry {} m farther out{stopping}",
         rounded_down(begins_m, 2),
-        passage.body,
         rounded_up(needed_m, 2),
-        rounded_up(needed_m - begins_m, 2),
+        rounded_up(needed_m - begins_m, 2)
     )
 }
 
-fn unnoticed(study: &Study, way: &WayIn, ways: &SceneWays, requirement: &Requirement) -> String {
-    let passage = &ways.passages[way.passage];
-    let nearest_m = f64::from(way.squared).sqrt() * study.voxel_size_m;
-    let [x, y, z] = ways.end_m(way);
+fn who_notices(noticed_by: usize, requirement: &Requirement) -> String {
     let dead = requirement.under.iter().filter_map(|&condition| dead_in(condition)).max().unwrap_or(0);
-    let who = match way.noticed_by.len() {
+    match noticed_by {
         0 => "no listed place notices it".to_string(),
         few => format!("only {few} listed places notice it, and {} are needed", dead + 1),
-    };
-    let hidden = ways.hiding_object(way).map_or(String::new(), |name| format!(" behind {name:?}"));
-    format!(
-        "body {:?} comes from entry {:?} to {} m of the hazard{hidden}, over x {x:.2}, y {y:.2}, z {z:.2} m, and {who}: list \
-         a place that sees there",
-        passage.body,
-        passage.entry,
-        rounded_down(nearest_m, 2),
-    )
+    }
 }

@@ -5,18 +5,21 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::question::PurchaseQuestion;
 use super::terms::PurchaseAim;
+use crate::choose::fingerprint;
 use crate::json_file::JsonFile;
 use perirobot_march::Result;
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Combination, Member, Purchase, Study};
+use perirobot_study::study::{Combination, Member, Overrides, Purchase, Study};
+use perirobot_study::world::World;
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 use perirobot_sweep::results::files::{JOURNAL, remove_files, write_whole};
 
 /// The table of the cheapest sets.
 pub const CHEAPEST: &str = "cheapest.csv";
 
-const FILE: JsonFile =
+pub(super) const FILE: JsonFile =
     JsonFile { name: "cheapest.json", format: 1, table: CHEAPEST, again: "run `perirobot choose` again" };
 
 /// The cheapest sets that pass.
@@ -34,12 +37,12 @@ pub struct PurchaseReport {
     pub fingerprint: String,
     /// How many candidates there are.
     pub candidates: usize,
-    /// How many sensors a set may have.
-    pub at_most: usize,
-    /// What a set may cost.
-    pub budget: Option<Cost>,
-    /// How many requirements the study has.
-    pub requirements: usize,
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// Whether sensors measured without noise, whatever the study says.
+    pub noiseless: bool,
+    /// What was asked.
+    pub asked: PurchaseQuestion,
     /// The answer for each aim: all requirements first.
     pub points: Vec<PurchasePoint>,
     /// What proves that cheaper sets fail, besides scores of counts: ways in, of each of which a passing set has at least one
@@ -149,8 +152,33 @@ impl PurchasedSet {
 }
 
 impl PurchaseReport {
-    /// The format that is written.
-    pub(super) const FORMAT: u32 = FILE.format;
+    /// An answer to a study.
+    pub(super) fn new(
+        (study, purchase, worlds): (&Study, &Purchase, &[World]),
+        points: Vec<PurchasePoint>,
+        ways_in: Vec<ProvenWay>,
+        stopped: bool,
+    ) -> PurchaseReport {
+        PurchaseReport {
+            format: FILE.format,
+            perirobot: env!("CARGO_PKG_VERSION").into(),
+            semantics_version: perirobot_march::SEMANTICS_VERSION,
+            study: study.path.display().to_string(),
+            fingerprint: fingerprint(study, worlds),
+            candidates: study.sensors.iter().map(|sensor| sensor.candidates.len()).sum(),
+            voxel_size_m: study.voxel_size_m,
+            noiseless: study.noiseless,
+            asked: PurchaseQuestion::new(study, purchase),
+            points,
+            ways_in,
+            stopped,
+        }
+    }
+
+    /// What the command line overrode of the study.
+    pub fn overrides(&self) -> Overrides {
+        Overrides { voxel_size_m: Some(self.voxel_size_m), noiseless: self.noiseless }
+    }
 
     /// The answer for all requirements.
     pub fn main(&self) -> &PurchasePoint {
@@ -219,7 +247,8 @@ impl PurchaseReport {
         }
     }
 
-    fn csv(&self) -> Vec<u8> {
+    /// cheapest.csv.
+    pub(super) fn csv(&self) -> Vec<u8> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         let mut row = |fields: [String; 8]| {
             csv.write_record(&fields).expect("all rows are as long as the header, and memory takes them");

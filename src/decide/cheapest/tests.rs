@@ -1,15 +1,20 @@
 //! Against judging every set.
 
 use std::fmt::Write;
+use std::path::Path;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::remaining::combination;
-use super::{PurchasedSensor, Purchasing};
+use super::report::{AimReport, PurchasedSet};
+use super::verify::verify_points;
+use super::{PurchaseClaims, PurchaseReport, PurchasedSensor, Purchasing};
+use crate::choose::pose_name;
 use crate::judge::judge_alone;
 use crate::thorough::cases;
 use crate::view::Choice;
 use perirobot_cover::Worth;
+use perirobot_cover::cheapest::{CheapestAnswer, FoundPurchase};
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
 use perirobot_march::march::pcg;
 use perirobot_march::metrics::{Across, Score};
@@ -165,12 +170,23 @@ fn judged(
     (judged.meets_all(), Worth::from_counts(Score::F1, Across::Pooled, &planned.counts[0]))
 }
 
+/// The numbers of the candidates of a set.
+fn numbers(study: &Study, items: &[[usize; 2]], set: &PurchasedSet) -> Vec<usize> {
+    let number = |one: &PurchasedSensor| {
+        let name = format!("{}:{}", one.sensor, one.pose);
+        items.iter().position(|&item| pose_name(study, item) == name).unwrap()
+    };
+    let mut numbers: Vec<usize> = set.sensors.iter().map(number).collect();
+    numbers.sort_unstable();
+    numbers
+}
+
 #[test]
 fn the_cheapest_set_is_that_of_judging_every_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
-    let (mut some, mut none) = (0, 0);
+    let (mut some, mut none, mut refused) = (0, 0, 0);
     for case in 0..cases(12, 500) {
         let text = made_up_study(&mut Random(case as u32 * 7919));
         std::fs::write(&path, &text).unwrap();
@@ -183,13 +199,6 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let ways = purchasing.look(&|| None).unwrap();
         let report = purchasing.search(&evidence, &ways, &open, &|| None).unwrap();
         let found = report.main();
-        let item = |one: &PurchasedSensor| {
-            let name = |&[sensor, candidate]: &[usize; 2]| {
-                let sensor = &study.sensors[sensor];
-                sensor.name == one.sensor && sensor.candidates[candidate].name == one.pose
-            };
-            purchasing.items().iter().position(name).unwrap()
-        };
         let rules = purchasing.rules();
         let judged = |set: &Vec<usize>| judged(&study, purchase, &worlds, purchasing.items(), set);
         let judged = allowed_sets(&purchasing).into_iter().map(|set| (judged(&set), set));
@@ -197,8 +206,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let passing: Vec<(Vec<usize>, Option<Worth>)> = passing.collect();
         let cost = passing.iter().map(|(set, _)| rules.cost_of(set)).min();
         if let Some(set) = &found.set {
-            let mut items: Vec<usize> = set.sensors.iter().map(item).collect();
-            items.sort_unstable();
+            let items = numbers(&study, purchasing.items(), set);
             assert!(
                 passing.iter().any(|(set, _)| *set == items),
                 "case {case}: {items:?} does not pass\n{text}"
@@ -211,9 +219,30 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         assert_eq!(best, cost, "case {case}: {passing:?}\n{text}");
         assert!(found.proven && found.best_of_cost, "case {case}");
         assert_eq!(found.reasons.is_empty(), cost.is_some(), "case {case}");
+        // Other code says the same, and refuses what is not so.
+        let input = purchasing.proof_input(&evidence, &|| None);
+        let verify = |report: PurchaseReport| {
+            let claims = PurchaseClaims::new(Path::new(""), report, input)?;
+            verify_points(&claims, input, &open)
+        };
+        let verified = verify(report.clone()).unwrap_or_else(|error| panic!("case {case}: {error}\n{text}"));
+        // No set costs less than nothing.
+        let is_searched = verified.proven > 0 || cost == Some(0);
+        assert!(is_searched && verified.open == 0, "case {case}: {verified:?}");
+        let dearer = passing.iter().map(|(set, _)| set).find(|set| Some(rules.cost_of(set)) > cost);
+        if let Some(dearer) = dearer.filter(|_| purchase.then.is_none()) {
+            let cost = rules.cost_of(dearer);
+            let best = Some(FoundPurchase { set: dearer.clone(), cost, worth: None });
+            let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
+            let mut wrong = report.clone();
+            wrong.points[0] = purchasing.point(AimReport::All, &answer, Vec::new());
+            let error = verify(wrong).unwrap_err().to_string();
+            assert!(error.contains("points[0].no_set_below: this set passes"), "case {case}: {error}");
+            refused += 1;
+        }
         if cost.is_some() { some += 1 } else { none += 1 }
     }
-    assert!(some > 2 && none > 2, "{some} passed, {none} did not");
+    assert!(some > 2 && none > 2 && refused > 0, "{some} passed, {none} did not, {refused} were refused");
 }
 
 /// Wherever a search is stopped, it reports that it is not complete, or has found everything.

@@ -59,6 +59,7 @@ pub use postures::check_postures;
 pub use speed::Speeds;
 pub(crate) use speed::requirements_at_speeds;
 pub use spread::{ScoreSpread, Summed, spreads};
+pub(crate) use tables::deciding_tables_sha256;
 pub use tables::tables_sha256;
 pub use value::Value;
 pub(crate) use verdict::approach_value;

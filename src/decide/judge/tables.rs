@@ -25,9 +25,15 @@ pub fn tables_sha256(study: &Study, score: Summed, condition: Condition) -> Stri
         Summed::Controller(_) => &["stopping"],
     };
     let names: Vec<&str> = of_condition.iter().chain(of_score).copied().collect();
-    if names.is_empty() {
-        return String::new();
-    }
+    if names.is_empty() { String::new() } else { sha256_of_tables(study, &names) }
+}
+
+/// The hash of all tables that decide requirements besides counts.
+pub(crate) fn deciding_tables_sha256(study: &Study) -> String {
+    sha256_of_tables(study, &["approach", "stopping", "mounting_error", "postures"])
+}
+
+fn sha256_of_tables(study: &Study, names: &[&str]) -> String {
     let said: toml::Table = toml::from_str(&study.text).unwrap_or_default();
     let each = names.iter().map(|name| format!("{name} {}\n", serde_json::json!(said.get(*name))));
     let people = if names.contains(&"postures") { people_sha256(study) } else { String::new() };

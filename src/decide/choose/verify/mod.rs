@@ -17,12 +17,13 @@ mod whole;
 
 use std::path::{Path, PathBuf};
 
-use self::allowed::{clash, find_named, name, not_allowed, thousandths};
+pub(crate) use self::allowed::{AllowedSets, find_named, pose_name, thousandths};
 pub(super) use self::counted::recount;
 use self::counted::{exact, value, value_reaches};
 use self::plain::{Plain, Threshold};
 use self::refined::{refine_again, verify_refined};
 use self::tables::verify_tables;
+pub(crate) use self::tables::{SweptSets, is_written, sweep_again};
 use super::files::{ChooseQuestion, Chosen, PROOF, fingerprint};
 use super::report::{SetReport, StepReport};
 use perirobot_cover::layout::{FALSE, MISSED};
@@ -103,9 +104,10 @@ impl Claims {
         let ties = told.ties.iter().enumerate();
         let ties =
             ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
+        let allowed = AllowedSets::from_choose(study, choose, worlds);
         let read = |(place, limits): (String, (usize, Option<Cost>, &SetReport))| {
             let set = find_named(study, &limits.2.poses).and_then(|set| {
-                match not_allowed(study, choose, worlds, limits, &set) {
+                match allowed.not_allowed((limits.0, limits.1), limits.2.cost, &set) {
                     Some(why) => Err(Issue::says(why)),
                     None => Ok(set),
                 }
@@ -219,7 +221,8 @@ fn verify_steps(
             return wrong(format!("{place}.proven"), "this mean of scores has no proof");
         }
         if let Some(better) = plain.better() {
-            let names: Vec<String> = better.iter().map(|&item| name(study, evidence.items[item])).collect();
+            let names: Vec<String> =
+                better.iter().map(|&item| pose_name(study, evidence.items[item])).collect();
             return wrong(format!("{place}.best"), &format!("this set is better: {}", names.join(";")));
         }
         progress.check_stop()?;
@@ -265,10 +268,11 @@ impl ProofInput<'_> {
         let ProofInput { study, choose, worlds, evidence, .. } = self;
         let items = &evidence.items;
         let budget = step.budget.map(Cost::thousandths);
+        let allowed = AllowedSets::from_choose(study, choose, worlds);
         let joins = |row: usize| {
             let set = [&choose.always[..], &[items[row]]].concat();
             let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
-            budget.is_none_or(|budget| cost <= budget) && clash(study, choose, worlds, &set).is_none()
+            budget.is_none_or(|budget| cost <= budget) && allowed.clash(&set).is_none()
         };
         let asked = CutLimits {
             evidence,
@@ -279,7 +283,7 @@ impl ProofInput<'_> {
             cost: items.iter().map(|&[sensor, _]| thousandths(study, sensor)).collect(),
             always: (0..items.len()).filter(|&row| choose.always.contains(&items[row])).collect(),
             joins: &joins,
-            named: &|wanted: &str| items.iter().position(|&item| name(study, item) == wanted),
+            named: &|wanted: &str| items.iter().position(|&item| pose_name(study, item) == wanted),
         };
         check_cuts(&asked, &step.shown_by, above)
     }

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::ProofInput;
-use super::allowed::{clash, thousandths};
+use super::allowed::{AllowedSets, thousandths};
 use super::counted::{exact, value, value_reaches};
 use perirobot_cover::Ratio;
 use perirobot_cover::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
@@ -120,10 +120,11 @@ impl Plain<'_> {
         let cost = |set: &[usize]| {
             poses(set).iter().map(|&[sensor, _]| thousandths(self.given.study, sensor)).sum::<u64>()
         };
+        let ProofInput { study, choose, worlds, .. } = self.given;
+        let allowed = AllowedSets::from_choose(study, choose, worlds);
         let joins = |&&item: &&usize| {
             let set = [chosen, &[item]].concat();
-            cost(&set) <= budget
-                && clash(self.given.study, self.given.choose, self.given.worlds, &poses(&set)).is_none()
+            cost(&set) <= budget && allowed.clash(&poses(&set)).is_none()
         };
         let candidates: Vec<usize> = candidates.iter().filter(joins).copied().collect();
         let union = self.union(chosen);

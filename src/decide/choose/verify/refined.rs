@@ -3,9 +3,7 @@
 
 use std::path::Path;
 
-use serde_json::Value;
-
-use super::allowed::{find_named, not_allowed};
+use super::allowed::{AllowedSets, find_named};
 use super::counted::recount;
 use super::tables::is_written;
 use super::{Claims, holds};
@@ -13,6 +11,7 @@ use crate::choose::files::{Chosen, PROOF, REFINED};
 use crate::choose::problem_of;
 use crate::choose::refine::{Refinement, refine};
 use crate::choose::report::RefinedReport;
+use crate::json_file::{Difference, first_difference};
 use perirobot_cover::{Bound, CandidateEvidence, FrontAnswer, FrontStep, Problem, SetLimits};
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::BackendFactory;
@@ -59,7 +58,8 @@ pub(super) fn verify_refined(
         }
         let set = find_named(&study, &best.poses)
             .map_err(|issue| issue.with_place(place("best")).with_place(&path))?;
-        if let Some(why) = not_allowed(&study, choose, &worlds, (*at_most, *budget, best), &set) {
+        let allowed = AllowedSets::from_choose(&study, choose, &worlds);
+        if let Some(why) = allowed.not_allowed((*at_most, *budget), best.cost, &set) {
             return wrong("best", &why);
         }
         let counts = recount(&study, choose, &worlds, &[set], recounter, progress)?;
@@ -123,29 +123,12 @@ impl Claims {
     fn is_found_again(&self, again: &Refinement) -> Result<()> {
         let json = |told: &[RefinedReport]| serde_json::to_value(told).expect("names and numbers make JSON");
         let own = self.chosen.report.refined.as_deref().unwrap_or_default();
-        match differs("refined".into(), &json(own), &json(&again.told)) {
+        match first_difference("refined".into(), &json(own), &json(&again.told)) {
             None => Ok(()),
-            Some((place, what)) => {
+            Some(Difference { place, own, other }) => {
+                let what = format!("is {own}, and searched again it is {other}");
                 Err(Issue::says(what).with_place(place).with_place(self.folder.join(PROOF)).into())
             }
         }
-    }
-}
-
-/// The first place at which two values differ, and how.
-fn differs(place: String, own: &Value, again: &Value) -> Option<(String, String)> {
-    match (own, again) {
-        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
-            let mut each = a.iter().zip(b).enumerate();
-            each.find_map(|(number, (a, b))| differs(format!("{place}[{number}]"), a, b))
-        }
-        (Value::Object(a), Value::Object(b)) => {
-            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
-            let none = &Value::Null;
-            let mut each = keys.map(|key| (key, a.get(key).unwrap_or(none), b.get(key).unwrap_or(none)));
-            each.find_map(|(key, a, b)| differs(format!("{place}.{key}"), a, b))
-        }
-        _ if own == again => None,
-        _ => Some((place, format!("is {own}, and searched again it is {again}"))),
     }
 }

@@ -37,27 +37,47 @@ pub(super) fn verify_tables(
     let with_poses = refined.as_ref().map(World::prepare_all).transpose()?;
     let worlds = with_poses.as_deref().unwrap_or(worlds);
     let sets = chosen.report.study_of_sets(refined.as_ref().unwrap_or(study), choose);
-    is_written(&folder.join("poses.csv"), Some(&poses_csv(&sets, &worlds[0])))?;
+    let about = [&*chosen.perirobot, &chosen.study];
+    sweep_again(&SweptSets { folder, sets: &sets, worlds, file: PROOF, about }, recounter, progress)
+}
+
+/// Sets of an answer that were swept into its folder.
+pub(crate) struct SweptSets<'a> {
+    pub(crate) folder: &'a Path,
+    /// The sets as combinations of their study.
+    pub(crate) sets: &'a Study,
+    pub(crate) worlds: &'a [World],
+    /// The file of the answer, and what it says of the version of the program and the study's file.
+    pub(crate) file: &'static str,
+    pub(crate) about: [&'a str; 2],
+}
+
+/// Sweeps sets again, and compares their tables.
+///
+/// # Errors
+/// Those of [`verify_tables`].
+pub(crate) fn sweep_again(
+    swept: &SweptSets,
+    recounter: &mut dyn Backend,
+    progress: &dyn Progress,
+) -> Result<()> {
+    let &SweptSets { folder, sets, worlds, file, about: [perirobot, study] } = swept;
+    is_written(&folder.join("poses.csv"), Some(&poses_csv(sets, &worlds[0])))?;
     let wrong = |path: PathBuf, what: &str| Err(Issue::damaged(what).cure(CURE).with_place(path).into());
     let manifest = Manifest::read(folder)?;
-    if manifest.fingerprint() != Manifest::new(&sets, worlds, Shard::WHOLE, &[]).fingerprint() {
-        return wrong(folder.join(MANIFEST), "is not of the sets in choose.json");
+    if manifest.fingerprint() != Manifest::new(sets, worlds, Shard::WHOLE, &[]).fingerprint() {
+        return wrong(folder.join(MANIFEST), &format!("is not of the sets in {file}"));
     }
     let about = &manifest.provenance.about;
-    for (key, own, other) in
-        [("perirobot", &chosen.perirobot, &about.perirobot), ("study", &chosen.study, &about.study.file)]
+    for (key, own, other) in [("perirobot", perirobot, &about.perirobot), ("study", study, &about.study.file)]
     {
         if own != other {
             let what = format!("is {own:?}, and {MANIFEST} has {other:?}");
-            return Err(Issue::damaged(what)
-                .cure(CURE)
-                .with_place(key)
-                .with_place(folder.join(PROOF))
-                .into());
+            return Err(Issue::damaged(what).cure(CURE).with_place(key).with_place(folder.join(file)).into());
         }
     }
     let (results, _) = Results::read(folder)?;
-    for row in run_unless(&sets, worlds, recounter, progress)? {
+    for row in run_unless(sets, worlds, recounter, progress)? {
         counts_again(folder, &results, &row)?;
     }
     is_written(&folder.join("results.csv"), Some(&rows::csv(&results)?))?;
@@ -90,7 +110,7 @@ fn counts_again(folder: &Path, results: &Results, row: &Row) -> Result<()> {
 ///
 /// # Errors
 /// `Error::Input` that names file, row and column.
-pub(super) fn is_written(path: &Path, expected: Option<&[u8]>) -> Result<()> {
+pub(crate) fn is_written(path: &Path, expected: Option<&[u8]>) -> Result<()> {
     let found = match fs::read(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => None,
         found => Some(found.map_err(|error| Error::io(path, "cannot be read", error))?),

@@ -6,7 +6,7 @@
 //! larger sets are told, smaller ones are missing only where none meets what is required.
 
 use super::ProofInput;
-use super::allowed::{name, thousandths};
+use super::allowed::{pose_name, thousandths};
 use super::plain::{Plain, Threshold};
 use crate::choose::report::{FrontReport, StepReport};
 use perirobot_march::error::Issue;
@@ -130,7 +130,7 @@ impl Whole<'_> {
         let Some(better) = (Plain { given: self.given, at_most, budget, bar }).better() else {
             return Ok(());
         };
-        let name = |&item: &usize| name(self.given.study, self.given.evidence.items[item]);
+        let name = |&item: &usize| pose_name(self.given.study, self.given.evidence.items[item]);
         let better: Vec<String> = better.iter().map(name).collect();
         let what = format!(
             "the best set of at most {at_most} for {cost} is missing: {} belongs there",

@@ -1,0 +1,247 @@
+//! An answer as it is in its folder, compared with what the study asks: the question, which aims there are, which sets
+//! are allowed and what they cost.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::ProofInput;
+use crate::cheapest::question::PurchaseQuestion;
+use crate::cheapest::remaining::combination;
+use crate::cheapest::report::{AimReport, FILE, PurchasePoint, PurchaseReport, PurchasedSet};
+use crate::cheapest::terms::{PurchaseAim, Terms};
+use crate::choose::fingerprint;
+use crate::json_file::{Difference, first_difference};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::Cost;
+use perirobot_study::world::place::Places;
+
+/// An answer that was read, to be verified.
+pub struct PurchaseClaims {
+    pub(super) folder: PathBuf,
+    pub(super) report: PurchaseReport,
+    /// What is asked at each of its points.
+    pub(super) asked: Vec<AskedPoint>,
+}
+
+/// What is asked at a point, and the candidates of its set.
+pub(super) struct AskedPoint {
+    /// What the set is to pass.
+    pub(super) terms: Terms,
+    pub(super) set: Option<Vec<usize>>,
+}
+
+impl PurchaseClaims {
+    /// Reads the answer in a folder, and judges whether it is one to the study.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what is wrong.
+    pub(crate) fn read(folder: &Path, input: ProofInput) -> Result<PurchaseClaims> {
+        let path = folder.join(FILE.name);
+        let Some(report) = PurchaseReport::read(folder)? else {
+            let issue = Issue::says("is not there").with_advice("name a folder of choose");
+            return Err(issue.with_place(&path).into());
+        };
+        PurchaseClaims::new(folder, report, input)
+    }
+
+    /// Judges whether an answer in a folder is one to the study.
+    ///
+    /// # Errors
+    /// `Error::Input` that names what is wrong.
+    pub(crate) fn new(folder: &Path, report: PurchaseReport, input: ProofInput) -> Result<PurchaseClaims> {
+        let in_file = |issue: Issue| Error::from(issue.with_place(folder.join(FILE.name)));
+        let asked = examine(&report, input).map_err(in_file)?;
+        Ok(PurchaseClaims { folder: folder.into(), report, asked })
+    }
+
+    /// How many points are claimed; one is reported when it was checked.
+    pub fn points(&self) -> usize {
+        self.asked.len()
+    }
+}
+
+fn mismatch<T>(place: impl Into<String>, what: impl Into<String>) -> Result<T, Issue> {
+    Err(Issue::says(what.into()).with_place(place.into()))
+}
+
+/// Compares an answer with the study, as far as nothing is cast for that.
+fn examine(report: &PurchaseReport, input: ProofInput) -> Result<Vec<AskedPoint>, Issue> {
+    let ProofInput { study, purchase, worlds, .. } = input;
+    if report.fingerprint != fingerprint(study, worlds) {
+        return mismatch("fingerprint", "the study is not what was searched: choose again");
+    }
+    let json = |question: &PurchaseQuestion| serde_json::to_value(question).unwrap_or(Value::Null);
+    let own = PurchaseQuestion::new(study, purchase);
+    if let Some(Difference { place, own, other }) =
+        first_difference("asked".into(), &json(&report.asked), &json(&own))
+    {
+        return mismatch(place, format!("is {own}, and the study says {other}: choose again"));
+    }
+    let (points, ways_in) = (report.points.clone(), report.ways_in.clone());
+    let right = PurchaseReport::new((study, purchase, worlds), points, ways_in, report.stopped);
+    let heads = [
+        ("semantics_version", report.semantics_version == right.semantics_version),
+        ("candidates", report.candidates == right.candidates),
+        ("voxel_size_m", report.voxel_size_m == right.voxel_size_m),
+        ("noiseless", report.noiseless == right.noiseless),
+    ];
+    if let Some((key, _)) = heads.into_iter().find(|(_, is_right)| !is_right) {
+        return mismatch(key, "is not that of the study");
+    }
+    let terms = terms_of_points(report, input)?;
+    let each = report.points.iter().zip(terms).enumerate();
+    let one = |(number, (point, terms)): (usize, (&PurchasePoint, Terms))| {
+        let set = examine_point(input, &format!("points[{number}]"), point, &terms)?;
+        Ok(AskedPoint { terms, set })
+    };
+    let asked = each.map(one).collect::<Result<Vec<_>, Issue>>()?;
+    let is_open = |point: &PurchasePoint| !point.proven || !point.best_of_cost;
+    match report.stopped {
+        false if report.points.iter().any(is_open) => {
+            mismatch("stopped", "is not said, and not all is proven")
+        }
+        true if !report.points.iter().any(is_open) && is_whole(report, input) => {
+            mismatch("stopped", "is said, and all is proven")
+        }
+        _ => Ok(asked),
+    }
+}
+
+/// Whether all aims of the study have their point, and, where nothing passes all, what comes nearest.
+fn is_whole(report: &PurchaseReport, input: ProofInput) -> bool {
+    let is_nearest = |point: &&PurchasePoint| matches!(point.aim, AimReport::Nearest(_));
+    let nearest = report.points.iter().filter(is_nearest).count();
+    let has_nearest = report.points[0].reasons.is_empty() || nearest > 0;
+    has_nearest && report.points.len() - nearest == input.asked.len()
+}
+
+/// What the set of each point is to pass.
+fn terms_of_points(report: &PurchaseReport, input: ProofInput) -> Result<Vec<Terms>, Issue> {
+    let place = |number: usize| format!("points[{number}].aim");
+    let (mut all, mut number) = (Vec::new(), 0);
+    for (aim, terms) in input.asked {
+        let expected = AimReport::new(input.study, *aim);
+        match report.points.get(number) {
+            Some(point) if point.aim == expected => all.push(terms.clone()),
+            Some(point) => {
+                return mismatch(place(number), format!("is {:?}, and {expected:?} comes here", point.aim));
+            }
+            None if report.stopped && number > 0 => return Ok(all),
+            None => return mismatch("points", format!("the one of {expected:?} is missing")),
+        }
+        number += 1;
+        if let (PurchaseAim::All, Some(AimReport::Nearest(names))) =
+            (aim, report.points.get(number).map(|point| &point.aim))
+        {
+            let reasons = report.points[0].reasons.iter().map(|reason| &reason.requirement);
+            let known = |name: &String| terms.requirements.iter().any(|one| one.name == *name);
+            let is_new = |(at, name): (usize, &String)| !names[..at].contains(name);
+            let begins = reasons.clone().count() > 0 && reasons.clone().zip(names).all(|(a, b)| a == b);
+            let is_right = begins
+                && names.len() >= reasons.count()
+                && names.iter().all(known)
+                && names.iter().enumerate().all(is_new);
+            if !is_right {
+                return mismatch(place(number), "does not begin with the reasons that nothing passes all");
+            }
+            let mut terms = terms.clone();
+            terms.requirements.retain(|one| !names.contains(&one.name));
+            all.push(terms);
+            number += 1;
+        }
+    }
+    match report.points.len() > number {
+        true => mismatch(place(number), "is not asked for"),
+        false => Ok(all),
+    }
+}
+
+/// Whether what is said of a point fits together, and its set, if that is one that the study allows.
+fn examine_point(
+    input: ProofInput,
+    place: &str,
+    point: &PurchasePoint,
+    terms: &Terms,
+) -> Result<Option<Vec<usize>>, Issue> {
+    let PurchasePoint { aim, set, no_set_below, proven, best_of_cost, reasons, .. } = point;
+    let is_left_out = |name: &String| terms.requirements.iter().all(|one| one.name != *name);
+    if let Some(at) = reasons.iter().position(|reason| is_left_out(&reason.requirement)) {
+        return mismatch(format!("{place}.reasons[{at}].requirement"), "is not required here");
+    }
+    if reasons.is_empty() != (set.is_some() || !proven) {
+        return mismatch(
+            format!("{place}.reasons"),
+            "are those for which nothing passes, and belong where that is proven",
+        );
+    }
+    let bound_holds = match (set, no_set_below) {
+        (Some(set), Some(bound)) => {
+            if *proven {
+                *bound == set.cost
+            } else {
+                *bound <= set.cost
+            }
+        }
+        (None, bound) => bound.is_none() == *proven,
+        (Some(_), None) => false,
+    };
+    if !bound_holds {
+        return mismatch(format!("{place}.no_set_below"), "does not go with proven and the cost of the set");
+    }
+    let decides = input.purchase.then.is_some() && set.is_some();
+    if if decides { *best_of_cost && !proven } else { best_of_cost != proven } {
+        return mismatch(format!("{place}.best_of_cost"), "does not go with proven");
+    }
+    let Some(set) = set else { return Ok(None) };
+    if set.name != aim.title() {
+        return mismatch(
+            format!("{place}.set.name"),
+            format!("is {:?}, and the aim says {:?}", set.name, aim.title()),
+        );
+    }
+    examine_set(input, &format!("{place}.set"), set).map(Some)
+}
+
+/// The candidates of a set, if the study allows it.
+fn examine_set(input: ProofInput, place: &str, set: &PurchasedSet) -> Result<Vec<usize>, Issue> {
+    let ProofInput { study, purchase, worlds, items, .. } = input;
+    let places = Places::new(study, &worlds[0]);
+    let mut found = Vec::new();
+    for (number, one) in set.sensors.iter().enumerate() {
+        let is_this = |&[sensor, candidate]: &[usize; 2]| {
+            let spec = &study.sensors[sensor];
+            spec.name == one.sensor && spec.candidates[candidate].name == one.pose
+        };
+        let at = |key: &str| format!("{place}.sensors[{number}].{key}");
+        let Some(item) = items.iter().position(is_this) else {
+            return mismatch(at("pose"), format!("{}:{} is no pose of the study", one.sensor, one.pose));
+        };
+        let [sensor, candidate] = items[item];
+        let words = places.words(sensor, candidate);
+        if one.place != words {
+            return mismatch(at("place"), format!("is {:?}, and the study says {words:?}", one.place));
+        }
+        let cost = study.sensors[sensor].terms.cost.unwrap_or_default();
+        if one.cost != cost {
+            return mismatch(at("cost"), format!("is {}, and the study says {cost}", one.cost));
+        }
+        found.push(item);
+    }
+    let told: Vec<[usize; 2]> = found.iter().map(|&item| items[item]).collect();
+    let allowed = input.allowed();
+    if let Some(why) = allowed.not_allowed((allowed.at_most, allowed.budget), Some(set.cost), &told) {
+        return mismatch(place, why);
+    }
+    let sum = set.sensors.iter().fold(Cost::ZERO, |sum, one| sum.plus(one.cost));
+    if set.cost != sum {
+        return mismatch(format!("{place}.cost"), format!("is {}, and its sensors cost {sum}", set.cost));
+    }
+    found.sort_unstable();
+    let ordered = combination(study, purchase, items, String::new(), &found);
+    if !ordered.members.iter().map(|member| [member.sensor, member.candidates[0]]).eq(told) {
+        return mismatch(format!("{place}.sensors"), "are out of order");
+    }
+    Ok(found)
+}

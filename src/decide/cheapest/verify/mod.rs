@@ -1,0 +1,276 @@
+//! An answer verified by other code than the search's. Of the search nothing is used but what is asked (`terms`) and what
+//! was cast of each candidate; of judge, how a value compares with a limit.
+//!
+//! # Practice
+//! `claims` compares the question, the aims and the sets with the study. Each set is judged by the plain oracle
+//! (`judged`). Each way in is followed again (`ways`). That no cheaper set passes is searched again in a plain way (`plain`),
+//! with counts that use no vector instructions (`counted`). The reasons that nothing passes are shown by such a search,
+//! and their words made again (`reasons`).
+//! `tables` sweeps and judges the sets
+//! again. A search that would take too long is reported as open. How many sets the search tested is not checked.
+
+mod claims;
+mod counted;
+mod judged;
+mod plain;
+mod reasons;
+mod tables;
+mod ways;
+
+use self::claims::AskedPoint;
+use self::counted::{Bar, value};
+use self::judged::{judge, restricted_study};
+use self::plain::{PlainSearch, SearchEnd};
+use self::reasons::verify_words;
+use self::tables::verify_tables;
+use self::ways::NearFacts;
+use super::remaining::OpenBackends;
+use super::report::{AimReport, FILE, PurchasePoint, PurchaseReport, PurchasedSet};
+use super::terms::{PurchaseAim, Terms};
+use crate::approach::Ground;
+use crate::choose::{AllowedSets, pose_name};
+pub use claims::PurchaseClaims;
+use perirobot_cover::CandidateEvidence;
+use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
+use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
+use perirobot_march::progress::Progress;
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::{Limit, Purchase, Study};
+use perirobot_study::world::World;
+
+/// What was checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PurchaseVerified {
+    /// Sets that were judged again.
+    pub sets: usize,
+    /// Ways in that were followed again.
+    pub ways: usize,
+    /// Claims that no set passes, or no better one, that were searched again.
+    pub proven: usize,
+    /// Claims of that kind for which the plain search would have taken too long: they are not verified.
+    pub open: usize,
+    /// Whether the search was stopped, so that some of what the study asks for has no answer, or no proof.
+    pub stopped: bool,
+}
+
+/// What an answer is about.
+#[derive(Clone, Copy)]
+pub(crate) struct ProofInput<'a> {
+    pub(super) study: &'a Study,
+    pub(super) purchase: &'a Purchase,
+    pub(super) worlds: &'a [World],
+    /// Sensor and candidate of each candidate.
+    pub(super) items: &'a [[usize; 2]],
+    pub(super) grounds: &'a [Ground<'a>],
+    /// What is asked for, in the order of the answer.
+    pub(super) asked: &'a [(PurchaseAim, Terms)],
+    /// The regions in which anything is counted, and what was cast in each.
+    pub(super) regions: &'a [usize],
+    pub(super) evidence: &'a [CandidateEvidence],
+    pub(super) progress: &'a dyn Progress,
+}
+
+/// Checks an answer and all tables beside it; `open` opens the backends that judge the sets that a plain search leaves.
+///
+/// # Errors
+/// `Error::Input` that names what does not hold; `Error::Stopped`.
+pub(super) fn verify(
+    claims: &PurchaseClaims,
+    input: ProofInput,
+    open: OpenBackends,
+) -> Result<PurchaseVerified> {
+    let verified = verify_points(claims, input, open)?;
+    verify_tables(&claims.folder, &claims.report, input)?;
+    Ok(verified)
+}
+
+/// Checks an answer without its tables.
+pub(super) fn verify_points(
+    claims: &PurchaseClaims,
+    input: ProofInput,
+    open: OpenBackends,
+) -> Result<PurchaseVerified> {
+    let PurchaseClaims { folder, report, asked } = claims;
+    let path = folder.join(FILE.name);
+    let facts = NearFacts::new(input, &report.ways_in).map_err(|error| error.with_place(&path))?;
+    let mut verified =
+        PurchaseVerified { ways: facts.ways.len(), stopped: report.stopped, ..PurchaseVerified::default() };
+    for (number, (point, AskedPoint { terms, set })) in report.points.iter().zip(asked).enumerate() {
+        let place = format!("points[{number}].");
+        let mut check = PointCheck { input, open, facts: &facts, place, terms, verified: &mut verified };
+        check.run(point, set.as_deref()).map_err(|error| error.with_place(&path))?;
+        input.progress.advance(1);
+    }
+    if !report.stopped && is_nearest_missing(report) {
+        let mut terms = asked[0].terms.clone();
+        let is_reason = |name: &String| report.points[0].reasons.iter().any(|one| one.requirement == *name);
+        terms.requirements.retain(|one| !is_reason(&one.name));
+        let (place, terms, verified) = (String::new(), &terms, &mut verified);
+        let mut check = PointCheck { input, open, facts: &facts, place, terms, verified };
+        if !terms.requirements.is_empty() {
+            let what = "the set that comes nearest is missing: this one passes the others";
+            check.none_passes(terms, None, ("points", what)).map_err(|error| error.with_place(&path))?;
+        }
+    }
+    Ok(verified)
+}
+
+/// Whether nothing passes all, and no set is told that comes nearest.
+fn is_nearest_missing(report: &PurchaseReport) -> bool {
+    let is_nearest = |point: &PurchasePoint| matches!(point.aim, AimReport::Nearest(_));
+    !report.points[0].reasons.is_empty() && !report.points.iter().any(is_nearest)
+}
+
+/// Opens the plain oracle.
+fn open_oracle() -> Result<ChosenBackends> {
+    let oracle = BackendChoice { kind: BackendKind::Oracle, ..BackendChoice::default() };
+    ChosenBackends::open(&oracle).map(|(backends, _)| backends)
+}
+
+/// A check of one point.
+struct PointCheck<'c, 'a> {
+    input: ProofInput<'a>,
+    open: OpenBackends<'c>,
+    facts: &'c NearFacts<'a>,
+    /// What places in the file begin with.
+    place: String,
+    terms: &'c Terms,
+    verified: &'c mut PurchaseVerified,
+}
+
+impl PointCheck<'_, '_> {
+    fn run(&mut self, point: &PurchasePoint, set: Option<&[usize]>) -> Result<()> {
+        if let (Some(told), Some(set)) = (&point.set, set) {
+            let counts = self.judge_set(told, set)?;
+            self.verified.sets += 1;
+            if point.best_of_cost {
+                self.none_is_better(told.cost, &counts)?;
+            }
+        }
+        match point.no_set_below {
+            Some(below) => match below.thousandths().checked_sub(1) {
+                Some(most) => self.none_passes(self.terms, Some(most), ("no_set_below", "this set passes")),
+                None => Ok(()),
+            },
+            None => self.check_reasons(point),
+        }
+    }
+
+    /// Judges a set by the oracle; what it counts in the region of the score that decides among sets of the same cost is
+    /// the answer.
+    fn judge_set(&self, told: &PurchasedSet, set: &[usize]) -> Result<Vec<Confusion>> {
+        let ProofInput { study, purchase, .. } = self.input;
+        let Terms { requirements, stopping } = self.terms;
+        let verdict = judge(
+            self.input,
+            &restricted_study(study, requirements.clone(), stopping.clone()),
+            set,
+            &open_oracle,
+        )?;
+        if let Some(missed) = verdict.missed {
+            return Err(self.wrong("set", format!("does not pass: {missed}")));
+        }
+        let counts = purchase.then.map_or(Vec::new(), |then| verdict.counts[then.region].clone());
+        let score = purchase.then.and_then(|then| value(then.score, then.over, &counts));
+        let or_none = |score: Option<f64>| score.map_or("none".into(), |score| score.to_string());
+        if told.score != score {
+            let what = format!("is {}, and counted again it is {}", or_none(told.score), or_none(score));
+            return Err(self.wrong("set.score", what));
+        }
+        Ok(counts)
+    }
+
+    /// Whether no set that passes some terms costs at most so much.
+    fn none_passes(&mut self, terms: &Terms, most: Option<u64>, what: (&str, &str)) -> Result<()> {
+        let search = self.search(terms, most);
+        self.record_end(search.run()?, what)
+    }
+
+    fn wrong(&self, key: &str, what: String) -> Error {
+        Error::input(format!("{}{key}", self.place), what)
+    }
+
+    fn search(&self, terms: &Terms, most: Option<u64>) -> PlainSearch<'_> {
+        PlainSearch::new((self.input, self.open), self.facts, terms, most)
+    }
+
+    /// Whether no set of the same cost is better by the score that decides among them.
+    fn none_is_better(&mut self, cost: Cost, counts: &[Confusion]) -> Result<()> {
+        let Some(then) = self.input.purchase.then else { return Ok(()) };
+        let bar = match (then.over, exact_score(then.score, then.over, counts)) {
+            (Across::Mean, _) => value(then.score, then.over, counts).map_or(Bar::HasValue, Bar::BeatsMean),
+            (_, Some(ratio)) if then.score.less_is_better() => Bar::Beats(Limit::AtMost(ratio)),
+            (_, Some(ratio)) => Bar::Beats(Limit::AtLeast(ratio)),
+            (_, None) => Bar::HasValue,
+        };
+        let search = self.search(self.terms, Some(cost.thousandths()));
+        let reach = self.input.reach((then.score, then.over, then.region), bar, 0);
+        let reach =
+            reach.ok_or_else(|| self.wrong("best_of_cost", "nothing was cast in the region".into()))?;
+        let end = search.beating(self.terms, reach).run()?;
+        self.record_end(end, ("best_of_cost", "this set passes, costs no more and is better"))
+    }
+
+    /// Whether nothing passes what is named as reasons, and something does without each of them.
+    fn check_reasons(&mut self, point: &PurchasePoint) -> Result<()> {
+        verify_words((self.input, &self.place), self.facts, self.terms, &point.reasons)?;
+        let is_named = |name: &str| point.reasons.iter().any(|reason| reason.requirement == name);
+        let mut named = self.terms.clone();
+        named.requirements.retain(|one| is_named(&one.name));
+        self.none_passes(&named, None, ("reasons", "this set meets all of these"))?;
+        // At each speed of the robot requirements have the same names.
+        let is_unique = named.requirements.len() == point.reasons.len();
+        for (number, reason) in
+            point.reasons.iter().enumerate().filter(|_| is_unique && point.reasons.len() > 1)
+        {
+            let mut fewer = named.clone();
+            fewer.requirements.retain(|one| one.name != reason.requirement);
+            match self.search(&fewer, None).run()? {
+                SearchEnd::Passes(_) => self.verified.proven += 1,
+                SearchEnd::Open => self.verified.open += 1,
+                SearchEnd::NonePasses => {
+                    return Err(self.wrong(
+                        &format!("reasons[{number}]"),
+                        "is not needed: the others cannot be met".into(),
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn record_end(&mut self, end: SearchEnd, (place, what): (&str, &str)) -> Result<()> {
+        match end {
+            SearchEnd::NonePasses => self.verified.proven += 1,
+            SearchEnd::Open => self.verified.open += 1,
+            SearchEnd::Passes(set) => {
+                let name = |&item: &usize| pose_name(self.input.study, self.input.items[item]);
+                let names: Vec<String> = set.iter().map(name).collect();
+                return Err(self.wrong(place, format!("{what}: {}", names.join(";"))));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'a> ProofInput<'a> {
+    fn allowed(self) -> AllowedSets<'a> {
+        let ProofInput { study, purchase, worlds, .. } = self;
+        let Purchase { at_most, budget, ref always, apart_m, .. } = *purchase;
+        AllowedSets { study, worlds, at_most, budget, always, apart_m }
+    }
+}
+
+/// A score that is no mean as a fraction, if it has a value.
+fn exact_score(score: Score, over: Across, counts: &[Confusion]) -> Option<Ratio> {
+    let each = || counts.iter().filter_map(|counts| Ratio::from_score(score, counts));
+    match over {
+        Across::Mean => None,
+        Across::Worst if score.less_is_better() => each().max(),
+        Across::Worst => each().min(),
+        Across::Pooled => {
+            Ratio::from_score(score, &counts.iter().fold(Confusion::default(), |all, one| all.plus(one)))
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! That no set within some cost passes, searched again in a plain way.
+//!
+//! # Theory
+//! A set that passes has so many of those who notice each way in that leads too near. So all sets are tried that have
+//! the first of them, then those that have the second and not the first, and so on, for a way that leaves the fewest
+//! choices; where all ways are noticed, all candidates are tried in order. A set is left if no more candidates are
+//! left than a way needs, if what ways without a common candidate need costs too much, or if scores of counts are out of
+//! reach (`counted`). What is left is counted, and at last judged.
+
+use super::ProofInput;
+use super::counted::{Bar, Reach, Tally, is_of_labels};
+use super::judged::{judge, restricted_study};
+use super::ways::NearFacts;
+use crate::cheapest::remaining::OpenBackends;
+use crate::cheapest::terms::{Terms, dead_in};
+use crate::choose::{odds_of, thousandths};
+use perirobot_march::Result;
+use perirobot_march::metrics::{Across, Score};
+use perirobot_study::sensor::Cost;
+use perirobot_study::study::{Measure, Requirement, Study};
+
+/// Most sets that one search looks at.
+const MOST_SETS: u64 = 2_000_000;
+
+/// Most sets that one search judges.
+const MOST_JUDGED: u64 = 2_000;
+
+/// How a search ended.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum SearchEnd {
+    /// No set passes.
+    NonePasses,
+    /// This set passes.
+    Passes(Vec<usize>),
+    /// There are too many sets.
+    Open,
+}
+
+/// Candidates of which a set has so many.
+struct Need {
+    among: Vec<bool>,
+    least: usize,
+}
+
+/// A search for a set that passes some terms.
+pub(super) struct PlainSearch<'s> {
+    input: ProofInput<'s>,
+    open: OpenBackends<'s>,
+    /// Whether a body is too near where it comes in.
+    is_hopeless: bool,
+    needs: Vec<Need>,
+    reaches: Vec<Reach<'s>>,
+    /// What decides among sets of the same cost must be better than this.
+    then: Option<Reach<'s>>,
+    /// Of what is asked, what must be judged.
+    judged: Option<Study>,
+    /// What each candidate costs, and a set may cost at most, in thousandths.
+    costs: Vec<u64>,
+    most_cost: Option<u64>,
+    /// For each candidate those that may be in a set with it.
+    together: Vec<Vec<bool>>,
+    looked_at: u64,
+    judgements: u64,
+    found: Option<Vec<usize>>,
+    is_open: bool,
+}
+
+/// What ways in ask for of a set.
+struct Unmet {
+    /// The fewest that may join, of those of a way.
+    first: Vec<usize>,
+    /// What a set costs more at least, and how many more it has.
+    cost: u64,
+    members: usize,
+}
+
+impl<'s> PlainSearch<'s> {
+    /// A search for sets that pass some terms and cost at most so much.
+    pub(super) fn new(
+        (input, open): (ProofInput<'s>, OpenBackends<'s>),
+        facts: &NearFacts,
+        terms: &Terms,
+        most_cost: Option<u64>,
+    ) -> PlainSearch<'s> {
+        let ProofInput { study, purchase, items, .. } = input;
+        let need = |way| {
+            let least = facts.needed(input, terms, way)?;
+            Some(Need { among: way.noticed_by.clone(), least })
+        };
+        let (mut reaches, mut judged) = (Vec::new(), Vec::new());
+        for requirement in &terms.requirements {
+            let mut others = Requirement { under: Vec::new(), ..requirement.clone() };
+            for &condition in &requirement.under {
+                let reach = match (&requirement.measure, dead_in(condition)) {
+                    (Measure::Counted(counted), Some(dead)) => {
+                        let bar = Bar::Keeps(requirement.limit);
+                        input.reach((counted.score, counted.over, counted.region), bar, dead)
+                    }
+                    _ => None,
+                };
+                if reach.as_ref().is_none_or(|reach| reach.adds_up) {
+                    others.under.push(condition);
+                }
+                reaches.extend(reach);
+            }
+            judged.extend((!others.under.is_empty()).then_some(others));
+        }
+        let allowed = input.allowed();
+        let pair =
+            |a: usize| (0..items.len()).map(|b| allowed.clash(&[items[a], items[b]]).is_none()).collect();
+        let own = |budget: Option<Cost>| budget.map(Cost::thousandths);
+        PlainSearch {
+            input,
+            open,
+            is_hopeless: facts.too_near_at_entry(input, terms).is_some(),
+            needs: facts.ways.iter().filter_map(need).collect(),
+            reaches,
+            then: None,
+            judged: (!judged.is_empty()).then(|| restricted_study(study, judged, terms.stopping.clone())),
+            costs: items.iter().map(|&[sensor, _]| thousandths(study, sensor)).collect(),
+            most_cost: most_cost.into_iter().chain(own(purchase.budget)).min(),
+            together: (0..items.len()).map(pair).collect(),
+            looked_at: 0,
+            judgements: 0,
+            found: None,
+            is_open: false,
+        }
+    }
+
+    /// Only sets that are better by the score that decides among those of the same cost.
+    pub(super) fn beating(mut self, terms: &Terms, reach: Reach<'s>) -> Self {
+        if reach.adds_up {
+            let all =
+                || restricted_study(self.input.study, terms.requirements.clone(), terms.stopping.clone());
+            self.judged = Some(self.judged.take().unwrap_or_else(all));
+        }
+        self.then = Some(reach);
+        self
+    }
+
+    /// Searches.
+    ///
+    /// # Errors
+    /// When a backend fails; `Error::Stopped`.
+    pub(super) fn run(mut self) -> Result<SearchEnd> {
+        let ProofInput { purchase, items, .. } = self.input;
+        let fixed: Vec<usize> =
+            (0..items.len()).filter(|&item| purchase.always.contains(&items[item])).collect();
+        let others: Vec<usize> = (0..items.len()).filter(|item| !fixed.contains(item)).collect();
+        if !self.is_hopeless && self.affords(self.cost(&fixed)) && fixed.len() <= purchase.at_most {
+            self.look_at(&fixed, &others)?;
+        }
+        Ok(match self.found {
+            Some(set) => SearchEnd::Passes(set),
+            None if self.is_open => SearchEnd::Open,
+            None => SearchEnd::NonePasses,
+        })
+    }
+
+    /// Looks at all sets that have some members, and others besides.
+    fn look_at(&mut self, chosen: &[usize], others: &[usize]) -> Result<()> {
+        if self.found.is_some() || self.is_open {
+            return Ok(());
+        }
+        self.input.progress.check_stop()?;
+        self.looked_at += 1;
+        if self.looked_at > MOST_SETS {
+            self.is_open = true;
+            return Ok(());
+        }
+        let later = self.may_join(chosen, others);
+        let Some(unmet) = self.unmet_needs(chosen, &later) else { return Ok(()) };
+        let left = self.input.purchase.at_most - chosen.len();
+        if unmet.members > left || !self.affords(self.cost(chosen) + unmet.cost) {
+            return Ok(());
+        }
+        if self.all_reaches().any(|reach| reach.is_out_of_reach(chosen, &later)) {
+            return Ok(());
+        }
+        if unmet.members > 0 {
+            for (number, &item) in unmet.first.iter().enumerate() {
+                let is_tried = |other: &usize| unmet.first[..=number].contains(other);
+                let rest: Vec<usize> = later.iter().copied().filter(|other| !is_tried(other)).collect();
+                self.look_at(&extend_set(chosen, item), &rest)?;
+            }
+            return Ok(());
+        }
+        if self.passes(chosen)? {
+            self.found = Some(chosen.to_vec());
+            return Ok(());
+        }
+        self.look_at_more(chosen, later, left)
+    }
+
+    /// Looks at all sets that have some members and at least one more, those first that help most.
+    fn look_at_more(&mut self, chosen: &[usize], mut later: Vec<usize>, left: usize) -> Result<()> {
+        let tallies: Vec<Tally> =
+            self.all_reaches().flat_map(|reach| reach.tallies(chosen, &later)).collect();
+        let mut order: Vec<usize> = (0..later.len()).collect();
+        if let Some(worst) = tallies.iter().find(|tally| tally.lacks > 0) {
+            order.sort_by_key(|&place| std::cmp::Reverse(worst.gains[place]));
+        }
+        later = order.iter().map(|&place| later[place]).collect();
+        let tallies: Vec<Tally> = tallies.into_iter().map(|tally| tally.in_order(&order)).collect();
+        let costs: Vec<u64> = later.iter().map(|&item| self.costs[item]).collect();
+        let money = self.most_cost.map(|most| most - self.cost(chosen));
+        for place in 0..later.len() {
+            if !tallies.iter().all(|tally| tally.may_reach(place, left, (&costs, money))) {
+                break;
+            }
+            self.look_at(&extend_set(chosen, later[place]), &later[place + 1..])?;
+        }
+        Ok(())
+    }
+
+    /// Those of some candidates that may join a set.
+    fn may_join(&self, chosen: &[usize], others: &[usize]) -> Vec<usize> {
+        let ProofInput { study, purchase, items, .. } = self.input;
+        let cost = self.cost(chosen);
+        let joins = |&item: &usize| {
+            let sensor = items[item][0];
+            let of_it = chosen.iter().filter(|&&other| items[other][0] == sensor).count();
+            self.affords(cost + self.costs[item])
+                && chosen.iter().all(|&other| self.together[other][item])
+                && study.sensors[sensor].terms.at_most.is_none_or(|most| of_it < most as usize)
+        };
+        if chosen.len() >= purchase.at_most {
+            Vec::new()
+        } else {
+            others.iter().copied().filter(joins).collect()
+        }
+    }
+
+    /// What ways in still ask for; `None` if not enough candidates are left.
+    fn unmet_needs(&self, chosen: &[usize], later: &[usize]) -> Option<Unmet> {
+        let mut unmet: Vec<(usize, Vec<usize>)> = Vec::new();
+        for Need { among, least } in &self.needs {
+            let lacks = least.saturating_sub(chosen.iter().filter(|&&item| among[item]).count());
+            let may: Vec<usize> = later.iter().copied().filter(|&item| among[item]).collect();
+            if may.len() < lacks {
+                return None;
+            }
+            if lacks > 0 {
+                unmet.push((lacks, may));
+            }
+        }
+        unmet.sort_by_key(|(lacks, may)| may.len() - lacks);
+        let (mut cost, mut members, mut used) = (0, 0, vec![false; self.costs.len()]);
+        for (lacks, may) in &unmet {
+            if may.iter().any(|&item| used[item]) {
+                continue;
+            }
+            let mut costs: Vec<u64> = may.iter().map(|&item| self.costs[item]).collect();
+            costs.sort_unstable();
+            cost += costs[..*lacks].iter().sum::<u64>();
+            members += lacks;
+            may.iter().for_each(|&item| used[item] = true);
+        }
+        let first = unmet.into_iter().next().map_or(Vec::new(), |(_, may)| may);
+        Some(Unmet { first, cost, members })
+    }
+
+    fn passes(&mut self, set: &[usize]) -> Result<bool> {
+        let counts_decide = |reach: &&Reach| !reach.adds_up;
+        if set.is_empty() || !self.all_reaches().filter(counts_decide).all(|reach| reach.holds(set)) {
+            return Ok(false);
+        }
+        let Some(study) = &self.judged else { return Ok(true) };
+        self.judgements += 1;
+        if self.judgements > MOST_JUDGED {
+            self.is_open = true;
+            return Ok(false);
+        }
+        let mut set = set.to_vec();
+        set.sort_unstable();
+        let verdict = judge(self.input, study, &set, self.open)?;
+        let then = self.then.as_ref().filter(|then| then.adds_up).zip(self.input.purchase.then);
+        let is_better = then.is_none_or(|(then, counted)| then.is_met(&verdict.counts[counted.region]));
+        Ok(verdict.missed.is_none() && is_better)
+    }
+
+    fn all_reaches(&self) -> impl Iterator<Item = &Reach<'s>> {
+        self.reaches.iter().chain(&self.then)
+    }
+
+    fn affords(&self, cost: u64) -> bool {
+        self.most_cost.is_none_or(|most| cost <= most)
+    }
+
+    fn cost(&self, set: &[usize]) -> u64 {
+        set.iter().map(|&item| self.costs[item]).sum()
+    }
+}
+
+impl<'a> ProofInput<'a> {
+    /// A score over a region that a set must have; `None` where nothing was cast in it.
+    pub(super) fn reach(
+        self,
+        (score, over, region): (Score, Across, usize),
+        bar: Bar,
+        dead: usize,
+    ) -> Option<Reach<'a>> {
+        let ProofInput { study, purchase, regions, evidence, .. } = self;
+        let evidence = &evidence[regions.iter().position(|own| *own == region)?];
+        let adds_up = is_of_labels(score)
+            && odds_of(study, purchase.fusion, &purchase.representations, evidence).is_some();
+        Some(Reach { evidence, score, over, bar, dead, adds_up })
+    }
+}
+
+fn extend_set(chosen: &[usize], item: usize) -> Vec<usize> {
+    [chosen, &[item]].concat()
+}

@@ -1,0 +1,354 @@
+//! The ways in of an answer, followed again step by step. What is shared with the search is what the study says (bodies,
+//! places of entries) and what one sensor watches in one snapshot; where nothing is solid, how near a body is and who
+//! together notices it are found here by trying all voxels.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::ProofInput;
+use crate::approach::{Body, Company, Ground, NearestApproach};
+use crate::cheapest::report::ProvenWay;
+use crate::cheapest::terms::{Terms, dead_in};
+use crate::choose::pose_name;
+use crate::judge::{Conditions, Passage, approach_value};
+use crate::view::watched::{Watcher, Watchers};
+use perirobot_march::error::Issue;
+use perirobot_march::voxel::{BitGrid, Distances};
+use perirobot_march::{Error, Result};
+use perirobot_scene::truth::Truth;
+use perirobot_study::study::{Hazard, Measure, Nearness, Requirement};
+
+/// A way in that was followed.
+pub(super) struct FollowedWay {
+    pub(super) passage: Passage,
+    /// How near it comes, squared in voxels.
+    pub(super) squared: u32,
+    /// For each candidate whether it is one of those of which one at least notices it.
+    pub(super) noticed_by: Vec<bool>,
+    /// Which scene and company, and which body, and where that is at the end.
+    cell: usize,
+    body: usize,
+    end: [i32; 3],
+}
+
+/// How near a body is at an entry whatever is watched.
+pub(super) struct AtEntry {
+    pub(super) passage: Passage,
+    /// Squared, in voxels.
+    pub(super) squared: u32,
+}
+
+/// What is known of bodies that come near.
+pub(super) struct NearFacts<'g> {
+    cells: Vec<Cell<'g>>,
+    pub(super) ways: Vec<FollowedWay>,
+    pub(super) entries: Vec<AtEntry>,
+}
+
+/// A scene in some company, all its snapshots at once.
+struct Cell<'g> {
+    ground: &'g Ground<'g>,
+    company: Company,
+    truths: Vec<Arc<Truth>>,
+    /// What is solid in all snapshots.
+    solid: BitGrid,
+    hazard: BitGrid,
+    /// The voxels of the hazard with a neighbour outside: none of the others is the nearest.
+    surface: Vec<[i32; 3]>,
+}
+
+impl<'g> NearFacts<'g> {
+    /// Follows all ways in, in the order of the file.
+    ///
+    /// # Errors
+    /// `Error::Input` that names the way and what does not hold of it; `Error::Stopped`.
+    pub(super) fn new(input: ProofInput<'g>, ways: &[ProvenWay]) -> Result<NearFacts<'g>> {
+        let mut cells = Vec::new();
+        for ground in input.grounds {
+            cells.extend(ground.companies().into_iter().map(|company| Cell::new(ground, company)));
+        }
+        let entries = cells.par_iter().flat_map(Cell::at_entries).collect();
+        let mut followed: Vec<Option<FollowedWay>> = ways.iter().map(|_| None).collect();
+        for (number, way) in ways.iter().enumerate() {
+            let is_there = cells.iter().any(|cell| cell.is_of(input, way));
+            if !is_there || way.repeat >= input.study.repeats as usize {
+                return Err(Issue::says("is in no scene, company and repeat of the study")
+                    .with_place(format!("ways_in[{number}]"))
+                    .into());
+            }
+        }
+        for (place, cell) in cells.iter().enumerate() {
+            for repeat in 0..input.study.repeats as usize {
+                let own: Vec<usize> = (0..ways.len())
+                    .filter(|&i| cell.is_of(input, &ways[i]) && ways[i].repeat == repeat)
+                    .collect();
+                if own.is_empty() {
+                    continue;
+                }
+                let watched = cell.watched(input, repeat)?;
+                let follow = |&number: &usize| {
+                    let way = cell.follow(input, (&format!("ways_in[{number}]"), &ways[number]), &watched);
+                    way.map(|way| FollowedWay { cell: place, ..way }).map_err(Error::from)
+                };
+                let found: Vec<FollowedWay> = own.par_iter().map(follow).collect::<Result<_>>()?;
+                own.into_iter().zip(found).for_each(|(number, way)| followed[number] = Some(way));
+            }
+        }
+        Ok(NearFacts { cells, ways: followed.into_iter().flatten().collect(), entries })
+    }
+
+    /// How many of those who notice a way a set needs that passes some terms: one more than may be dead; none if the way
+    /// does not lead too near.
+    pub(super) fn needed(&self, input: ProofInput, terms: &Terms, way: &FollowedWay) -> Option<usize> {
+        let near = missed_requirements(input, terms, &way.passage, way.squared);
+        let dead = near.flat_map(|one| one.under.iter().filter_map(|&condition| dead_in(condition)).max());
+        dead.max().map(|dead| dead + 1)
+    }
+
+    /// Where the middle of a body is at the end of a way, in world metres, and which object stands before it, seen from
+    /// most candidates.
+    pub(super) fn end_of(&self, input: ProofInput, way: &FollowedWay) -> ([f64; 3], Option<String>) {
+        let Cell { ground, truths, .. } = &self.cells[way.cell];
+        let (body, world, truth) = (&ground.bodies[way.body], &ground.worlds[0], &truths[0]);
+        let watchers = input.watchers(way.passage.repeat);
+        let watch = watchers.watch(world, truth.clone());
+        let often = watchers.blocking_objects(&watch, body.voxels(way.end)).into_iter();
+        let mut named: Vec<_> = often.map(|(object, often)| (often, &truth.objects[object].name)).collect();
+        named.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(b.1)));
+        (body.middle_m(way.end, &world.grid).to_array(), named.first().map(|(_, name)| (*name).clone()))
+    }
+
+    /// The first entry at which a body is too near already, whatever is chosen, and the requirement that says so.
+    pub(super) fn too_near_at_entry<'t>(
+        &self,
+        input: ProofInput,
+        terms: &'t Terms,
+    ) -> Option<(&AtEntry, &'t Requirement)> {
+        let fails = |entry: &AtEntry| missed_requirements(input, terms, &entry.passage, entry.squared).next();
+        self.entries.iter().find_map(|entry| Some((entry, fails(entry)?)))
+    }
+}
+
+/// The requirements that a body misses that comes so near, if nothing but dead sensors is not as planned.
+fn missed_requirements<'t>(
+    input: ProofInput,
+    terms: &'t Terms,
+    passage: &Passage,
+    squared: u32,
+) -> impl Iterator<Item = &'t Requirement> {
+    let needed = terms.stopping.as_ref().map(|stopping| *stopping.fastest());
+    let scale = Conditions { voxel_size_m: input.study.voxel_size_m, needed, ..Conditions::default() };
+    let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
+    let is_asked = |nearness: &Nearness| !nearness.score.is_area() && passage.is_asked(nearness);
+    let misses = |one: &&Requirement| match &one.measure {
+        Measure::Nearness(nearness) if is_asked(nearness) => {
+            let is_counted = one.under.iter().any(|&condition| dead_in(condition).is_some());
+            let value = approach_value(nearness.score, &near, &scale);
+            is_counted && !value.is_some_and(|value| value.meets(&one.limit))
+        }
+        _ => false,
+    };
+    terms.requirements.iter().filter(misses).collect::<Vec<_>>().into_iter()
+}
+
+impl<'a> ProofInput<'a> {
+    /// All candidates.
+    fn watchers(self, repeat: usize) -> Watchers<'a> {
+        let watcher = |&[sensor, candidate]: &[usize; 2]| Watcher {
+            sensor,
+            candidate,
+            representation: self.purchase.representations[sensor],
+        };
+        Watchers::from_watchers(self.study, self.items.iter().map(watcher).collect(), repeat)
+    }
+}
+
+impl<'g> Cell<'g> {
+    fn new(ground: &'g Ground<'g>, company: Company) -> Cell<'g> {
+        let window = ground.worlds[0].grid.window();
+        let truths: Vec<Arc<Truth>> = ground.worlds.iter().map(|world| company.truth(world)).collect();
+        let (mut solid, mut hazard) = (BitGrid::full(window), BitGrid::new(window));
+        for (world, truth) in ground.worlds.iter().zip(&truths) {
+            let mut here = BitGrid::new(window);
+            here.add(&truth.occupied);
+            here.add(&truth.ignored);
+            here.add(&truth.robot_volume);
+            solid.keep(&here);
+            match ground.study.approach.hazard {
+                Hazard::Region(region) => hazard.add(&world.regions[region].voxels),
+                Hazard::Robot | Hazard::RobotSwept => hazard.add(&world.truth().robot_volume),
+            }
+        }
+        let is_inside = |voxel: &[i32; 3]| {
+            let near = |axis: usize, by: i32| {
+                let mut other = *voxel;
+                other[axis] += by;
+                hazard.get(other)
+            };
+            (0..3).all(|axis| near(axis, -1) && near(axis, 1))
+        };
+        let surface = hazard.voxels().filter(|voxel| !is_inside(voxel)).collect();
+        Cell { ground, company, truths, solid, hazard, surface }
+    }
+
+    fn is_of(&self, input: ProofInput, way: &ProvenWay) -> bool {
+        let scene = &input.study.scenes[self.ground.worlds[0].scene].name;
+        (scene, self.company.name()) == (&way.scene, &*way.people)
+    }
+
+    fn passage(&self, body: &Body, entry: usize, repeat: usize) -> Passage {
+        Passage {
+            scene: self.ground.worlds[0].scene,
+            company: self.company,
+            repeat,
+            body: body.name.clone(),
+            on_floor: body.on_floor,
+            entry: self.ground.study.approach.entries[entry].name.clone(),
+        }
+    }
+
+    fn has_room(&self, body: &Body, place: [i32; 3]) -> bool {
+        body.voxels(place).all(|voxel| !self.solid.get(voxel))
+    }
+
+    /// How near a body is to the hazard at a place, squared in voxels.
+    fn squared_distance(&self, body: &Body, place: [i32; 3]) -> u32 {
+        let to_surface = |voxel: [i32; 3]| {
+            let squared = |other: &[i32; 3]| (0..3).map(|r| voxel[r].abs_diff(other[r]).pow(2)).sum::<u32>();
+            let is_in = self.hazard.get(voxel);
+            if is_in { 0 } else { self.surface.iter().map(squared).min().unwrap_or(u32::MAX) }
+        };
+        body.voxels(place).map(to_surface).min().unwrap_or(u32::MAX)
+    }
+
+    /// How near each body is at each entry where it has room; none where it has no room. Distances from the table of all
+    /// voxels say where it is nearest; how near that is, is found by trying all voxels.
+    fn at_entries(&self) -> Vec<AtEntry> {
+        let distances = Distances::from_set(&self.hazard);
+        let mut all = Vec::new();
+        for (body, begins) in self.ground.bodies.iter().zip(&self.ground.begins) {
+            for (entry, begin) in begins.iter().enumerate() {
+                let free = begin.voxels().filter(|&place| self.has_room(body, place));
+                let near = |&place: &[i32; 3]| {
+                    body.voxels(place).map(|voxel| distances.squared_distance(voxel)).min()
+                };
+                let Some(nearest) = free.min_by_key(near) else { continue };
+                let (passage, squared) = (self.passage(body, entry, 0), self.squared_distance(body, nearest));
+                all.push(AtEntry { passage, squared });
+            }
+        }
+        all
+    }
+
+    /// What each candidate watches in each snapshot.
+    fn watched(&self, input: ProofInput, repeat: usize) -> Result<Vec<Vec<BitGrid>>> {
+        let watchers = input.watchers(repeat);
+        let look = |one: &Watcher| {
+            input.progress.check_stop()?;
+            let snapshots = self.ground.worlds.iter().zip(&self.truths);
+            Ok(snapshots.map(|(world, truth)| watchers.watched_voxels(one, world, truth).trim()).collect())
+        };
+        watchers.each().par_iter().map(look).collect()
+    }
+
+    fn follow(
+        &self,
+        input: ProofInput,
+        (at, way): (&str, &ProvenWay),
+        watched: &[Vec<BitGrid>],
+    ) -> Result<FollowedWay, Issue> {
+        let wrong = |key: &str, what: String| Err(Issue::says(what).with_place(format!("{at}.{key}")));
+        let Ground { study, bodies, places: rooms, begins, .. } = self.ground;
+        let Some(number) = bodies.iter().position(|body| body.name == way.body) else {
+            return wrong("body", format!("{:?} is no body of the study", way.body));
+        };
+        let Some(entry) = study.approach.entries.iter().position(|entry| entry.name == way.entry) else {
+            return wrong("entry", format!("{:?} is no entry of the study", way.entry));
+        };
+        let (body, begin) = (&bodies[number], &begins[number][entry]);
+        let (Some(&first), Some(&end)) = (way.places.first(), way.places.last()) else {
+            return wrong("places", "is empty".into());
+        };
+        if !begin.get(first) {
+            return wrong("places[0]", format!("{first:?} is no place of entry {:?}", way.entry));
+        }
+        let is_step = |[from, to]: [[i32; 3]; 2]| from != to && (0..3).all(|r| from[r].abs_diff(to[r]) <= 1);
+        for (step, &place) in way.places.iter().enumerate() {
+            let key = format!("places[{step}]");
+            if step > 0 && !is_step([way.places[step - 1], place]) {
+                return wrong(&key, format!("{place:?} is not beside the place before"));
+            }
+            if !rooms[number].contains(place) || !self.has_room(body, place) {
+                return wrong(&key, format!("{place:?} has no room for body {:?}", way.body));
+            }
+        }
+        let squared = self.squared_distance(body, end);
+        let nearest_m = f64::from(squared).sqrt() * study.voxel_size_m;
+        if nearest_m != way.nearest_m {
+            return wrong("nearest_m", format!("is {}, and measured again it is {nearest_m}", way.nearest_m));
+        }
+        let noticed_by = self.who_notices(input, (at, way), body, watched)?;
+        let passage = self.passage(body, entry, way.repeat);
+        Ok(FollowedWay { passage, squared, noticed_by, cell: 0, body: number, end })
+    }
+
+    /// Whether all candidates but those that are said to notice a body do not notice it together, and with any one of those
+    /// they do.
+    fn who_notices(
+        &self,
+        input: ProofInput,
+        (at, way): (&str, &ProvenWay),
+        body: &Body,
+        watched: &[Vec<BitGrid>],
+    ) -> Result<Vec<bool>, Issue> {
+        let in_file = |number: usize| format!("{at}.noticed_by[{number}]");
+        let mut named = Vec::new();
+        for (number, name) in way.noticed_by.iter().enumerate() {
+            match input.items.iter().position(|&item| pose_name(input.study, item) == *name) {
+                Some(item) if named.last().is_none_or(|last| *last < item) => named.push(item),
+                Some(_) => {
+                    return Err(Issue::says(format!("{name:?} is out of order")).with_place(in_file(number)));
+                }
+                None => {
+                    let what = format!("{name:?} is no pose of the study");
+                    return Err(Issue::says(what).with_place(in_file(number)));
+                }
+            }
+        }
+        let others: Vec<usize> = (0..watched.len()).filter(|item| !named.contains(item)).collect();
+        let mut voxels: Vec<[i32; 3]> = way.places.iter().flat_map(|&place| body.voxels(place)).collect();
+        voxels.sort_unstable();
+        voxels.dedup();
+        let number = |voxel: [i32; 3]| voxels.binary_search(&voxel).ok();
+        let bodies: Vec<Vec<usize>> =
+            way.places.iter().map(|&place| body.voxels(place).filter_map(number).collect()).collect();
+        let sees = |item: usize, snapshot: usize, voxel: usize| watched[item][snapshot].get(voxels[voxel]);
+        let snapshots = 0..self.truths.len();
+        let by_others = |snapshot: usize| -> Vec<bool> {
+            let is_seen = |voxel| others.iter().any(|&item| sees(item, snapshot, voxel));
+            (0..voxels.len()).map(is_seen).collect()
+        };
+        let by_others: Vec<Vec<bool>> = snapshots.clone().map(by_others).collect();
+        // The first place at which enough voxels are watched in all snapshots.
+        let noticed_at = |more: Option<usize>| {
+            let is_seen = |&voxel: &usize| {
+                let by_more = |snapshot| more.is_some_and(|item| sees(item, snapshot, voxel));
+                snapshots.clone().all(|snapshot| by_others[snapshot][voxel] || by_more(snapshot))
+            };
+            let count = |body: &Vec<usize>| body.iter().filter(|voxel| is_seen(voxel)).count();
+            bodies.iter().position(|voxels| count(voxels) >= body.min_voxels as usize)
+        };
+        if let Some(step) = noticed_at(None) {
+            let what = "candidates that are not in noticed_by notice the body here";
+            return Err(Issue::says(what).with_place(format!("{at}.places[{step}]")));
+        }
+        for (number, &item) in named.iter().enumerate() {
+            if noticed_at(Some(item)).is_none() {
+                let what = format!("{:?} does not notice the body on this way", way.noticed_by[number]);
+                return Err(Issue::says(what).with_place(in_file(number)));
+            }
+        }
+        Ok((0..watched.len()).map(|item| named.contains(&item)).collect())
+    }
+}
