@@ -1,5 +1,5 @@
 // Counts the people's voxels that any reading of a job hits, part by part, and those that presence sensors
-// feel, person by person: the twin of src/march/backend/count.rs. One invocation a word of voxels of one part in
+// feel, person by person, and those that several readings hit: the twin of src/march/backend/count.rs. One invocation a word of voxels of one part in
 // one region.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
@@ -33,11 +33,13 @@ fn main(
         let job = jobs[row];
         let some = body_words[item];
         var hit = 0u;
+        var twice = 0u;
         var sensed = 0u;
         var i = job.first;
         for (; i < job.end; i += 1u) {
             let reading = readings[i];
             let hits = hits_of(reading.slot, some.word) | hits_of(reading.volume, some.word);
+            twice |= hit & hits;
             hit |= hits;
             sensed |= select(0u, hits, reading.presence != 0u);
         }
@@ -48,6 +50,9 @@ fn main(
         }
         if (sensed & some.voxels) != 0u {
             atomicAdd(&found[first + some.sensed], countOneBits(sensed & some.voxels));
+        }
+        if (twice & some.voxels) != 0u {
+            atomicAdd(&found[first + some.twice], countOneBits(twice & some.voxels));
         }
     }
     report(DETECT, local);

@@ -1,5 +1,6 @@
 // What the readings of each job say together: the twin of src/march/backend/fuse.rs. One invocation four words of 32
-// voxels, so that readings are looked up for all of them at once; the fused `free` holds no voxel of the fused `occupied`.
+// voxels, so that readings are looked up for all of them at once. `labels` are two planes of each job, one after the other:
+// occupied, and free, which holds no voxel of the first. `twice` are the voxels that at least two readings label.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
@@ -7,14 +8,20 @@
 @group(0) @binding(3) var<storage, read> readings: array<Reading>;
 @group(0) @binding(4) var<storage, read> ended: array<u32>;
 @group(0) @binding(5) var<storage, read> free: array<u32>;
-@group(0) @binding(6) var<storage, read_write> fused_occupied: array<u32>;
-@group(0) @binding(7) var<storage, read_write> fused_free: array<u32>;
+@group(0) @binding(6) var<storage, read_write> labels: array<u32>;
+@group(0) @binding(7) var<storage, read_write> twice: array<u32>;
 @group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // Four words of voxels, as one sensor or all of them see them.
 struct Said {
     occupied: vec4<u32>,
     free: vec4<u32>,
+}
+
+// What all readings say of them, and which voxels at least two label.
+struct Fused {
+    said: Said,
+    twice: vec4<u32>,
 }
 
 fn kept(slot: u32, words: vec4<u32>) -> Said {
@@ -37,12 +44,14 @@ fn said(reading: Reading, words: vec4<u32>) -> Said {
 }
 
 // Occupied if any sensor says so, else free if any does.
-fn fuse_words(job: Job, words: vec4<u32>) -> Said {
+fn fuse_words(job: Job, words: vec4<u32>) -> Fused {
     var any = Said();
+    var both = vec4<u32>();
     var i = job.first;
     loop {
         if i < job.end {
             let one = said(readings[i], words);
+            both |= (any.occupied | any.free) & (one.occupied | one.free);
             any.occupied |= one.occupied;
             any.free |= one.free;
         }
@@ -53,14 +62,14 @@ fn fuse_words(job: Job, words: vec4<u32>) -> Said {
     }
     loop_ended(opaque(i) >= job.end);
     any.free &= ~any.occupied;
-    return any;
+    return Fused(any, both);
 }
 
 // The sign of the log-odds. Voxels of which all sensors say the same are summed once; there are few kinds in
 // a word.
-fn sum_words(job: Job, words: vec4<u32>) -> Said {
+fn sum_words(job: Job, words: vec4<u32>) -> Fused {
     let either = fuse_words(job, words);
-    var left = either.occupied | either.free;
+    var left = either.said.occupied | either.said.free;
     var signs = Said();
     while any(left != vec4<u32>()) {
         let first = left & (~left + 1u);
@@ -82,13 +91,15 @@ fn sum_words(job: Job, words: vec4<u32>) -> Said {
         left &= ~same;
     }
     loop_ended(opaque(left.x | left.y | left.z | left.w) == 0u);
-    return signs;
+    return Fused(signs, either.twice);
 }
 
-fn write(plane: u32, word: u32, occupied: u32, free: u32) {
+fn write(row: u32, word: u32, occupied: u32, free: u32, both: u32) {
     if word < part.end {
-        fused_occupied[plane + word] = occupied;
-        fused_free[plane + word] = free;
+        let plane = row * setup.window_words;
+        labels[2u * plane + word] = occupied;
+        labels[2u * plane + setup.window_words + word] = free;
+        twice[plane + word] = both;
     }
 }
 
@@ -106,17 +117,17 @@ fn main(
     if words.x < part.end {
         let job = jobs[row];
         let within = min(words, vec4<u32>(part.end - 1u));
-        var fused: Said;
+        var fused: Fused;
         if job.octomap != 0u {
             fused = sum_words(job, within);
         } else {
             fused = fuse_words(job, within);
         }
-        let plane = row * setup.window_words;
-        write(plane, words.x, fused.occupied.x, fused.free.x);
-        write(plane, words.y, fused.occupied.y, fused.free.y);
-        write(plane, words.z, fused.occupied.z, fused.free.z);
-        write(plane, words.w, fused.occupied.w, fused.free.w);
+        let said = fused.said;
+        write(row, words.x, said.occupied.x, said.free.x, fused.twice.x);
+        write(row, words.y, said.occupied.y, said.free.y, fused.twice.y);
+        write(row, words.z, said.occupied.z, said.free.z, fused.twice.z);
+        write(row, words.w, said.occupied.w, said.free.w, fused.twice.w);
     }
     report(FUSE, local);
 }

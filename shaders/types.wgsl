@@ -124,12 +124,13 @@ struct Reading {
 }
 
 // Voxels of one part of one person in one region that share a word of a plane, and the counters of those that
-// are hit and of those that presence sensors feel.
+// are hit, of those that presence sensors feel, and of those that at least two readings hit.
 struct BodyWord {
     word: u32,
     voxels: u32,
     hits: u32,
     sensed: u32,
+    twice: u32,
 }
 
 // The end of a ray that returns from behind all that matters.

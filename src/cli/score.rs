@@ -22,6 +22,8 @@ pub(super) enum ScoreArg {
     Unknown,
     /// Share of the free voxels with a label that are called occupied
     FalseAlarm,
+    /// Share of the region that at least two sensors label, whatever they say
+    SeenTwice,
 }
 
 impl ScoreArg {
@@ -41,6 +43,7 @@ impl ScoreArg {
             ScoreArg::PartsDetected => &[Score::PartsDetected],
             ScoreArg::Unknown => &[Score::Unknown],
             ScoreArg::FalseAlarm => &[Score::FalseAlarm],
+            ScoreArg::SeenTwice => &[Score::SeenTwice],
         }
     }
 }

@@ -161,7 +161,7 @@ impl BitLayout {
         SPACE_OF.map(|space| self.moments[world].words[space].len())
     }
 
-    /// What a union of rows is worth at one moment.
+    /// What a union of rows is worth at one moment. A union does not determine the overlap, which stays empty.
     pub fn counts(
         &self,
         ones: Ones,

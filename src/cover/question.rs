@@ -170,8 +170,8 @@ fn inequality(
             let par = (q - p) * s;
             (s > 0).then(|| WeightedTerms { gains, charges: Vec::new(), par, beat }.scale())
         }
-        // No inequality says how people's voxels are labelled, or which labels are wrong.
-        Score::HumanClaimed | Score::FalseAlarm => None,
+        // No inequality says how people's voxels are labelled, which labels are wrong, or what two sensors label.
+        Score::HumanClaimed | Score::FalseAlarm | Score::SeenTwice => None,
         Score::PeopleDetected | Score::PartsDetected => {
             let groups: Vec<Group> = moments.iter().flat_map(|moment| who(layout, moment, score)).collect();
             let (count, whole) = (groups.len() as i128, i128::from(layout.min_hits()));

@@ -3,11 +3,13 @@
 
 mod across;
 mod detection;
+mod overlap;
 mod ratio;
 mod score;
 
 pub use across::Across;
 pub use detection::{BODY_PARTS, BodyPart, DETECTION_COUNTERS, Detection, PartTally};
+pub use overlap::{OVERLAP_COUNTERS, Overlap};
 pub use ratio::Ratio;
 pub use ratio::gcd;
 pub use score::{SCORES, Score};
@@ -44,6 +46,9 @@ pub struct Confusion {
     pub robot: RoleCounts,
     /// Which people are detected.
     pub detection: Detection,
+    /// What at least two sensors see. Manifests of older versions have none.
+    #[serde(default)]
+    pub overlap: Overlap,
 }
 
 /// How many counters of labels a [`Confusion`] has, in the order of [`Confusion::from_counts`].
@@ -63,18 +68,21 @@ impl Confusion {
             human: role(6),
             robot: role(9),
             detection: Detection::default(),
+            overlap: Overlap::default(),
         }
     }
 
-    /// The inverse of [`Confusion::from_counts`]: all but the detection.
+    /// The inverse of [`Confusion::from_counts`]: all but the detection and the overlap.
     pub fn counts(&self) -> [u64; COUNTERS] {
         let (h, r) = (self.human, self.robot);
         [self.tp, self.fp, self.fn_, self.tn, self.uo, self.uf, h.tp, h.fn_, h.uo, r.tp, r.fn_, r.uo]
     }
 
-    /// All numbers: the counters of labels, those of the detection, and in how many rows each part is missed.
+    /// All numbers: the counters of labels, those of the detection, in how many rows each part is missed, and the
+    /// counters of the overlap.
     pub fn numbers(&self) -> Vec<u64> {
-        [&self.counts()[..], &self.detection.counts(), &self.detection.missed].concat()
+        let Confusion { detection, overlap, .. } = self;
+        [&self.counts()[..], &detection.counts(), &detection.missed, &overlap.counts()].concat()
     }
 
     /// The same labels with a detection.
@@ -82,11 +90,17 @@ impl Confusion {
         Confusion { detection, ..self }
     }
 
+    /// The same labels with an overlap.
+    pub fn with_overlap(self, overlap: Overlap) -> Self {
+        Confusion { overlap, ..self }
+    }
+
     /// Counter by counter.
     pub fn plus(&self, other: &Confusion) -> Confusion {
         let (a, b) = (self.counts(), other.counts());
         let labels = Confusion::from_counts(std::array::from_fn(|i| a[i] + b[i]));
-        labels.with_detection(self.detection.plus(&other.detection))
+        let detection = self.detection.plus(&other.detection);
+        labels.with_detection(detection).with_overlap(self.overlap.plus(&other.overlap))
     }
 
     /// Voxels of the region.
@@ -145,6 +159,11 @@ impl Confusion {
     pub fn false_alarm(&self) -> Option<f64> {
         ratio(self.fp as i128, (self.fp + self.tn) as i128)
     }
+
+    /// The share of the region that at least two sensors label.
+    pub fn seen_twice(&self) -> Option<f64> {
+        ratio(self.overlap.twice as i128, self.total() as i128)
+    }
 }
 
 /// One division; no score for a zero denominator.
@@ -181,11 +200,11 @@ mod tests {
             (empty.human_claimed(), empty.people_detected(), empty.parts_detected()),
             (None, None, None)
         );
-        assert_eq!((empty.unknown(), empty.false_alarm()), (None, None));
+        assert_eq!((empty.unknown(), empty.false_alarm(), empty.seen_twice()), (None, None, None));
         let blind = table(0, 0, 0, 0, 10, 90);
         assert_eq!(blind.f1(), Some(0.0));
         assert_eq!(blind.kappa(), Some(0.0), "knowing nothing is no better than chance");
-        assert_eq!(blind.unknown(), Some(1.0));
+        assert_eq!((blind.unknown(), blind.seen_twice()), (Some(1.0), Some(0.0)));
         let all_free_and_right = table(0, 0, 0, 100, 0, 0);
         assert_eq!(all_free_and_right.kappa(), None, "chance agrees on everything");
         assert_eq!(all_free_and_right.f1(), None);
@@ -206,10 +225,14 @@ mod tests {
             parts_detected: 11,
             ..Default::default()
         };
-        let of = Confusion::from_counts(counts).with_detection(detection);
+        let overlap = Overlap { twice: 7, hit_human_twice: 2 };
+        let of = Confusion::from_counts(counts).with_detection(detection).with_overlap(overlap);
         assert_eq!((of.human_claimed(), of.human_seen()), (Some(7.0 / 24.0), Some(5.0 / 24.0)));
         assert_eq!((of.people_detected(), of.parts_detected()), (Some(0.75), Some(0.55)));
+        assert_eq!(of.seen_twice(), Some(7.0 / 21.0));
         assert_eq!(of.plus(&of).detection.counts(), detection.counts().map(|n| 2 * n));
+        assert_eq!(of.plus(&of).overlap.counts(), [14, 4]);
+        assert_eq!(of.numbers().len(), COUNTERS + DETECTION_COUNTERS + BODY_PARTS + OVERLAP_COUNTERS);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use numpy::ndarray::{Array6, ArrayView1, ArrayView2};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
+use perirobot_march::metrics;
 use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_study::study::Study;
 use perirobot_study::world::World;
@@ -12,9 +13,9 @@ use perirobot_sweep::sweep::run_on;
 
 use crate::watch::Listener;
 
-/// Counters of a choice in a region, labels and detection.
+/// Counters of a choice in a region: labels, detection and overlap.
 pub(crate) const COUNTERS: usize =
-    perirobot_march::metrics::COUNTERS + perirobot_march::metrics::DETECTION_COUNTERS;
+    metrics::COUNTERS + metrics::DETECTION_COUNTERS + metrics::OVERLAP_COUNTERS;
 
 /// How far the entries of RᵀR may be from those of the identity, of a rotation R.
 const ROUNDED: f64 = 1e-3;
@@ -68,7 +69,8 @@ pub(crate) fn counts(
     for row in run_on(study, worlds, backends, listener)? {
         let here = |world: &World| (world.scene, world.snapshot) == (row.scene, row.snapshot);
         let moment = worlds.iter().position(here).expect("rows are of worlds that were given");
-        let numbers = row.counts.counts().into_iter().chain(row.counts.detection.counts());
+        let of_labels = row.counts.counts().into_iter();
+        let numbers = of_labels.chain(row.counts.detection.counts()).chain(row.counts.overlap.counts());
         for (counter, number) in numbers.enumerate() {
             let at = [row.combination, moment, row.repeat, row.representation, row.region, counter];
             counts[at] = number as i64;

@@ -7,7 +7,7 @@ use numpy::IntoPyArray;
 use perirobot_study::study::Study;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::columns::{
-    COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN, pose_names, representation_names,
+    COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN, OVERLAP_COLUMNS, pose_names, representation_names,
 };
 use perirobot_sweep::results::rows::scores;
 use perirobot_sweep::sweep::Row;
@@ -116,6 +116,9 @@ pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
     for score in scores() {
         let value = |row: &Row| score.evaluate(&row.counts).unwrap_or(f64::NAN);
         columns.push((score.name(), ArrayColumn::Scores(rows.iter().map(value).collect())));
+    }
+    for (number, name) in OVERLAP_COLUMNS.into_iter().enumerate() {
+        columns.push((name, counts(&|row| row.counts.overlap.counts()[number])));
     }
     columns
 }

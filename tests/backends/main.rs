@@ -17,4 +17,5 @@ mod sensors;
 mod shaders;
 mod shipped;
 mod stopping;
+mod twice;
 mod twins;

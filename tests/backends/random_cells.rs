@@ -49,13 +49,14 @@ fn compare(expected: &mut impl Backend, found: &mut impl Backend, case: &Case, t
             for (region, (left, right)) in left.iter().zip(right).enumerate() {
                 assert_eq!(left.counts(), right.counts(), "region {region}, {place}");
                 assert_eq!(left.detection, right.detection, "region {region}, {place}");
+                assert_eq!(left.overlap, right.overlap, "region {region}, {place}");
             }
         }
     }
 }
 
 /// Casts and uploads a case's evidence into its slots, over other evidence.
-fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot_march::Result<()> {
+pub(super) fn keep(backend: &mut dyn Backend, case: &Case) -> perirobot_march::Result<()> {
     let slots = case.shots.iter().map(|shot| shot.slot).chain(case.uploads.iter().map(|(slot, _)| *slot));
     let placements = case.shots.iter().rev().map(|shot| shot.placement).cycle();
     let wrong: Vec<_> = slots.zip(placements).map(|(slot, placement)| Shot::once(slot, placement)).collect();
@@ -120,7 +121,7 @@ fn seeds(all: std::ops::Range<u64>) -> std::ops::Range<u64> {
     }
 }
 
-fn gpu() -> Option<Gpu> {
+pub(super) fn gpu() -> Option<Gpu> {
     let choice: AdapterChoice = common::adapter()?;
     Some(Gpu::new(&choice).unwrap_or_else(|e| panic!("{e}")))
 }

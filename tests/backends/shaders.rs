@@ -67,7 +67,7 @@ fn structs_match_their_mirrors() {
     mirrored!("GridFrame", GridFrame, origin_q16 axis_q15);
     mirrored!("GridPose", PlacementWords, believed truly is_off draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);
-    mirrored!("BodyWord", BodyWord, word voxels hits sensed);
+    mirrored!("BodyWord", BodyWord, word voxels hits sensed twice);
     mirrored!("Reading", ReadingWords, slot volume hit miss presence);
 }
 

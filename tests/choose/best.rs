@@ -8,7 +8,7 @@ use perirobot_decide::choose::{MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::Result;
 use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
-use perirobot_march::metrics::{Across, Confusion, Score};
+use perirobot_march::metrics::{Across, Confusion, Overlap, Score};
 use perirobot_march::progress::Progress;
 use perirobot_study::study::{Choose, Combination, Member, Overrides, Study};
 use perirobot_study::world::World;
@@ -73,7 +73,8 @@ fn swept_under(
             combination.members.iter().map(|member| representations[member.sensor]).collect();
         let said = &combination.representations(&study.sensors)[row.representation];
         if row.region == region && *said == wanted {
-            found[row.combination].push(row.counts);
+            // Unions of evidence do not tell what two sensors see.
+            found[row.combination].push(row.counts.with_overlap(Overlap::default()));
         }
     }
     found

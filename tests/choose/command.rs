@@ -362,8 +362,8 @@ fn the_tables_of_a_proof_hold_until_they_are_altered() {
     };
     let cut = |text: &str| Some(text.lines().take(2).map(|line| format!("{line}\n")).collect());
     for (file, column) in [
-        ("results.csv", "false_alarm"),
-        ("scores.csv", "worst_part_missed"),
+        ("results.csv", "hit_human_twice"),
+        ("scores.csv", "seen_twice_n"),
         ("poses.csv", "place"),
         ("sets.csv", "f1_without"),
         ("front.csv", "poses"),

@@ -23,7 +23,7 @@ fn require(name: &str, score: &str, region: &str, more: &str) -> String {
     format!("\n[[require]]\nname = \"{name}\"\nscore = \"{score}\"\nregion = \"{region}\"\n{more}\n")
 }
 
-const SCORES: [&str; 8] = [
+const SCORES: [&str; 9] = [
     "f1",
     "kappa",
     "human_seen",
@@ -32,6 +32,7 @@ const SCORES: [&str; 8] = [
     "parts_detected",
     "unknown",
     "false_alarm",
+    "seen_twice",
 ];
 
 #[test]
@@ -52,7 +53,7 @@ fn values_are_those_of_the_tables() {
         let outcome = judge(&folder, &["--pose", pose]);
         assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
         let (rows, mut compared) = (table(&folder, "requirements.csv"), 0);
-        assert_eq!(rows.len(), 24);
+        assert_eq!(rows.len(), 27);
         for row in &rows {
             let same = |of: &&Row| {
                 let keys = ["combination", "poses", "representation", "region"];

@@ -23,7 +23,7 @@ STUDIES = {
     "paper/lidar.toml": 0.25,
 }
 
-SCORES = ["f1", "kappa", "human_seen", "human_claimed", "unknown", "false_alarm"]
+SCORES = ["f1", "kappa", "human_seen", "human_claimed", "unknown", "false_alarm", "seen_twice"]
 # How pandas reads the table of results. A sensor may be called "NA", and only a score may be missing.
 READ = {
     "keep_default_na": False,

@@ -68,7 +68,7 @@ fn a_sweep_writes_its_files() {
         results.lines().next().unwrap(),
         "scene,snapshot,repeat,combination,poses,representation,region,tp,fp,fn,tn,uo,uf,tp_human,fn_human,\
          uo_human,tp_robot,fn_robot,uo_robot,hit_human,people,people_detected,parts,parts_detected,parts_missed,\
-         f1,kappa,human_seen,human_claimed,unknown,false_alarm"
+         f1,kappa,human_seen,human_claimed,unknown,false_alarm,seen_twice,twice,hit_human_twice"
     );
     let mut expected = Vec::new();
     for scene in &study.scenes {
@@ -126,6 +126,7 @@ fn a_sweep_writes_its_files() {
             ("human_claimed", tp_human / (tp_human + fn_human + uo_human)),
             ("unknown", (uo + uf) / s),
             ("false_alarm", fp / (fp + tn)),
+            ("seen_twice", number(row, "twice") as f64 / s),
         ] {
             let found = if row[column].is_empty() { f64::NAN } else { row[column].parse().unwrap() };
             assert!(

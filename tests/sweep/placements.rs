@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::common::program::{Folder, Outcome, perirobot, text};
 
-const SCORES: [&str; 8] = [
+const SCORES: [&str; 9] = [
     "f1",
     "kappa",
     "human_seen",
@@ -16,6 +16,7 @@ const SCORES: [&str; 8] = [
     "parts_detected",
     "unknown",
     "false_alarm",
+    "seen_twice",
 ];
 
 /// The small study in two scenes with noise and repeats: its sensors alone, and one pose of each together.

@@ -1,6 +1,7 @@
 //! What sets must pass: the requirements of a study, all of them or some, at the highest of its speeds or a lower one.
 
-use perirobot_study::study::{Condition, Counted, Limit, Measure, RegionSpec, Requirement, Stopping, Study};
+use perirobot_march::metrics::Score;
+use perirobot_study::study::{Condition, Counted, Limit, RegionSpec, Requirement, Stopping, Study};
 
 use crate::judge::requirements_at_speeds;
 
@@ -60,9 +61,14 @@ impl Terms {
     }
 }
 
-/// Whether what is cast of each candidate decides a requirement under a condition.
+/// Whether what is cast of each candidate decides a requirement under a condition. Unions of it do not tell what two
+/// candidates see.
 pub(super) fn is_counted(requirement: &Requirement, condition: Condition) -> bool {
-    dead_in(condition).is_some() && !requirement.is_of_controller()
+    dead_in(condition).is_some() && !requirement.is_of_controller() && !is_of_overlap(requirement)
+}
+
+fn is_of_overlap(requirement: &Requirement) -> bool {
+    requirement.counted_score().is_some_and(|counted| counted.score == Score::SeenTwice)
 }
 
 /// How many sensors are dead under a condition, if that is all that is different.
@@ -77,7 +83,7 @@ pub(super) fn dead_in(condition: Condition) -> Option<usize> {
 
 /// A score of counts that bounds a search, with what it must be: its limit is on the side that less is worse.
 pub(super) fn bounding(requirement: &Requirement) -> Option<(&Counted, Limit)> {
-    let Measure::Counted(counted) = &requirement.measure else { return None };
+    let counted = requirement.counted_score().filter(|_| !is_of_overlap(requirement))?;
     let is_upper = matches!(requirement.limit, Limit::AtMost(_));
     (is_upper == counted.score.less_is_better()).then_some((counted, requirement.limit))
 }

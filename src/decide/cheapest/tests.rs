@@ -73,18 +73,19 @@ fn made_up_study(random: &mut Random) -> String {
         text += "]\n";
     }
     let conditions = ["as_planned", "one_sensor_dead", "two_sensors_dead", "mounting_error", "postures"];
-    let scores: [(&str, &str, [f64; 2]); 8] = [
+    let scores: [(&str, &str, [f64; 2]); 9] = [
         ("unknown", "at_most", [0.5, 1.0]),
         ("human_seen", "at_least", [0.0, 0.5]),
         ("parts_detected", "at_least", [0.0, 1.0]),
         ("people_detected", "at_least", [0.5, 1.0]),
         ("f1", "at_least", [0.0, 0.6]),
+        ("seen_twice", "at_least", [0.0, 0.5]),
         ("nearest_unnoticed_m", "at_least", [0.2, 1.6]),
         ("approach_margin_m", "at_least", [0.0, 0.4]),
         ("unnoticed_m2", "at_most", [1.0, 8.0]),
     ];
     for number in 0..1 + random.below(3) {
-        let (score, side, [low, high]) = scores[random.below(8) as usize];
+        let (score, side, [low, high]) = scores[random.below(9) as usize];
         let is_near = score.contains("_m");
         let limit = random.between(low, high);
         let region = if is_near {

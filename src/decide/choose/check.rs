@@ -57,7 +57,7 @@ pub fn count_again(
 
 /// What is wanted of some counts.
 fn values(counts: &Confusion, wanted: WantedCounts) -> impl PartialEq {
-    let Confusion { tp, fp, fn_, tn, uo, uf, human, robot, detection } = *counts;
+    let Confusion { tp, fp, fn_, tn, uo, uf, human, robot, detection, .. } = *counts;
     (
         wanted.labels.then_some([tp, fp, fn_, tn, uo, uf]),
         wanted.roles.then_some([human, robot]),

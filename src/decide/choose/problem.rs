@@ -117,8 +117,12 @@ pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Resul
     let required = choose.require.iter().enumerate();
     let scores = scores.chain(required.map(|(i, require)| (format!("require[{i}].score"), require.score)));
     for (key, score) in scores {
+        let place = format!("choose.{key} = {:?}", score.name());
+        if score == Score::SeenTwice {
+            let why = "a search counts what the sensors of a set see together, not what two of them see";
+            return Err(Error::input(place, why).cure("take another score, or require it with `[[require]]`"));
+        }
         if let Some(what) = lacking(score) {
-            let place = format!("choose.{key} = {:?}", score.name());
             let why = format!("region {name:?} is without {what} in any scene, so there is no such score");
             return Err(Error::input(place, why)
                 .with_advice("take another region or score")

@@ -24,7 +24,7 @@ pub use outline::Outline;
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::BlockerSearch;
 use perirobot_march::backend::{Backend, Evidence, GridPose, Planes, Rays};
-use perirobot_march::metrics::Confusion;
+use perirobot_march::metrics::{Confusion, Overlap};
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
 use perirobot_study::study::Study;
@@ -189,7 +189,28 @@ impl<'a> View<'a> {
         }
         let sensed = |voxel| self.members.iter().any(|member| member.presence && member.says.hits.get(voxel));
         let detection = self.world.people.detection(of_region, |voxel| self.labels.hits.get(voxel), sensed);
-        Confusion::from_counts(std::array::from_fn(|i| counts[i])).with_detection(detection)
+        let labels = Confusion::from_counts(std::array::from_fn(|i| counts[i]));
+        labels.with_detection(detection).with_overlap(self.overlap(of_region))
+    }
+
+    /// What at least two sensors see in a region.
+    fn overlap(&self, of_region: &BitGrid) -> Overlap {
+        let blank = BitGrid::new(of_region.window());
+        let (mut once, mut twice) = (blank.clone(), blank);
+        for SensorView { says, .. } in &self.members {
+            let mut labelled = says.occupied.to_window(of_region.window());
+            labelled.add(&says.free);
+            labelled.keep(of_region);
+            let mut again = once.clone();
+            again.keep(&labelled);
+            twice.add(&again);
+            once.add(&labelled);
+        }
+        let is_hit_twice =
+            |voxel: &[i32; 3]| self.members.iter().filter(|member| member.says.hits.get(*voxel)).count() >= 2;
+        let people = self.world.people.voxels.iter().map(|of| of.voxel);
+        let people = people.filter(|voxel| of_region.get(*voxel));
+        Overlap { twice: twice.count(), hit_human_twice: people.filter(is_hit_twice).count() as u64 }
     }
 }
 

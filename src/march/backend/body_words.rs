@@ -24,6 +24,8 @@ pub struct BodyWord {
     pub hits: u32,
     /// The counter of those that presence sensors feel.
     pub sensed: u32,
+    /// The counter of those that at least two readings hit.
+    pub twice: u32,
 }
 
 /// The people of a scene.
@@ -68,8 +70,9 @@ impl BodyWords {
                     voxels[part] += u64::from(inside.count_ones());
                     let person = body_words.parts[part].0 as usize;
                     let (hits, sensed) = (first + part, first + body_words.parts.len() + person);
-                    let (word, hits, sensed) = (word as u32, hits as u32, sensed as u32);
-                    body_words.body.push(BodyWord { word, voxels: inside, hits, sensed });
+                    let twice = first + body_words.counters_of_region() - 1;
+                    let [word, hits, sensed, twice] = [word, hits, sensed, twice].map(|n| n as u32);
+                    body_words.body.push(BodyWord { word, voxels: inside, hits, sensed, twice });
                 }
             }
             body_words.voxels.push(voxels);
@@ -77,9 +80,9 @@ impl BodyWords {
         body_words
     }
 
-    /// Counters of a region: of each part, then of each person.
+    /// Counters of a region: of each part, then of each person, then of what is hit twice.
     fn counters_of_region(&self) -> usize {
-        self.parts.len() + self.people
+        self.parts.len() + self.people + 1
     }
 
     /// Counters of a job.
@@ -87,11 +90,15 @@ impl BodyWords {
         self.voxels.len() * self.counters_of_region()
     }
 
-    /// Who is detected in each region, from the counters of a job.
-    pub(super) fn detections<'a>(&'a self, counters: &'a [u32]) -> impl Iterator<Item = Detection> + 'a {
-        let one = self.counters_of_region();
-        self.voxels.iter().enumerate().map(move |(region, voxels)| {
-            let (hits, sensed) = counters[region * one..(region + 1) * one].split_at(self.parts.len());
+    /// Who is detected in each region, and how many of people's voxels are hit twice, from the counters of a job.
+    pub(super) fn detections<'a>(
+        &'a self,
+        counters: &'a [u32],
+    ) -> impl Iterator<Item = (Detection, u64)> + 'a {
+        let regions = self.voxels.iter().zip(counters.chunks_exact(self.counters_of_region()));
+        regions.map(|(voxels, counters)| {
+            let (hits, others) = counters.split_at(self.parts.len());
+            let (sensed, twice) = others.split_at(self.people);
             let parts = self.parts.iter().zip(voxels).zip(hits).filter(|((_, voxels), _)| **voxels > 0);
             let parts = parts.map(|((&(person, part), &voxels), &hit)| PartTally {
                 person: person as usize,
@@ -100,7 +107,7 @@ impl BodyWords {
                 hit: hit.into(),
             });
             let sensed: Vec<u64> = sensed.iter().map(|&voxels| voxels.into()).collect();
-            Detection::from_parts(self.min_hits.into(), parts, &sensed)
+            (Detection::from_parts(self.min_hits.into(), parts, &sensed), twice[0].into())
         })
     }
 }

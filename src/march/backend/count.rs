@@ -14,7 +14,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use super::body_words::BodyWords;
 use super::fuse::{FuseJob, RowSpan};
 use super::{Fusion, Planes, Reading, Slot, VoxelScene};
-use crate::metrics::Confusion;
+use crate::metrics::{Confusion, Overlap};
 use crate::voxel::{BitGrid, Window};
 
 /// The regions of a scene, laid out for counting.
@@ -84,6 +84,7 @@ impl RegionTally {
         planes: impl Fn(Slot) -> Option<&'a Planes>,
     ) -> Vec<Confusion> {
         let mut labelled = vec![[[0; 2]; 4]; self.totals.len()];
+        let mut twice = vec![0; self.totals.len()];
         let detections = self.detect(readings, &planes);
         let mut job = FuseJob::new(self.window, fusion, readings, planes);
         for layer in &self.layers {
@@ -91,33 +92,39 @@ impl RegionTally {
             for part in &layer.parts {
                 let labelled = &mut labelled[part.region];
                 dispatch!(level, simd => part.count(simd, &job.occupied, &job.free, labelled));
+                if !job.twice.is_empty() {
+                    twice[part.region] += dispatch!(level, simd => part.count_all(simd, &job.twice));
+                }
             }
         }
         let counted = self.totals.iter().zip(&labelled).map(|(totals, labelled)| confusion(totals, labelled));
-        counted
-            .zip(self.body_words.detections(&detections))
-            .map(|(counts, found)| counts.with_detection(found))
-            .collect()
+        let found = self.body_words.detections(&detections);
+        let with_people = |((counts, twice), (detection, hit_human_twice)): ((Confusion, u64), _)| {
+            counts.with_detection(detection).with_overlap(Overlap { twice, hit_human_twice })
+        };
+        counted.zip(twice).zip(found).map(with_people).collect()
     }
 
     /// Counts the hits of a job: the counters of [`BodyWords`].
     fn detect<'a>(&self, readings: &[Reading], planes: impl Fn(Slot) -> Option<&'a Planes>) -> Vec<u32> {
         let mut counters = vec![0; self.body_words.counters()];
-        let hits = readings.iter().flat_map(|reading| {
+        let hits = |reading: &Reading| {
             let slots = [Some(reading.slot), reading.volume].into_iter().flatten();
             let words = slots.filter_map(&planes).map(|said| said.hits.words());
-            words.filter(|words| !words.is_empty()).map(|words| (words, reading.presence)).collect::<Vec<_>>()
-        });
-        let hits: Vec<(&[u32], bool)> = hits.collect();
+            (words.filter(|words| !words.is_empty()).collect(), reading.presence)
+        };
+        let hits: Vec<(Vec<&[u32]>, bool)> = readings.iter().map(hits).collect();
         for body in &self.body_words.body {
-            let (mut hit, mut sensed) = (0, 0);
-            for &(words, presence) in &hits {
-                let word = words[body.word as usize];
+            let (mut hit, mut twice, mut sensed) = (0, 0, 0);
+            for (planes, presence) in &hits {
+                let word = planes.iter().fold(0, |word, plane| word | plane[body.word as usize]);
+                twice |= hit & word;
                 hit |= word;
-                sensed |= if presence { word } else { 0 };
+                sensed |= if *presence { word } else { 0 };
             }
             counters[body.hits as usize] += (hit & body.voxels).count_ones();
             counters[body.sensed as usize] += (sensed & body.voxels).count_ones();
+            counters[body.twice as usize] += (twice & body.voxels).count_ones();
         }
         counters
     }
@@ -145,14 +152,21 @@ impl RegionLayer {
 
     /// Adds up the labels of its voxels: occupied and free, among all and among those listed.
     #[inline(always)]
-    fn count<S: Simd>(&self, _: S, occupied: &[u32], free: &[u32], labelled: &mut [[u64; 2]; 4]) {
+    fn count<S: Simd>(&self, simd: S, occupied: &[u32], free: &[u32], labelled: &mut [[u64; 2]; 4]) {
         for (label, plane) in [occupied, free].into_iter().enumerate() {
+            labelled[0][label] += self.count_all(simd, plane);
             let plane = &plane[self.first..self.first + self.words.len()];
-            labelled[0][label] += ones(plane.iter().zip(&self.words).map(|(plane, word)| plane & word));
             for (listed, labelled) in self.listed.iter().zip(&mut labelled[1..]) {
                 labelled[label] += ones(listed.iter().map(|&(word, voxels)| plane[word as usize] & voxels));
             }
         }
+    }
+
+    /// How many of its voxels a plane of the layer's rows holds.
+    #[inline(always)]
+    fn count_all<S: Simd>(&self, _: S, plane: &[u32]) -> u64 {
+        let plane = &plane[self.first..self.first + self.words.len()];
+        ones(plane.iter().zip(&self.words).map(|(plane, word)| plane & word))
     }
 }
 

@@ -38,6 +38,10 @@ pub(super) struct FuseJob<'a> {
     pub(super) occupied: Vec<u32>,
     /// Voxels whose sum some reading lowers; after the fusion those that are free, none of them occupied.
     pub(super) free: Vec<u32>,
+    /// Voxels that some reading labels; kept only where there are several readings.
+    once: Vec<u32>,
+    /// Those that at least two label; empty of a single reading.
+    pub(super) twice: Vec<u32>,
 }
 
 /// A reading, and what it says of some rows; `occupied` and `free` have no voxel in common.
@@ -90,7 +94,8 @@ impl<'a> FuseJob<'a> {
         };
         let voices = readings.iter().map(voice).collect();
         let sayings = Saying::from_readings(readings.iter().map(said));
-        FuseJob { fusion, window, voices, sayings, occupied: Vec::new(), free: Vec::new() }
+        let [occupied, free, once, twice] = [const { Vec::new() }; 4];
+        FuseJob { fusion, window, voices, sayings, occupied, free, once, twice }
     }
 
     /// Labels the voxels of some rows.
@@ -98,8 +103,16 @@ impl<'a> FuseJob<'a> {
         let words = rows.ys.len() * self.window.size[0].div_ceil(32) as usize;
         blank(&mut self.occupied, words);
         blank(&mut self.free, words);
+        let is_shared = self.voices.len() > 1;
+        if is_shared {
+            blank(&mut self.once, words);
+            blank(&mut self.twice, words);
+        }
         for (voice, saying) in self.voices.iter_mut().zip(&self.sayings) {
             voice.hear(self.window, rows, words);
+            if is_shared {
+                voice.count_labels(&mut self.once, &mut self.twice);
+            }
             for (voxels, said) in [&voice.occupied, &voice.free].into_iter().zip(saying.said) {
                 match said {
                     1.. => join(&mut self.occupied, voxels),
@@ -143,6 +156,15 @@ impl Voice<'_> {
             planes.free.add_to_rows(&mut self.free, window, rows.ys.clone(), rows.z);
         }
         take(&mut self.free, &self.occupied);
+    }
+
+    /// Joins what it labels with what one reading and what at least two label.
+    fn count_labels(&self, once: &mut [u32], twice: &mut [u32]) {
+        let labelled = self.occupied.iter().zip(&self.free).map(|(occupied, free)| occupied | free);
+        for ((once, twice), labelled) in once.iter_mut().zip(twice).zip(labelled) {
+            *twice |= *once & labelled;
+            *once |= labelled;
+        }
     }
 }
 

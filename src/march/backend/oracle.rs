@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use super::{Backend, Evidence, Fusion, GridPose, LOG_ODDS, Planes, Rays, Reading, Shot, Slot, VoxelScene};
 use crate::march::{BLIND, End, LEFT, NEVER, NOTHING, RETURN};
-use crate::metrics::{COUNTERS, Confusion, Detection};
+use crate::metrics::{COUNTERS, Confusion, Detection, Overlap};
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
 use crate::voxel::{BitGrid, Window};
 use crate::{Error, Result};
@@ -69,7 +69,9 @@ impl Backend for Oracle {
         let scene = self.scene()?;
         let score = |job: &Vec<Reading>| {
             let in_region = |region| {
-                self.count(scene, region, fusion, job).with_detection(self.detect(scene, region, job))
+                let counts = self.count(scene, region, fusion, job);
+                let detection = self.detect(scene, region, job);
+                counts.with_detection(detection).with_overlap(self.overlap(scene, region, job))
             };
             scene.regions.iter().map(in_region).collect()
         };
@@ -141,16 +143,35 @@ impl Oracle {
 
     /// Looks at each voxel of a person whether some reading hits it.
     fn detect(&self, scene: &VoxelScene, region: &BitGrid, job: &[Reading]) -> Detection {
-        let in_slot =
-            |slot: Slot, voxel| self.slots[slot as usize].as_ref().is_some_and(|said| said.hits.get(voxel));
-        let hits = |reading: &Reading, voxel| {
-            in_slot(reading.slot, voxel) || reading.volume.is_some_and(|slot| in_slot(slot, voxel))
-        };
         scene.people.detection(
             region,
-            |voxel| job.iter().any(|reading| hits(reading, voxel)),
-            |voxel| job.iter().any(|reading| reading.presence && hits(reading, voxel)),
+            |voxel| job.iter().any(|reading| self.hits(reading, voxel)),
+            |voxel| job.iter().any(|reading| reading.presence && self.hits(reading, voxel)),
         )
+    }
+
+    /// Counts, voxel by voxel, what at least two readings label, and of people's voxels those that at least two hit.
+    fn overlap(&self, scene: &VoxelScene, region: &BitGrid, job: &[Reading]) -> Overlap {
+        let labels = |reading: &&Reading, voxel| {
+            let said = [Some(reading.slot), reading.volume].into_iter().flatten();
+            let mut said = said.filter_map(|slot| self.slots[slot as usize].as_ref());
+            said.any(|planes| planes.occupied.get(voxel) || planes.free.get(voxel))
+        };
+        let is_twice = |voxel: &[i32; 3]| job.iter().filter(|reading| labels(reading, *voxel)).count() >= 2;
+        let people = scene.people.voxels.iter().map(|of| of.voxel).filter(|voxel| region.get(*voxel));
+        let is_hit_twice =
+            |voxel: &[i32; 3]| job.iter().filter(|reading| self.hits(reading, *voxel)).count() >= 2;
+        Overlap {
+            twice: region.voxels().filter(is_twice).count() as u64,
+            hit_human_twice: people.filter(is_hit_twice).count() as u64,
+        }
+    }
+
+    /// Whether a reading hits a voxel.
+    fn hits(&self, reading: &Reading, voxel: [i32; 3]) -> bool {
+        let slots = [Some(reading.slot), reading.volume].into_iter().flatten();
+        let mut said = slots.filter_map(|slot| self.slots[slot as usize].as_ref());
+        said.any(|planes| planes.hits.get(voxel))
     }
 
     /// 0, 1 or 2: occupied, free, unknown.

@@ -53,6 +53,7 @@ impl Ratio {
             Score::PartsDetected => (wide(found.parts_detected), wide(found.parts)),
             Score::Unknown => (wide(counts.uo + counts.uf), s),
             Score::FalseAlarm => (fp, fp + tn),
+            Score::SeenTwice => (wide(counts.overlap.twice), s),
         };
         (denominator != 0).then_some(Ratio { numerator, denominator })
     }

@@ -24,10 +24,12 @@ pub enum Score {
     Unknown,
     /// Share of labelled free space that is called occupied; less is better.
     FalseAlarm,
+    /// Share of the region that at least two sensors label, whatever they say.
+    SeenTwice,
 }
 
 /// How many scores there are.
-pub const SCORES: usize = 8;
+pub const SCORES: usize = 9;
 
 impl Score {
     /// All of them, in the order of every table.
@@ -40,6 +42,7 @@ impl Score {
         Score::PartsDetected,
         Score::Unknown,
         Score::FalseAlarm,
+        Score::SeenTwice,
     ];
 
     /// As in the columns of results.csv and scores.csv.
@@ -53,6 +56,7 @@ impl Score {
             Score::PartsDetected => "parts_detected",
             Score::Unknown => "unknown",
             Score::FalseAlarm => "false_alarm",
+            Score::SeenTwice => "seen_twice",
         }
     }
 
@@ -75,6 +79,7 @@ impl Score {
             Score::PartsDetected => counts.parts_detected(),
             Score::Unknown => counts.unknown(),
             Score::FalseAlarm => counts.false_alarm(),
+            Score::SeenTwice => counts.seen_twice(),
         }
     }
 

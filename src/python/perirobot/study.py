@@ -31,6 +31,7 @@ COUNTERS = (
     *("tp", "fp", "fn", "tn", "uo", "uf"),
     *("tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot", "uo_robot"),
     *("hit_human", "people", "people_detected", "parts", "parts_detected"),
+    *("twice", "hit_human_twice"),
 )
 
 #: Labels that are made at once, in bytes.
@@ -213,7 +214,7 @@ class Study:
         :param sensor: its name; may be left out where one sensor takes poses, or where a dict names them.
         :param frame: which frame of the sensor is turned: "link" (x forward, y left, z up) or "optical" (z forward, x right,
             y down).
-        :returns: int64, shape (n, moments, repeats, representations, regions, 17). A moment is a snapshot of a scene, scene by
+        :returns: int64, shape (n, moments, repeats, representations, regions, 19). A moment is a snapshot of a scene, scene by
             scene; representations are those of a combination of the sensors in the order of the study, equal ones in that of
             their listed poses, those of the last varying fastest; the last axis is :data:`COUNTERS`. At the listed poses these
             are the counts of :meth:`sweep`; noise belongs to the pose, whatever other poses are evaluated with it.

@@ -8,7 +8,7 @@ use crate::sensor::{Extent, Setting, Station};
 use crate::study::Study;
 use perirobot_march::error::Issue;
 use perirobot_march::march::MAX_RANGE_VOXELS;
-use perirobot_march::metrics::Confusion;
+use perirobot_march::metrics::{Confusion, Overlap};
 use perirobot_march::voxel::{BitGrid, People};
 use perirobot_scene::truth::{Region, Truth, voxelize};
 
@@ -124,6 +124,7 @@ pub(super) fn baselines(truth: &Truth, region: &Region, people: &People, reachab
             0,
             r - r_reached,
         ])
-        .with_detection(may_hit),
+        .with_detection(may_hit)
+        .with_overlap(Overlap { twice: reached, hit_human_twice: may_hit.hit_human }),
     }
 }

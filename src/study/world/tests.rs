@@ -6,7 +6,7 @@ use super::prepare::carrier;
 use super::*;
 use crate::sensor::Sensor;
 use crate::study::Overrides;
-use perirobot_march::metrics::{BODY_PARTS, BodyPart, Confusion, Detection, RoleCounts};
+use perirobot_march::metrics::{BODY_PARTS, BodyPart, Confusion, Detection, Overlap, RoleCounts};
 use perirobot_march::voxel::BodyVoxel;
 use perirobot_scene::pose::Pose;
 use perirobot_scene::scene::build::build;
@@ -61,7 +61,8 @@ fn baselines_are_what_trivial_answers_score() {
     let nothing_seen = Confusion { uo: t, uf: f, human: role(0, 0, 2), robot: role(0, 0, 1), ..none };
     let ceiling =
         Confusion { tp: 101, tn: 499, uo: 2, uf: 398, human: role(1, 0, 1), robot: role(0, 0, 1), ..none }
-            .with_detection(one);
+            .with_detection(one)
+            .with_overlap(Overlap { twice: 600, hit_human_twice: 1 });
     assert_eq!(found, Baselines { all_occupied, all_free, nothing_seen, ceiling });
     assert!(
         [found.all_occupied, found.all_free, found.nothing_seen, found.ceiling]

@@ -1,6 +1,6 @@
 //! The table of a study's poses as CSV, made for pandas, and how other tables name what they are about.
 
-use perirobot_march::metrics::{COUNTERS, DETECTION_COUNTERS};
+use perirobot_march::metrics::{COUNTERS, DETECTION_COUNTERS, OVERLAP_COUNTERS};
 use perirobot_scene::pose::Pose;
 use perirobot_study::sensor::Setting;
 use perirobot_study::study::{Combination, Study};
@@ -16,6 +16,9 @@ pub const COUNT_COLUMNS: [&str; COUNTERS] = [
 /// The columns of who is detected, in the order of [`perirobot_march::metrics::Detection::counts`].
 pub const DETECTION_COLUMNS: [&str; DETECTION_COUNTERS] =
     ["hit_human", "people", "people_detected", "parts", "parts_detected"];
+
+/// The columns of what at least two sensors see, in the order of [`perirobot_march::metrics::Overlap::counts`].
+pub const OVERLAP_COLUMNS: [&str; OVERLAP_COUNTERS] = ["twice", "hit_human_twice"];
 
 /// The column of the names of the body parts that are missed.
 pub const MISSED_COLUMN: &str = "parts_missed";

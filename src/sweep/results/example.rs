@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::results::RowKey;
 use crate::results::journal::{JournalHeader, Locked, Pages, Shard};
 use crate::results::swept::{CombinationResults, MemberResults, PoseResults, Results, SceneResults, Subject};
-use perirobot_march::metrics::{BODY_PARTS, Confusion, Detection, RoleCounts};
+use perirobot_march::metrics::{BODY_PARTS, Confusion, Detection, Overlap, RoleCounts};
 use perirobot_study::world::Baselines;
 
 /// Counts with an F1 of 2 / (2 + unknown).
@@ -31,6 +31,7 @@ pub const NO_SCORE: Confusion = Confusion {
         parts_detected: 0,
         missed: [0; BODY_PARTS],
     },
+    overlap: Overlap { twice: 0, hit_human_twice: 0 },
 };
 
 /// Scenes `still` (moment 0) and `moving` (moments 1 and 2), one region. The camera has poses at two walls;

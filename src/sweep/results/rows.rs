@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crate::results::Results;
-use crate::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN};
+use crate::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN, OVERLAP_COLUMNS};
 use crate::results::table::{Column, ColumnKind, Datum, RowSink, TableFile, TableFormat, csv_bytes};
 use perirobot_march::Result;
 use perirobot_march::metrics::{Confusion, Score};
@@ -49,6 +49,7 @@ fn columns() -> Vec<Column> {
     columns.extend(DETECTION_COLUMNS.map(of_kind(ColumnKind::Count)));
     columns.push(Column::new(MISSED_COLUMN, ColumnKind::Text));
     columns.extend(scores().map(Score::name).map(of_kind(ColumnKind::Score)));
+    columns.extend(OVERLAP_COLUMNS.map(of_kind(ColumnKind::Count)));
     columns
 }
 
@@ -62,6 +63,7 @@ fn row(scene: &str, moment: [usize; 2], names: [&str; 4], counts: &Confusion, si
     let missed = counts.detection.missed_names();
     fields.push(Datum::Text(&missed));
     fields.extend(scores().map(|score| Datum::Score(score.evaluate(counts))));
+    fields.extend(counts.overlap.counts().map(Datum::Count));
     sink(&fields)
 }
 

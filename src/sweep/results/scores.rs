@@ -35,17 +35,25 @@ pub fn csv(results: &Results) -> Result<Vec<u8>> {
 fn columns(results: &Results) -> Vec<Column> {
     let names = ["scene", "combination", "poses", "representation", "region"];
     let mut columns = names.map(|name| Column::new(name, ColumnKind::Text)).to_vec();
-    for score in Score::ALL {
+    let of_score = |score: Score| {
         let of = |what: &str, kind| Column::new(format!("{}_{what}", score.name()), kind);
-        columns.extend(["mean", "std", "worst", "pooled"].map(|what| of(what, ColumnKind::Score)));
+        let mut columns = ["mean", "std", "worst", "pooled"].map(|what| of(what, ColumnKind::Score)).to_vec();
         columns.push(of("n", ColumnKind::Count));
-        if results.dwell_s.is_some() {
-            columns.push(of("weighted", ColumnKind::Score));
-        }
-    }
+        columns.extend(results.dwell_s.is_some().then(|| of("weighted", ColumnKind::Score)));
+        columns
+    };
+    let (first, last) = in_column_order();
+    columns.extend(first.iter().copied().flat_map(of_score));
     columns.push(Column::new("worst_part", ColumnKind::Text));
     columns.push(Column::new("worst_part_missed", ColumnKind::Count));
+    columns.extend(last.iter().copied().flat_map(of_score));
     columns
+}
+
+/// The scores whose columns come before those of the worst part, and the newer ones that come after it, so that no column
+/// has another place than in older tables.
+fn in_column_order() -> (&'static [Score], &'static [Score]) {
+    Score::ALL.split_at(Score::FalseAlarm as usize + 1)
 }
 
 fn each(results: &Results, sink: RowSink) -> Result<()> {
@@ -57,16 +65,17 @@ fn each(results: &Results, sink: RowSink) -> Result<()> {
             let mut fields = vec![Datum::Text(&scene)];
             fields.extend(names.map(Datum::Text));
             let readings = results.readings(moments.iter().copied(), &key)?;
-            for score in Score::ALL {
-                fields.extend(values(summarize(&readings, score)));
-                fields.extend(
-                    lasting.as_ref().map(|dwell_s| Datum::Score(weighted_mean(&readings, dwell_s, score))),
-                );
-            }
+            let of_score = |&score: &Score| {
+                let weighted = |dwell_s: &Vec<f64>| Datum::Score(weighted_mean(&readings, dwell_s, score));
+                values(summarize(&readings, score)).into_iter().chain(lasting.as_ref().map(weighted))
+            };
+            let (first, last) = in_column_order();
+            fields.extend(first.iter().flat_map(of_score));
             let together = readings.iter().flatten().fold(Confusion::default(), |all, one| all.plus(one));
             let worst = together.detection.worst_part();
             fields.push(Datum::Text(worst.map_or("", |(part, _)| part.name())));
             fields.push(Datum::Count(worst.map_or(0, |(_, rows)| rows)));
+            fields.extend(last.iter().flat_map(of_score));
             sink(&fields)
         })?;
     }

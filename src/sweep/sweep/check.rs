@@ -151,7 +151,9 @@ fn difference(study: &Study, theirs: &Row, ours: &Row) -> Difference {
         theirs.snapshot, theirs.repeat
     );
     let missed = BodyPart::ALL.map(BodyPart::name);
-    let columns = [&columns::COUNT_COLUMNS[..], &columns::DETECTION_COLUMNS, &missed].concat();
+    let columns =
+        [&columns::COUNT_COLUMNS[..], &columns::DETECTION_COLUMNS, &missed, &columns::OVERLAP_COLUMNS]
+            .concat();
     let evidence = json!({
         "scene": scene,
         "snapshot": theirs.snapshot,

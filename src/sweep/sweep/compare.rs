@@ -225,7 +225,7 @@ pub(super) fn first_unequal(
     let world = worlds.iter().find(|world| (world.scene, world.snapshot) == (a.scene, a.snapshot))?;
     Some(format!(
         "scene {}, repeat {}, poses {}, {} in region {}, {backend} against the oracle: counts {:?}, expected {:?} (tp fp fn \
-         tn uo uf, then tp fn uo of people and of the robot, then hits of people, people, people detected, parts, parts detected, and each part missed)",
+         tn uo uf, then tp fn uo of people and of the robot, then hits of people, people, people detected, parts, parts detected, each part missed, then voxels labelled twice and hits of people twice)",
         world.title(study),
         a.repeat,
         pose_names(study, spec, a.choice),

@@ -1,7 +1,7 @@
 //! What a set is worth is what the tables of a sweep say of it.
 
 use perirobot_cover::{MOST_VOXELS, Ratio, Worth};
-use perirobot_march::metrics::{Across, Confusion, Detection, Score};
+use perirobot_march::metrics::{Across, Confusion, Detection, Overlap, Score};
 use perirobot_sweep::results::over::summarize;
 
 /// Random counts, some of them zero, some as large as a region can be.
@@ -23,7 +23,8 @@ fn random(state: &mut u64) -> Confusion {
         parts_detected: next(parts + 1),
         missed: [0; 11],
     };
-    Confusion::from_counts(counts).with_detection(found)
+    let overlap = Overlap { twice: next(counts[..6].iter().sum::<u64>() + 1), hit_human_twice: 0 };
+    Confusion::from_counts(counts).with_detection(found).with_overlap(overlap)
 }
 
 const SCORES: [Score; 5] =

@@ -12,7 +12,7 @@ use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, poses_csv};
+use perirobot_sweep::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, OVERLAP_COLUMNS, poses_csv};
 use perirobot_sweep::results::files::{JOURNAL, MANIFEST};
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::manifest::Manifest;
@@ -90,13 +90,13 @@ fn counts_again(folder: &Path, results: &Results, row: &Row) -> Result<()> {
     let moment = results.scenes[row.scene].moments.start + row.snapshot;
     let found = results.counts(moment, repeat, &RowKey { combination, choice, representation, region })?;
     let numbers = |counts: &Confusion| {
-        counts.counts().into_iter().chain(counts.detection.counts()).collect::<Vec<u64>>()
+        [&counts.counts()[..], &counts.detection.counts(), &counts.overlap.counts()].concat()
     };
     let (own, again) = (numbers(&found), numbers(&row.counts));
     if found == row.counts {
         return Ok(());
     }
-    let columns = COUNT_COLUMNS.into_iter().chain(DETECTION_COLUMNS);
+    let columns = COUNT_COLUMNS.into_iter().chain(DETECTION_COLUMNS).chain(OVERLAP_COLUMNS);
     let differs = columns.zip(own).zip(again).find(|((_, own), again)| own != again);
     let what = differs.map_or("is not what is counted again".into(), |((column, own), again)| {
         format!("{column} is {own}, and counted again it is {again}")

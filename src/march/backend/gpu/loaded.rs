@@ -225,8 +225,10 @@ pub(super) struct BufferPool {
     pub(super) uploaded: GrowingBuffer,
     pub(super) jobs: GrowingBuffer,
     pub(super) readings: GrowingBuffer,
-    pub(super) fused_occupied: GrowingBuffer,
-    pub(super) fused_free: GrowingBuffer,
+    /// Two planes of each job of a batch, one after the other: occupied and free.
+    pub(super) labels: GrowingBuffer,
+    /// What at least two readings of each job label.
+    pub(super) twice: GrowingBuffer,
     pub(super) counts: GrowingBuffer,
     pub(super) found: GrowingBuffer,
 }
@@ -247,8 +249,8 @@ impl BufferPool {
             uploaded: GrowingBuffer::storage("uploaded"),
             jobs: GrowingBuffer::storage("jobs"),
             readings: GrowingBuffer::storage("readings"),
-            fused_occupied: GrowingBuffer::storage("fused_occupied"),
-            fused_free: GrowingBuffer::storage("fused_free"),
+            labels: GrowingBuffer::storage("labels"),
+            twice: GrowingBuffer::storage("twice"),
             counts: GrowingBuffer::storage("counts"),
             found: GrowingBuffer::storage("found"),
         }

@@ -11,10 +11,9 @@ use super::loop_bounds::{
     MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
 use super::tiles::{BOX_BITS, BOX_EDGE, PYRAMID_LEVELS, TILE};
-use super::types::{ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PlacementWords};
+use super::types::{ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PlacementWords, REGION_COUNTERS};
 use crate::backend::LOG_ODDS;
 use crate::march::{self, deviation};
-use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
 
 /// What stands in front of every kernel: the constants, the structs, floats as integers and the march. A kernel of a test's own
@@ -33,7 +32,7 @@ pub fn shader_prelude() -> String {
         ("LEFT", march::LEFT),
         ("WORKGROUP", WORKGROUP),
         ("WORDS_PER_INVOCATION", WORDS_PER_INVOCATION),
-        ("COUNTERS", COUNTERS as u32),
+        ("REGION_COUNTERS", REGION_COUNTERS as u32),
         ("KERNELS", Stage::ALL.len() as u32),
         ("DONE_WORDS", DONE_WORDS),
         ("NO_SLOT", NO_SLOT),

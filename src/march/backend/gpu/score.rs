@@ -4,13 +4,13 @@
 use super::kernels::Stage;
 use super::loop_bounds::MOST_READINGS;
 use super::queue::{InFlight, Queue};
-use super::types::JobWords;
+use super::types::{JobWords, REGION_COUNTERS};
 use super::{Gpu, no_scene, plan};
 use crate::Result;
 use crate::backend::body_words::BodyWords;
 use crate::backend::{Fusion, Reading};
 use crate::error::{Argument, Issue, Words};
-use crate::metrics::{COUNTERS, Confusion};
+use crate::metrics::{COUNTERS, Confusion, Detection, Overlap};
 
 /// Counts that are on their way.
 pub(super) struct PendingCounts {
@@ -27,22 +27,26 @@ impl PendingCounts {
         if regions == 0 {
             return Ok(vec![vec![]; jobs]);
         }
-        let region = |c: &[u32]| Confusion::from_counts(std::array::from_fn(|i| c[i] as u64));
         let mut counts = Vec::with_capacity(jobs);
         for batch in batches {
             let words = queue.receive(batch)?;
-            let of_jobs = words[0].chunks_exact(regions * COUNTERS).enumerate();
-            counts.extend(of_jobs.map(|(job, counts)| {
-                let found = &words[1][job * body_words.counters()..(job + 1) * body_words.counters()];
-                let labels = counts.chunks_exact(COUNTERS).map(region);
-                labels
-                    .zip(body_words.detections(found))
-                    .map(|(labels, found)| labels.with_detection(found))
-                    .collect()
+            let of_jobs = words[0].chunks_exact(regions * REGION_COUNTERS);
+            let of_jobs = of_jobs.zip(words[1].chunks_exact(body_words.counters()));
+            counts.extend(of_jobs.map(|(counts, found)| {
+                let of_regions = counts.chunks_exact(REGION_COUNTERS).zip(body_words.detections(found));
+                of_regions.map(|(counts, found)| confusion(counts, found)).collect()
             }));
         }
         Ok(counts)
     }
+}
+
+/// What `shaders/count.wgsl` counted in a region, and what `shaders/detect.wgsl` found there: who is detected, and how many
+/// of people's voxels are hit twice.
+fn confusion(counts: &[u32], (detection, hit_human_twice): (Detection, u64)) -> Confusion {
+    let labels = Confusion::from_counts(std::array::from_fn(|i| counts[i].into()));
+    let twice = counts[COUNTERS].into();
+    labels.with_detection(detection).with_overlap(Overlap { twice, hit_human_twice })
 }
 
 impl Gpu {
@@ -82,9 +86,9 @@ impl Gpu {
         let device = &queue.device;
         let (words, readings) = (room.jobs.fill(device, &words), room.readings.fill(device, &readings));
         let planes = jobs.len() as u64 * loaded.sizes.plane_bytes();
-        let occupied = room.fused_occupied.hold(device, planes);
-        let free = room.fused_free.hold(device, planes);
-        let bytes = (jobs.len() * loaded.regions.len() * COUNTERS * 4) as u64;
+        let labels = room.labels.hold(device, 2 * planes);
+        let twice = room.twice.hold(device, planes);
+        let bytes = (jobs.len() * loaded.regions.len() * REGION_COUNTERS * 4) as u64;
         let counts = room.counts.hold(device, bytes);
         let mut encoder = device.encoder();
         encoder.clear_buffer(&counts, 0, Some(bytes));
@@ -96,10 +100,10 @@ impl Gpu {
         let dispatches = loaded.sizes.scoring(jobs.len() as u32, most, &queue.pace);
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts];
-        let storage = [&words, &readings, &loaded.ended, &loaded.free, &occupied, &free];
+        let storage = [&words, &readings, &loaded.ended, &loaded.free, &labels, &twice];
         let mut passes = vec![queue.pass(Stage::Fuse, &uniforms, &storage)];
         passes.extend(loaded.regions.iter().zip(0..).map(|(region, number)| {
-            let storage = [&loaded.truth, &loaded.human, &loaded.robot, region, &occupied, &free, &counts];
+            let storage = [&loaded.truth, &loaded.human, &loaded.robot, region, &labels, &twice, &counts];
             queue.pass(Stage::Count, &uniforms, &storage).with_region(number)
         }));
         let storage = [&words, &readings, &loaded.body, &loaded.ended, &found];

@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::loop_bounds::last_near_voxels;
 use crate::backend::{Fusion, GridFrame, GridPose, Image, Rays, Shot, Slot, VoxelScene};
+use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
 
 /// Most dispatches of `carve_voxels` in a batch; each has a head in the list of what it leaves.
@@ -27,6 +28,9 @@ pub const FARTHEST_READ_Q16: u32 = (1 << 28) - 1;
 
 /// In place of a slot: there is no evidence.
 pub const NO_SLOT: Slot = u32::MAX;
+
+/// What `shaders/count.wgsl` counts of a region: labels, then what at least two readings label.
+pub const REGION_COUNTERS: usize = COUNTERS + 1;
 
 /// The twin of `Setup` in `shaders/types.wgsl`: one scene, as long as it is loaded.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

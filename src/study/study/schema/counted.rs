@@ -39,6 +39,8 @@ pub(crate) enum ScoreName {
     Unknown,
     /// Share of labelled free space that is called occupied; less is better.
     FalseAlarm,
+    /// Share of the region that at least two sensors label, whatever they say.
+    SeenTwice,
 }
 
 /// The names in a schema of alternatives.

@@ -3,26 +3,27 @@
 //! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many
 //! there are (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here
 //! (u64 each), the sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest.
-//! Record, 88 bytes: row (u64), twelve counts in the order of [`Confusion::counts`], five in that of
-//! [`Detection::counts`], and a bit for each body part that is missed (u32 each), checksum (8 bytes).
+//! Record, 96 bytes: row (u64), twelve counts in the order of [`Confusion::counts`], five in that of
+//! [`Detection::counts`], a bit for each body part that is missed, and two counts in the order of [`Overlap::counts`] (u32
+//! each), checksum (8 bytes).
 
 use std::fmt;
 use std::ops::Range;
 
 use crate::results::checksum::{CHECK_BYTES, checksum};
-use perirobot_march::metrics::{COUNTERS, Confusion, DETECTION_COUNTERS, Detection};
+use perirobot_march::metrics::{COUNTERS, Confusion, DETECTION_COUNTERS, Detection, Overlap};
 
 /// Bytes before the first record.
 pub(super) const HEADER_BYTES: usize = 128;
 
 /// Bytes of a record.
-pub(super) const RECORD_BYTES: usize = 88;
+pub(super) const RECORD_BYTES: usize = 96;
 
 /// What every journal begins with.
 const MAGIC: [u8; 8] = *b"PeRSjrnl";
 
 /// Version of this format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Why a file cannot be resumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,7 +154,8 @@ impl JournalHeader {
         let mut record = [0; RECORD_BYTES];
         record[..8].copy_from_slice(&row.to_le_bytes());
         let detection = &counts.detection;
-        let numbers = [&counts.counts()[..], &detection.counts(), &[detection.missed_bits().into()]].concat();
+        let missed = [detection.missed_bits().into()];
+        let numbers = [&counts.counts()[..], &detection.counts(), &missed, &counts.overlap.counts()].concat();
         for (to, number) in record[8..].chunks_exact_mut(4).zip(numbers) {
             let number = u32::try_from(number).expect("no grid has more voxels");
             to.copy_from_slice(&number.to_le_bytes());
@@ -175,7 +177,9 @@ impl JournalHeader {
         let number = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| body[8 + 4 * at + i]));
         let counts = std::array::from_fn(|i| number(i).into());
         let found = std::array::from_fn(|i| number(COUNTERS + i).into());
-        let detection = Detection::from_counts(found, number(COUNTERS + DETECTION_COUNTERS));
-        State::Finished(Confusion::from_counts(counts).with_detection(detection))
+        let missed = COUNTERS + DETECTION_COUNTERS;
+        let detection = Detection::from_counts(found, number(missed));
+        let overlap = Overlap::from_counts(std::array::from_fn(|i| number(missed + 1 + i).into()));
+        State::Finished(Confusion::from_counts(counts).with_detection(detection).with_overlap(overlap))
     }
 }

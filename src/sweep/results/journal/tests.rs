@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::*;
-use perirobot_march::metrics::{BODY_PARTS, Detection};
+use perirobot_march::metrics::{BODY_PARTS, Detection, Overlap};
 
 /// Three blocks of ten rows, of which 2 to 7 are kept.
 fn header() -> JournalHeader {
@@ -21,7 +21,8 @@ fn header() -> JournalHeader {
 fn counts(row: u64) -> Confusion {
     let labels = Confusion::from_counts(std::array::from_fn(|i| 100 * row + i as u64));
     let found = std::array::from_fn(|i| 100 * row + 50 + i as u64);
-    labels.with_detection(Detection::from_counts(found, row as u32 % (1 << BODY_PARTS)))
+    let overlap = Overlap { twice: 100 * row + 60, hit_human_twice: 100 * row + 61 };
+    labels.with_detection(Detection::from_counts(found, row as u32 % (1 << BODY_PARTS))).with_overlap(overlap)
 }
 
 #[cfg(target_os = "linux")]
@@ -70,16 +71,16 @@ fn flip(folder: &Path, at: usize) {
 #[test]
 fn the_bytes_of_a_journal_are_those_of_every_version() {
     let bytes = header().bytes();
-    assert_eq!(perirobot_scene::source::hex(&bytes[..20]), "506552536a726e6c020000000100000003000000");
-    assert_eq!(perirobot_scene::source::hex(&bytes[HEADER_BYTES - 8..]), "0bca474f449d4d13");
+    assert_eq!(perirobot_scene::source::hex(&bytes[..20]), "506552536a726e6c030000000100000003000000");
+    assert_eq!(perirobot_scene::source::hex(&bytes[HEADER_BYTES - 8..]), "eb7acc896b8771da");
     let record = header().record(13, &counts(13));
     let words: Vec<u32> =
-        record[8..80].chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
+        record[8..88].chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
     assert_eq!(
         words,
-        [&(1300..1312).collect::<Vec<u32>>()[..], &[1350, 1351, 1352, 1353, 1354, 13]].concat()
+        [&(1300..1312).collect::<Vec<u32>>()[..], &[1350, 1351, 1352, 1353, 1354, 13, 1360, 1361]].concat()
     );
-    assert_eq!(perirobot_scene::source::hex(&record[RECORD_BYTES - 8..]), "221b536ad47ba5ea");
+    assert_eq!(perirobot_scene::source::hex(&record[RECORD_BYTES - 8..]), "83818789daf3aca5");
 }
 
 #[test]

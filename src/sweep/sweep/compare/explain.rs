@@ -57,7 +57,7 @@ pub(super) fn explain(
     let told = |all: &[Confusion]| all.get(region).map(Confusion::numbers).unwrap_or_default();
     Ok(format!(
         "all rays and planes agree, the counts of region {region} (from 0) do not: {:?}, expected {:?} (tp fp fn tn uo uf, \
-         then tp fn uo of people and of the robot, then hits of people, people, people detected, parts, parts detected, and each part missed)",
+         then tp fn uo of people and of the robot, then hits of people, people, people detected, parts, parts detected, each part missed, then voxels labelled twice and hits of people twice)",
         told(found),
         told(counts)
     ))

@@ -238,7 +238,7 @@ impl SceneSizes {
     /// How many jobs go in a batch: as many as the budget and a binding hold the fused planes and counters
     /// of, at least one.
     pub(in crate::backend::gpu) fn jobs_at_once(&self, adapter: &AdapterReport) -> usize {
-        let bytes = [self.plane_bytes(), self.plane_bytes(), self.found_bytes()];
+        let bytes = [2 * self.plane_bytes(), self.plane_bytes(), self.found_bytes()];
         BATCH_BYTES.holds(adapter, &bytes).clamp(1, JOBS_PER_BATCH) as usize
     }
 

@@ -302,11 +302,11 @@ fn batches_fit_the_binding_and_the_budget() {
         (36, 582)
     );
 
-    // Three planes of 120 kB, two of them in one buffer; two of a job.
+    // Three planes of 120 kB, two of them in one buffer, and as many of a job.
     assert_eq!(
         (voxel.slots(&software, None), voxel.jobs_at_once(&software)),
-        (559, 256),
-        "2 · 559 in 128 MiB"
+        (559, 186),
+        "2 · 559 in 128 MiB, 3 · 186 in 64 MiB"
     );
     assert_eq!(voxel.slots(&adapter(1 << 30, false), None), 2048);
     assert_eq!(voxel.slots(&software, Some(128 << 20)), 186, "a third of 64 MiB");
@@ -317,8 +317,8 @@ fn batches_fit_the_binding_and_the_budget() {
     let large = SceneSizes { window_words: 1 << 20, ..voxel };
     assert_eq!(
         (large.slots(&software, None), large.jobs_at_once(&software)),
-        (16, 8),
-        "128 MiB of two planes, and 32 MiB a plane"
+        (16, 5),
+        "128 MiB of two planes, and 64 MiB of three"
     );
 }
 

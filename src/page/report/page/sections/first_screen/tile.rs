@@ -105,6 +105,7 @@ fn meaning(score: Score, moments: usize) -> String {
         Score::PartsDetected => "of people’s body parts".into(),
         Score::Unknown => "of the region’s space".into(),
         Score::FalseAlarm => "free, but called occupied".into(),
+        Score::SeenTwice => "of the region’s space, by at least two sensors".into(),
     }
 }
 
