@@ -14,7 +14,7 @@ use perirobot_decide::choose::{MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::progress::{Progress, SearchState};
-use perirobot_study::study::{Choose, Overrides, Study};
+use perirobot_study::input::{Choose, Overrides, Study};
 use perirobot_study::world::World;
 
 /// Seconds after which a size is given up.

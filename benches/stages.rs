@@ -15,7 +15,7 @@ use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, Fusion, Rays, Reading, Shot, VoxelScene};
 use perirobot_scene::truth::region::window_of;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::{World, ray_tables};
 
 /// One sensor of a study at two of its poses, in the first scene.

@@ -10,16 +10,16 @@ use perirobot_march::metrics::{BodyPart, Confusion};
 use perirobot_march::voxel::grid::MAX_VOXELS_PER_AXIS;
 use perirobot_march::voxel::{BitGrid, BodyVoxel, Grid, People};
 use perirobot_march::{Error, Result};
+use perirobot_scene::objects::Role;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::Role;
+use perirobot_study::input::{self, Overrides};
 use perirobot_study::sensor::MAX_RAYS;
 use perirobot_study::sensor::kinds::rgbd::{KeypointShape, Rgbd};
 use perirobot_study::sensor::range::{Along, Range};
 use perirobot_study::sensor::{Camera, Kind, MEASURES, RayScale, noise::Deviation, placement};
-use perirobot_study::study::{self, Overrides};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns;
-use perirobot_sweep::sweep;
+use perirobot_sweep::scoring;
 
 /// What computes. All give the same integers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub struct Scored {
 
 /// A checked study: what to sweep over what.
 #[derive(Clone, Debug)]
-pub struct Study(study::Study);
+pub struct Study(input::Study);
 
 impl Study {
     /// Reads and checks a study and its scene files (not their meshes), which must lie in its folder or
@@ -77,7 +77,7 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with the files, by file and key.
     pub fn load(path: &Path, overrides: &Overrides) -> Result<Study> {
-        study::Study::load(path, overrides).map(Study)
+        input::Study::load(path, overrides).map(Study)
     }
 
     /// Voxelizes the study's scenes and scores every choice of poses of every combination: the rows of
@@ -88,7 +88,7 @@ impl Study {
     pub fn score(&self, device: Device) -> Result<Vec<Scored>> {
         let Study(study) = self;
         let worlds = World::prepare_all(study)?;
-        let rows = sweep::run(study, &worlds, device.open()?.as_mut())?;
+        let rows = scoring::run(study, &worlds, device.open()?.as_mut())?;
         let representations: Vec<Vec<String>> =
             study.combinations.iter().map(|c| columns::representation_names(study, c)).collect();
         let scored = rows.iter().map(|row| Scored {

@@ -76,9 +76,9 @@
 //! | crate | modules |
 //! |---|---|
 //! | `perirobot-march` in `src/march` | `march`: the integer arithmetic of a ray (the rules are in [`guide::rules`]); `voxel`: grids, bit planes, solids; `backend`: cast, carve, fuse and count as oracle, CPU and GPU, with the kernels in the top folder `shaders/`; `metrics`: counts and scores; `progress`: how a long job reports and stops; [`error`] |
-//! | `perirobot-scene` in `src/scene` | `source`: the one door to files; `pose`; `ros`: messages and bags; `scene`: objects with roles, a file a format; `truth`: what is where, in voxels; `recording`: recorded maps and clouds; `spelling`, `shell` |
-//! | `perirobot-study` in `src/study` | `study`: the keys of study and scene files, checked, with defaults, among them `[stopping]` of ISO 13855; `diagnostics`: how a wrong value is reported; `sensor`: what each kind casts and claims, a file a kind; `world`: scenes in voxels with regions and placed sensors |
-//! | `perirobot-sweep` in `src/sweep` | `sweep`: what is cast and scored in which order, failing devices; `results`: journal, manifest, tables |
+//! | `perirobot-scene` in `src/scene` | `source`: the one door to files; `pose`; `ros`: messages and bags; `objects`: with roles, a file a format; `truth`: what is where, in voxels; `recording`: recorded maps and clouds; `spelling`, `shell` |
+//! | `perirobot-study` in `src/study` | `input`: the keys of study and scene files, checked, with defaults, among them `[stopping]` of ISO 13855; `diagnostics`: how a wrong value is reported; `sensor`: what each kind casts and claims, a file a kind; `world`: scenes in voxels with regions and placed sensors |
+//! | `perirobot-sweep` in `src/sweep` | `scoring`: what is cast and scored in which order, failing devices; `results`: journal, manifest, tables |
 //! | `perirobot-cover` in `src/cover` | the best sets of candidates by exact branch and bound, with bounds by cuts; knows no sensor and uses the marcher only |
 //! | `perirobot-decide` in `src/decide` | `choose`: the best sets of sensors, with a proof; `judge`: requirements; `approach`: how near a body comes unnoticed; `view`: one choice of poses, voxel by voxel |
 //! | `perirobot-page` in `src/page` | `render`: pictures; `export`: files for other programs, a file a format; `report`: tables, the page, figures |
@@ -145,8 +145,8 @@ pub use perirobot_march::error;
 pub use perirobot_march::metrics::Confusion;
 pub use perirobot_march::{Error, Result};
 #[doc(inline)]
+pub use perirobot_scene::objects::Role;
+#[doc(inline)]
 pub use perirobot_scene::pose::Pose;
 #[doc(inline)]
-pub use perirobot_scene::scene::Role;
-#[doc(inline)]
-pub use perirobot_study::study::Overrides;
+pub use perirobot_study::input::Overrides;

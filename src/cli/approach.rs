@@ -12,7 +12,7 @@ use perirobot_decide::judge::alter;
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, ChoiceSelector, find, with_set};
 use perirobot_march::Result;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::{OutputFolder, remove_files};
 

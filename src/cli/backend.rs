@@ -8,7 +8,7 @@ use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_sweep::sweep::bench::{self, Contender};
+use perirobot_sweep::scoring::bench::{self, Contender};
 
 /// Most threads; no machine of today has as many processors.
 const MOST_THREADS: i64 = 1024;

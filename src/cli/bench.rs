@@ -1,5 +1,5 @@
 //! `perirobot bench`: how fast each backend does the whole job, as tables to paste. Measured in
-//! `sweep::bench`.
+//! `scoring::bench`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_scene::truth::region::window_of;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::bench::{Race, casts, race};
+use perirobot_sweep::scoring::bench::{Race, casts, race};
 
 use super::backend::BackendArgs;
 use super::packages::PackageArgs;

@@ -1,16 +1,16 @@
 //! `perirobot check`: what a study contains, how the rays of a few poses end, how long all would take, and
-//! everything that is wrong with it. Read in `study`, cast in `sweep::sample`, told in `contents`.
+//! everything that is wrong with it. Read in `input`, cast in `scoring::sample`, told in `contents`.
 
 use std::process::ExitCode;
 
 use perirobot_decide::approach::check_approach;
 use perirobot_decide::judge::check_postures;
 use perirobot_march::{Error, Result};
+use perirobot_study::input::Study;
 use perirobot_study::sensor::Sensor;
 use perirobot_study::sensor::range::Along;
-use perirobot_study::study::Study;
-use perirobot_sweep::sweep::check::ONE_IN;
-use perirobot_sweep::sweep::sample::{self, Checker, EndCounts};
+use perirobot_sweep::scoring::check::ONE_IN;
+use perirobot_sweep::scoring::sample::{self, Checker, EndCounts};
 
 use super::backend::BackendArgs;
 use super::contents;

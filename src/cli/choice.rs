@@ -5,7 +5,7 @@ use perirobot_decide::judge::{Alteration, LeaderScope, alter};
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, ChoiceSelector, find, find_scene, with_set};
 use perirobot_march::Result;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 #[derive(clap::Args)]

@@ -15,8 +15,8 @@ use perirobot_march::Result;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::metrics::Across;
 use perirobot_page::report;
-use perirobot_study::study::Wanted;
-use perirobot_sweep::sweep::check::ONE_IN;
+use perirobot_study::input::Wanted;
+use perirobot_sweep::scoring::check::ONE_IN;
 
 use super::backend::BackendArgs;
 use super::onlooker::{Onlooker, Shown};

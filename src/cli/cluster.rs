@@ -7,7 +7,7 @@ use crate::cluster::{Job, VisibleWord, hyperqueue, kubernetes, label, slurm};
 use clap::{Parser, Subcommand};
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_sweep::results::files::write_whole;
 
 use super::outcome::OutcomeArgs;

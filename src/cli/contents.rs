@@ -2,10 +2,10 @@
 
 use perirobot_march::backend::MEMORY_BYTES;
 use perirobot_march::voxel::rounded_up;
-use perirobot_scene::scene::spec::SceneSpec;
+use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
+use perirobot_study::input::{Combination, RegionSpec, Study};
 use perirobot_study::sensor::Sensor;
-use perirobot_study::study::{Combination, RegionSpec, Study};
 use perirobot_study::world::{World, ray_table};
 use perirobot_sweep::results::layout_of;
 

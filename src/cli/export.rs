@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use perirobot_decide::view::View;
 use perirobot_march::Result;
 use perirobot_page::export::{each_file, folder_name};
-use perirobot_scene::scene::build::build;
+use perirobot_scene::objects::build::build;
 use perirobot_sweep::results::files::OutputFolder;
 
 use super::backend::BackendArgs;

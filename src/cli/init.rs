@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use perirobot_march::{Error, Result};
-use perirobot_study::study::schema;
+use perirobot_study::input::schema;
 use perirobot_sweep::results::files::write_whole;
 
 /// Write a small study with comments to begin with

@@ -10,7 +10,7 @@ use perirobot_decide::judge::{
 use perirobot_march::Result;
 use perirobot_page::report::terminal;
 use perirobot_scene::shell;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 use perirobot_sweep::results::files::write_whole;

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use perirobot_march::{Error, Result};
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::files::shards_below;
 use perirobot_sweep::results::merge::merge;
-use perirobot_sweep::sweep::reopen;
+use perirobot_sweep::scoring::reopen;
 
 use super::outcome::{OutcomeArgs, print_best, print_verdicts};
 use super::packages::PackageArgs;

@@ -10,7 +10,7 @@ use perirobot_march::metrics::Score;
 use perirobot_page::report::terminal::{self, best, places};
 use perirobot_page::report::{ReportSelection, wording};
 use perirobot_scene::shell;
-use perirobot_study::study::{Condition, Requirement, Study};
+use perirobot_study::input::{Condition, Requirement, Study};
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, rows, scores};
 

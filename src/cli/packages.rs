@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use perirobot_scene::scene::spec::SceneSpec;
+use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::source::Sources;
 
 /// Where ROS packages are on this machine, and whether other folders may be read and a program be run.

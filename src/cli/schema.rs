@@ -1,11 +1,11 @@
 //! `perirobot schema`: what editors need to complete and check study and scene files. The text
-//! is in `study::schema`.
+//! is in `input::schema`.
 
 use std::process::ExitCode;
 
 use clap::ValueEnum;
 use perirobot_march::Result;
-use perirobot_study::study::schema;
+use perirobot_study::input::schema;
 
 /// Print the JSON schema of study or scene files
 ///

@@ -1,12 +1,12 @@
 //! `perirobot sensors`: the devices that a study may name, with their values and where those are from. They
-//! are in `study::catalogue`.
+//! are in `input::catalogue`.
 
 use std::process::ExitCode;
 
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
+use perirobot_study::input::catalogue::{DeviceModel, Stereo, models};
 use perirobot_study::sensor::noise::Deviation;
-use perirobot_study::study::catalogue::{DeviceModel, Stereo, models};
 use toml::Value;
 
 /// List the devices that a study may name, with sources

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use perirobot_decide::choose::as_swept;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::MANIFEST;
 

@@ -8,8 +8,8 @@ use perirobot_march::Result;
 use perirobot_scene::shell;
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::{Results, Subject};
-use perirobot_sweep::sweep::check::ONE_IN;
-use perirobot_sweep::sweep::session::{Ending, RunReport, Session, folder_of};
+use perirobot_sweep::scoring::check::ONE_IN;
+use perirobot_sweep::scoring::session::{Ending, RunReport, Session, folder_of};
 
 use super::backend::BackendArgs;
 use super::onlooker::{Onlooker, Shown};

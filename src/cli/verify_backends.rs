@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
-use perirobot_sweep::sweep::compare::{
+use perirobot_sweep::scoring::compare::{
     ComparedLine, Comparison, PoseSelection, compare, compare_combination, select, select_choices,
 };
 

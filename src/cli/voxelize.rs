@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_scene::scene::{build::build, octomap};
+use perirobot_scene::objects::{build::build, octomap};
 use perirobot_scene::truth::{Truth, voxelize as voxels};
-use perirobot_study::study::load_scene;
+use perirobot_study::input::load_scene;
 use perirobot_sweep::results::files::write_whole;
 
 use super::packages::PackageArgs;

@@ -8,7 +8,7 @@ use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_page::report::reasons_file::ReasonsFile;
 use perirobot_page::report::terminal::reasons;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::table::TableFormat;
@@ -140,7 +140,7 @@ fn describe(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
 
 /// All choices: combination, choice and representation.
 fn every(study: &Study) -> Vec<[usize; 3]> {
-    let of = |(number, combination): (usize, &perirobot_study::study::Combination)| {
+    let of = |(number, combination): (usize, &perirobot_study::input::Combination)| {
         let representations = combination.representation_count(&study.sensors);
         (0..combination.choices())
             .flat_map(move |choice| (0..representations).map(move |way| [number, choice, way]))

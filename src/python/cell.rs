@@ -3,7 +3,7 @@
 use numpy::ndarray::ArrayView3;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_scene::scene::octomap::{KEYS, write};
+use perirobot_scene::objects::octomap::{KEYS, write};
 
 /// The voxels that are set, as an OctoMap whose voxel `key` is the array's first; `None` where none is set.
 pub(crate) fn map(voxels: ArrayView3<bool>, voxel_size_m: f64, key: [i32; 3]) -> Result<Option<Vec<u8>>> {

@@ -6,9 +6,9 @@ use std::time::Instant;
 use perirobot_decide::choose::{Choosing, Found, MEMORY_BYTES, SearchEnding, Verified};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::check::ONE_IN;
+use perirobot_sweep::scoring::check::ONE_IN;
 
 use crate::backends::{BackendWords, open};
 use crate::watch::Listener;

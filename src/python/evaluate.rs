@@ -7,9 +7,9 @@ use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics;
 use perirobot_scene::pose::{Pose, RotationFrame};
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::run_on;
+use perirobot_sweep::scoring::run_on;
 
 use crate::watch::Listener;
 

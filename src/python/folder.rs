@@ -5,10 +5,10 @@ use std::path::{Component, Path, PathBuf};
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::IN_MEMORY;
+use perirobot_study::input::IN_MEMORY;
 use perirobot_sweep::results::files::write_whole;
 use perirobot_sweep::results::{Results, RowKey};
-use perirobot_sweep::sweep::Row;
+use perirobot_sweep::scoring::Row;
 
 use crate::table::{Columns, columns};
 use crate::watch::Listener;
@@ -60,7 +60,7 @@ fn keys(results: &Results) -> impl Iterator<Item = RowKey> + use<'_> {
 
 /// Writes a study that is in memory, and what it reads from its own folder, into another one.
 pub(crate) fn save(
-    study: &perirobot_study::study::Study,
+    study: &perirobot_study::input::Study,
     files: &[(PathBuf, Vec<u8>)],
     out: &Path,
 ) -> Result<()> {

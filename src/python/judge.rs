@@ -5,7 +5,7 @@ use std::path::Path;
 use perirobot_decide::choose::as_swept;
 use perirobot_decide::judge::{Judging, LeaderScope, chosen_sets, forget, leaders, requires_something};
 use perirobot_march::Result;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::Results;
 

@@ -6,7 +6,7 @@ use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use pyo3::prelude::*;
 

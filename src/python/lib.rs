@@ -23,8 +23,8 @@ use std::process::ExitCode;
 
 use numpy::PyReadonlyArray3;
 use perirobot_march::backend::factory::adapters;
-use perirobot_study::study::Overrides;
-use perirobot_sweep::sweep::reopen;
+use perirobot_study::input::Overrides;
+use perirobot_sweep::scoring::reopen;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule};
 

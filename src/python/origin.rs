@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::Sources;
-use perirobot_study::study::{IN_MEMORY, Overrides, Study};
+use perirobot_study::input::{IN_MEMORY, Overrides, Study};
 use pyo3::FromPyObject;
 
 /// The name under which a study that was made in memory is told in messages.

@@ -9,9 +9,9 @@ use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_scene::recording::{Anchor, Recording, RecordingSelection};
 use perirobot_scene::source::Sources;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::Row;
+use perirobot_sweep::scoring::Row;
 
 use crate::table::{ArrayColumn, Columns, NameTable, columns};
 

@@ -11,11 +11,11 @@ use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::Issue;
 use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_scene::source;
-use perirobot_study::study::Overrides;
+use perirobot_study::input::Overrides;
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 use perirobot_sweep::results::jobs;
-use perirobot_sweep::sweep;
+use perirobot_sweep::scoring;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -30,7 +30,7 @@ use crate::{choose, evaluate, folder, judge, labels, recorded};
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
 pub(crate) struct Study {
-    study: perirobot_study::study::Study,
+    study: perirobot_study::input::Study,
     /// Its files that are in memory only.
     files: Arc<Vec<(PathBuf, Vec<u8>)>>,
     /// Files and their hashes as they were when the study was pickled.
@@ -222,7 +222,7 @@ impl Study {
         run(py, progress.as_ref(), |listener| {
             listener.begins("poses", jobs(&self.study));
             let mut backends = open(&backend, listener)?;
-            let rows = sweep::run_on(&self.study, worlds, &mut backends, listener)?;
+            let rows = scoring::run_on(&self.study, worlds, &mut backends, listener)?;
             Ok(columns((&self.study).into(), &rows))
         })
     }

@@ -4,13 +4,13 @@
 use std::collections::HashMap;
 
 use numpy::IntoPyArray;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::columns::{
     COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN, OVERLAP_COLUMNS, pose_names, representation_names,
 };
 use perirobot_sweep::results::rows::scores;
-use perirobot_sweep::sweep::Row;
+use perirobot_sweep::scoring::Row;
 use pyo3::prelude::*;
 
 /// The columns of a table, by their names and in its order.

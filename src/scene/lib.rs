@@ -2,10 +2,10 @@
 // The pages of rooms are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
+pub mod objects;
 pub mod pose;
 pub mod recording;
 pub mod ros;
-pub mod scene;
 pub mod shell;
 pub mod source;
 pub mod spelling;

@@ -3,7 +3,7 @@
 #![allow(rustdoc::private_intra_doc_links)]
 
 mod diagnostics;
+pub mod input;
 mod keys;
 pub mod sensor;
-pub mod study;
 pub mod world;

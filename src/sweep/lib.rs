@@ -3,4 +3,4 @@
 #![allow(rustdoc::private_intra_doc_links)]
 
 pub mod results;
-pub mod sweep;
+pub mod scoring;

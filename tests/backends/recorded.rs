@@ -8,9 +8,9 @@ use std::process::Command;
 
 use crate::common::program::{Folder, Outcome, perirobot, refused, text};
 use perirobot_march::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::run;
+use perirobot_sweep::scoring::run;
 
 const POSE: &str = "lidar:posts/upright";
 

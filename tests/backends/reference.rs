@@ -13,9 +13,9 @@ use crate::common;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::metrics::Confusion;
 use perirobot_scene::source::Sources;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::{Row, run};
+use perirobot_sweep::scoring::{Row, run};
 
 /// Their counts of one pose (or choice of poses) in one region, and whatever else stood in the row.
 struct Theirs {

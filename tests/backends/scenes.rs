@@ -9,12 +9,12 @@ use std::sync::{Arc, OnceLock};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::{Backend, Fusion, Noise, Rays, Reading, Shot};
 use perirobot_march::voxel::BitGrid;
+use perirobot_scene::objects::{Role, build::build, octomap};
 use perirobot_scene::pose::RotationFrame;
-use perirobot_scene::scene::{Role, build::build, octomap};
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::{Truth, voxelize};
+use perirobot_study::input::{Overrides, Study, Wanted, load_scene};
 use perirobot_study::sensor::{Camera, Station, placement};
-use perirobot_study::study::{Overrides, Study, Wanted, load_scene};
 use perirobot_study::world::{World, ray_tables};
 use perirobot_sweep::results::jobs;
 
@@ -313,7 +313,7 @@ fn people_and_robot_are_there_and_apart() {
 /// A scene in a folder of its own, with the shipped table beside it.
 fn scene_with(
     toml: &str,
-) -> (tempfile::TempDir, perirobot_march::Result<Vec<perirobot_scene::scene::Scene>>) {
+) -> (tempfile::TempDir, perirobot_march::Result<Vec<perirobot_scene::objects::Scene>>) {
     let folder = tempfile::tempdir().unwrap();
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper/table.glb");
     fs::copy(table, folder.path().join("table.glb")).unwrap();

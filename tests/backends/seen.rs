@@ -7,9 +7,9 @@ use crate::common::cases::{case, job};
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, Fusion, Shot, cpu::Cpu};
 use perirobot_march::metrics::Confusion;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::run;
+use perirobot_sweep::scoring::run;
 
 /// 64 poses of one depth camera around a mannequin, a robot and a table.
 const STUDY: &str = r#"

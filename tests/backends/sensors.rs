@@ -14,14 +14,14 @@ use perirobot_march::backend::{
 };
 use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};
+use perirobot_scene::objects::Optical;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::Optical;
+use perirobot_study::input::{Combination, Overrides, Study};
 use perirobot_study::sensor::{MountLink, Setting, kinds};
-use perirobot_study::study::{Combination, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns;
 use perirobot_sweep::results::journal::Journal;
-use perirobot_sweep::sweep::{Row, run};
+use perirobot_sweep::scoring::{Row, run};
 
 const STUDY: &str = "scenes/sensors.toml";
 

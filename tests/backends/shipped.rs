@@ -5,9 +5,9 @@ use std::path::Path;
 
 use crate::common;
 use perirobot_march::backend::{Backend, cpu::Cpu, gpu::Gpu};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::{World, ray_tables};
-use perirobot_sweep::sweep::compare::{Comparison, PoseSelection, compare, compare_combination};
+use perirobot_sweep::scoring::compare::{Comparison, PoseSelection, compare, compare_combination};
 
 #[track_caller]
 fn check(file: &str, voxel_size_m: Option<f64>, selection: PoseSelection) {

@@ -6,8 +6,8 @@ use std::fs;
 use crate::common;
 use crate::common::program::{Folder, STOPPING, perirobot, refused, text};
 use perirobot_march::voxel::BitGrid;
-use perirobot_scene::scene::Role;
-use perirobot_study::study::{Overrides, RegionSpec, Study};
+use perirobot_scene::objects::Role;
+use perirobot_study::input::{Overrides, RegionSpec, Study};
 use perirobot_study::world::World;
 
 /// Whole squared distances from which a voxel is far enough: those of 3.2125, 4.45 and 7.3 voxels, rounded up.

@@ -10,9 +10,9 @@ use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::{Backend, Fusion, cpu::Cpu, oracle::Oracle};
 use perirobot_march::metrics::{Across, Confusion, Overlap, Score};
 use perirobot_march::progress::Progress;
-use perirobot_study::study::{Choose, Combination, Member, Overrides, Study};
+use perirobot_study::input::{Choose, Combination, Member, Overrides, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::run;
+use perirobot_sweep::scoring::run;
 
 fn shipped(name: &str) -> (Study, Vec<World>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);

@@ -14,7 +14,7 @@ use perirobot_decide::choose::{Casting, EVIDENCE, cast_evidence, wanted_counts};
 use perirobot_march::Error;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::metrics::Score;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";

@@ -10,9 +10,9 @@ use crate::common::program::{perirobot, rows, text};
 use perirobot_decide::choose::{MEMORY_BYTES, answer, cast_evidence, problem_of};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::metrics::{Across, Score};
-use perirobot_study::study::{Choose, Overrides, Study};
+use perirobot_study::input::{Choose, Overrides, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::run;
+use perirobot_sweep::scoring::run;
 use tempfile::TempDir;
 
 /// The folder of the paper's studies, with cameras of fewer pixels.
@@ -50,7 +50,7 @@ fn compare(study: &Study) -> usize {
                         cast_evidence(&alone, &worlds, (region, &[way]), MEMORY_BYTES, &mut cpu, &|| None);
                     let evidence = evidence.unwrap();
                     for objective in [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected] {
-                        let of = |row: &&perirobot_sweep::sweep::Row| {
+                        let of = |row: &&perirobot_sweep::scoring::Row| {
                             row.representation == way && row.region == region
                         };
                         let values =

@@ -13,9 +13,9 @@ use perirobot_march::backend::{
 };
 use perirobot_march::metrics::{Across, Confusion, Score};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Overrides, Study};
+use perirobot_study::input::{Choose, Overrides, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::Failover;
+use perirobot_sweep::scoring::Failover;
 
 /// A CPU that passes for a device: it fails when it is asked to cast for this time, or says too much.
 struct Device {

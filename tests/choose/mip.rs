@@ -13,8 +13,8 @@ use perirobot_decide::choose::{Casting, FrontReport, MEMORY_BYTES, answer, probl
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::oracle::Oracle;
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::sensor::Setting;
-use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::World;
 use serde_json::{Value, json};
 

@@ -18,7 +18,7 @@ use perirobot_march::backend::Backend;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::progress::{Progress, SearchState};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";

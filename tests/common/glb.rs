@@ -2,8 +2,8 @@
 //! indices only, one primitive a node, nothing moved by nodes.
 
 use glam::DVec3;
-use perirobot_scene::scene::Mesh;
-use perirobot_scene::scene::primitive::cuboid;
+use perirobot_scene::objects::Mesh;
+use perirobot_scene::objects::primitive::cuboid;
 
 /// A node in the world's convention (z up, metres); the writer turns it to glTF's y up.
 pub(crate) struct GlbNode {

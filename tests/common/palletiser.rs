@@ -1,6 +1,6 @@
 //! The meshes of `scenes/palletiser/`, as an integrator's CAD program would export them.
 
-use perirobot_scene::scene::Mesh;
+use perirobot_scene::objects::Mesh;
 
 use super::glb::{GlbNode, group, part, slab};
 use super::stl;

@@ -1,6 +1,6 @@
 //! Writes bodies as one binary STL file, the same bytes every time; normals are left to the reader.
 
-use perirobot_scene::scene::Mesh;
+use perirobot_scene::objects::Mesh;
 
 /// The bytes of an STL file. Its header names the program and `axes`, in words: the format knows neither unit nor axes.
 pub(crate) fn bytes(bodies: &[Mesh], axes: &str) -> Vec<u8> {

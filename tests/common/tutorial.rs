@@ -1,7 +1,7 @@
 //! The meshes of `scenes/tutorial/`, as CAD programs would export them.
 
 use glam::DVec3;
-use perirobot_scene::scene::primitive::cylinder;
+use perirobot_scene::objects::primitive::cylinder;
 
 use super::glb::{GlbNode, group, part, slab};
 use super::stl;

@@ -4,7 +4,7 @@
 use crate::common;
 use perirobot::{Cell, DepthCamera, Device, Study};
 use perirobot_march::metrics::Confusion;
-use perirobot_scene::{pose::Pose, scene::Role};
+use perirobot_scene::{objects::Role, pose::Pose};
 use perirobot_study::world::World;
 
 const STUDY: &str = r#"
@@ -69,7 +69,7 @@ fn a_cell_without_files_scores_as_its_study_on_every_device() {
     let path = folder.path().join("study.toml");
     let from_files = Study::load(&path, &Default::default()).unwrap().score(Device::Oracle).unwrap();
 
-    let study = perirobot_study::study::Study::load(&path, &Default::default()).unwrap();
+    let study = perirobot_study::input::Study::load(&path, &Default::default()).unwrap();
     let world = World::prepare_all(&study).unwrap().remove(0);
     let (grid, truth) = (world.grid, world.truth());
     assert_eq!(truth.blockers.to_window(grid.window()), truth.occupied.to_window(grid.window()));

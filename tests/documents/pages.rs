@@ -10,7 +10,7 @@ use crate::common::place::{Place, read, root};
 use crate::common::program::{self, perirobot};
 use crate::common::python;
 use jsonschema::error::ValidationErrorKind;
-use perirobot_study::study::schema;
+use perirobot_study::input::schema;
 
 const README: &str = "README.md";
 const REFERENCE: &str = "scenes/README.md";

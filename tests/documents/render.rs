@@ -8,7 +8,7 @@ use crate::common::program::{Folder, perirobot, text};
 use perirobot_decide::view::{ChoiceSelector, View, find};
 use perirobot_march::backend::{Backend, cpu::Cpu, gpu::Gpu, oracle::Oracle};
 use perirobot_page::render::{Colour, Wish, draw};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// Where commands of pictures stand, beside the pictures.

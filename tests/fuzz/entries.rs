@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use perirobot_march::Result;
+use perirobot_scene::objects::build::build;
+use perirobot_scene::objects::gltf::{Gltf, WhichClip};
+use perirobot_scene::objects::keypoints::{JointLayout, KeypointFile};
+use perirobot_scene::objects::{Scene, collada, obj, octomap, stl};
 use perirobot_scene::recording::{Recording, RecordingSelection};
-use perirobot_scene::scene::build::build;
-use perirobot_scene::scene::gltf::{Gltf, WhichClip};
-use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile};
-use perirobot_scene::scene::{Scene, collada, obj, octomap, stl};
 use perirobot_scene::source::Sources;
-use perirobot_study::study::{Overrides, Study, load_scene};
+use perirobot_study::input::{Overrides, Study, load_scene};
 use perirobot_study::world::World;
 use tempfile::TempDir;
 

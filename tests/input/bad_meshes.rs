@@ -2,7 +2,7 @@
 //! mesh's own file, before any ray is cast. The tests beside the loaders try each kind of damage.
 
 use crate::common::program::Folder;
-use perirobot_scene::scene::octomap;
+use perirobot_scene::objects::octomap;
 
 /// The ball's surface taken from a file of these bytes must be refused in words that hold all of `expected`.
 #[track_caller]

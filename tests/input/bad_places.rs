@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::common::program::{self, Edit, Folder, perirobot, refused, text};
 use perirobot_scene::source::Sources;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";

@@ -195,7 +195,7 @@ fn a_camera_info_that_is_no_pinhole_is_told_or_refused() {
 fn devices_are_listed_with_their_sources() {
     let outcome = perirobot(&["sensors"]);
     assert_eq!(outcome.code, Some(0));
-    for model in perirobot_study::study::catalogue::models() {
+    for model in perirobot_study::input::catalogue::models() {
         assert!(outcome.stdout.lines().any(|line| line.starts_with(&model.name)), "{}", model.name);
         let one = perirobot(&["sensors", &model.name]);
         for part in [&model.source, &model.url, &model.note] {

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use crate::common::glb::{self, GlbNode, group, part};
 use crate::common::{palletiser, tutorial};
 use glam::DVec3;
-use perirobot_scene::scene::keypoints::{JointLayout, KeypointFile, Keypoints};
-use perirobot_scene::scene::mannequin::body;
-use perirobot_scene::scene::{Mesh, Surface, build, gltf};
+use perirobot_scene::objects::keypoints::{JointLayout, KeypointFile, Keypoints};
+use perirobot_scene::objects::mannequin::body;
+use perirobot_scene::objects::{Mesh, Surface, build, gltf};
 use perirobot_scene::source::Sources;
-use perirobot_study::study::load_scene;
+use perirobot_study::input::load_scene;
 
 /// Largest distance between a round limb and its triangles, in metres.
 const SAG: f64 = 0.002;

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 const PEOPLE: [(&str, [f64; 2]); 8] = [

@@ -4,7 +4,7 @@
 use crate::common::glb;
 use crate::common::program::{Folder, refused};
 use perirobot_march::voxel::BitGrid;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 const STUDY: &str = "study.toml";

@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use perirobot_scene::scene::{Object, Role, Surface, build::build};
+use perirobot_scene::objects::{Object, Role, Surface, build::build};
 use perirobot_scene::source::Sources;
-use perirobot_study::study::load_scene;
+use perirobot_study::input::load_scene;
 
 fn shipped(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper").join(name)

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use jsonschema::Validator;
-use perirobot_study::study::{Overrides, Study, catalogue, schema};
+use perirobot_study::input::{Overrides, Study, catalogue, schema};
 use serde_json::Value;
 
 fn root(name: &str) -> PathBuf {

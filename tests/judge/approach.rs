@@ -8,7 +8,7 @@ use crate::common::program::{Folder, Outcome, names, perirobot, shelf, text};
 use perirobot_decide::approach::{APPROACH, APPROACH_JSON, Ground, PATHS, Way, nearest_ways};
 use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{ChoiceSelector, find};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 fn approach(folder: &Folder, pose: &str) -> Outcome {

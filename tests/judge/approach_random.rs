@@ -10,8 +10,8 @@ use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, View};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_page::export::each_file;
-use perirobot_scene::scene::build::build;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_scene::objects::build::build;
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// A random cell: boxes, a robot that moves in some, a person in some, a camera or two that certify, and in some a pad,

@@ -4,7 +4,7 @@
 use crate::common::program::{Folder, Outcome, perirobot, refused, rows, shelf, text};
 use perirobot_decide::judge::{Alteration, alter};
 use perirobot_decide::view::{ChoiceSelector, find};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// The small study, with somebody at two spots; one of them is in the crate.

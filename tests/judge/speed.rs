@@ -9,7 +9,7 @@ use crate::common::program::{Folder, Outcome, STOPPING, perirobot, refused, rows
 use perirobot_decide::view::{ChoiceSelector, View, find};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::voxel::BitGrid;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// As `STOPPING` says, in micrometres.

@@ -14,10 +14,10 @@ use perirobot_march::backend::factory::{
 };
 use perirobot_march::backend::{Backend, oracle::Oracle};
 use perirobot_march::metrics::Confusion;
-use perirobot_study::study::{Condition, Overrides, Study};
+use perirobot_study::input::{Condition, Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::DRAWS;
-use perirobot_sweep::sweep::run;
+use perirobot_sweep::scoring::run;
 use toml::{Table, Value};
 
 const DEAD: [Condition; 2] = [Condition::OneSensorDead, Condition::TwoSensorsDead];

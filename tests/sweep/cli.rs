@@ -7,10 +7,10 @@ use std::path::Path;
 
 use crate::common::program::{Folder, Outcome, names, perirobot, text};
 use perirobot_march::voxel::Grid;
-use perirobot_scene::scene::{build::build, octomap};
+use perirobot_scene::objects::{build::build, octomap};
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::{voxelize, voxelize_all};
-use perirobot_study::study::{Overrides, Study, load_scene};
+use perirobot_study::input::{Overrides, Study, load_scene};
 use serde_json::Value;
 
 const TINY: &str = "scenes/tiny.toml";

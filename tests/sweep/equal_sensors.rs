@@ -15,10 +15,10 @@ use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::metrics::Confusion;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns::pose_names;
-use perirobot_sweep::sweep::run;
+use perirobot_sweep::scoring::run;
 
 /// The small study with a combination.
 fn folder(combination: &str) -> Folder {

@@ -22,14 +22,14 @@ use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};
 use perirobot_scene::truth::region::window_of;
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::sensor::{self, Setting};
-use perirobot_study::study::{Overrides, Study};
 use perirobot_study::world::{World, ray_tables};
 use perirobot_sweep::results::files::{DISAGREED, DISAGREEMENT, JOURNAL};
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::manifest::Manifest;
-use perirobot_sweep::sweep::session::{Ending, RunReport, Session};
-use perirobot_sweep::sweep::{run, run_on};
+use perirobot_sweep::scoring::session::{Ending, RunReport, Session};
+use perirobot_sweep::scoring::{run, run_on};
 
 /// What a device is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]

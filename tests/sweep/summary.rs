@@ -7,14 +7,14 @@ use crate::common::program::{Folder, names, perirobot, text};
 use crate::common::watch::Onlooker;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::backend::{Backend, cpu::Cpu};
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::journal::{Journal, JournalHeader, Locked, Shard};
 use perirobot_sweep::results::manifest::Manifest;
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, Subject, scores};
-use perirobot_sweep::sweep::run;
-use perirobot_sweep::sweep::session::Session;
+use perirobot_sweep::scoring::run;
+use perirobot_sweep::scoring::session::Session;
 
 /// The files of a finished sweep.
 const FILES: [&str; 5] = ["counts.journal", "manifest.json", "poses.csv", "results.csv", "scores.csv"];

@@ -10,9 +10,9 @@ use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_page::report::terminal;
-use perirobot_study::study::{Purchase, Study};
+use perirobot_study::input::{Purchase, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::check::ONE_IN;
+use perirobot_sweep::scoring::check::ONE_IN;
 
 use super::super::onlooker::{Onlooker, Shown};
 use super::super::stop::{StopAt, stop_code};

@@ -11,7 +11,7 @@ use crate::json_file::JsonFile;
 use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 
 /// The name of the table.

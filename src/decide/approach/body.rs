@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
-use perirobot_study::study::{BodyShape, BodySpec};
+use perirobot_study::input::{BodyShape, BodySpec};
 
 /// A body that moves without turning. Its place is the lowest corner of the box around it.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@ use super::moments::ApproachMoment;
 use super::needed;
 use perirobot_march::Result;
 use perirobot_scene::truth::Truth;
-use perirobot_study::study::{EntryPlace, Study};
+use perirobot_study::input::{EntryPlace, Study};
 use perirobot_study::world::World;
 
 /// Of each scene by name, which entries begin nearer to the hazard than is needed at the highest speed of the robot, as

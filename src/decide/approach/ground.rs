@@ -13,10 +13,10 @@ use crate::view::watched::Watcher;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_march::{Error, Result};
-use perirobot_scene::scene::Role;
+use perirobot_scene::objects::Role;
 use perirobot_scene::truth::Truth;
+use perirobot_study::input::{BodySpec, EntryPlace, EntrySpec, Hazard, Study};
 use perirobot_study::sensor::prism::Prism;
-use perirobot_study::study::{BodySpec, EntryPlace, EntrySpec, Hazard, Study};
 use perirobot_study::world::World;
 
 /// Most voxels of all grids that are flooded at once: a flood takes twelve bytes for each.

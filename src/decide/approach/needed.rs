@@ -1,7 +1,7 @@
 //! Whether a body stays away as far as people must be by `[stopping]`, in words. Squared distances decide.
 
 use perirobot_march::voxel::{Grid, rounded_down, rounded_up, squared_voxels};
-use perirobot_study::study::{AtSpeed, Stopping};
+use perirobot_study::input::{AtSpeed, Stopping};
 
 /// At which speeds of the robot a distance is enough.
 pub(super) fn describe(stopping: &Stopping, squared: u32, grid: &Grid) -> String {

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::ground::{Company, Ground};
 use super::moments::{ApproachAnswer, BodyPlan};
 use perirobot_march::voxel::{BitGrid, Window};
-use perirobot_study::study::slug;
+use perirobot_study::input::slug;
 
 /// The name of the file of paths.
 pub const PATHS: &str = "paths.ply";

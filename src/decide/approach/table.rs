@@ -25,7 +25,7 @@ use super::needed::{self, root_m};
 use crate::view::Choice;
 use perirobot_march::backend::Fusion;
 use perirobot_march::voxel::rounded_down;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_sweep::results::columns::Csv;
 
 const COLUMNS: [&str; 27] = [

@@ -9,7 +9,7 @@ use super::needed::root_m;
 use crate::view::watched::Watchers;
 use perirobot_march::Result;
 use perirobot_march::voxel::{Grid, rounded_down};
-use perirobot_study::study::BodyShape;
+use perirobot_study::input::BodyShape;
 use perirobot_study::world::World;
 
 /// Corners of a circle that is drawn.

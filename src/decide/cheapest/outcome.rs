@@ -10,7 +10,7 @@ use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Purchase, Study};
+use perirobot_study::input::{Purchase, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::{OutputFolder, remove_files};
 use perirobot_sweep::results::table::TableFormat;

@@ -4,7 +4,7 @@ use perirobot_cover::Problem;
 use perirobot_cover::cheapest::{Demand, SetTest, TestAnswer};
 use perirobot_march::Result;
 use perirobot_march::metrics::Confusion;
-use perirobot_study::study::{ApproachScore, Counted, Limit, Measure, Nearness, Requirement};
+use perirobot_study::input::{ApproachScore, Counted, Limit, Measure, Nearness, Requirement};
 
 use super::remaining::Remaining;
 use super::terms::{Terms, dead_in, is_counted};

@@ -10,8 +10,8 @@ use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::progress::Progress;
+use perirobot_study::input::{Purchase, PurchaseFront, Requirement, Study};
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Purchase, PurchaseFront, Requirement, Study};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 

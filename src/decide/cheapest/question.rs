@@ -8,10 +8,10 @@ use crate::choose::AskedSensor;
 use crate::judge::deciding_tables_sha256;
 use perirobot_march::backend::Fusion;
 use perirobot_march::metrics::{Across, Score};
-use perirobot_study::sensor::{Cost, Sensor};
-use perirobot_study::study::{
+use perirobot_study::input::{
     Condition, Counted, Limit, Measure, Purchase, PurchaseFront, Requirement, Study,
 };
+use perirobot_study::sensor::{Cost, Sensor};
 
 /// What a study asks for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -7,7 +7,7 @@ use crate::choose::pose_name;
 use crate::judge::Passage;
 use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
-use perirobot_study::study::{ApproachScore, Condition, Limit, Measure, Requirement, Stopping, Study};
+use perirobot_study::input::{ApproachScore, Condition, Limit, Measure, Requirement, Stopping, Study};
 
 /// Why nothing passes some terms: the places of the fewest requirements that cannot be met together, if each is needed
 /// for that. `is_possible` says whether any allowed set meets some of them.

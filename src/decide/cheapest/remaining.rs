@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::progress::Progress;
-use perirobot_study::study::{Combination, Condition, Member, Purchase, Requirement, Study};
+use perirobot_study::input::{Combination, Condition, Member, Purchase, Requirement, Study};
 use perirobot_study::world::World;
 
 use super::terms::Terms;

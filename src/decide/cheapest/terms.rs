@@ -1,7 +1,7 @@
 //! What sets must pass: the requirements of a study, all of them or some, at the highest of its speeds or a lower one.
 
 use perirobot_march::metrics::Score;
-use perirobot_study::study::{Condition, Counted, Limit, RegionSpec, Requirement, Stopping, Study};
+use perirobot_study::input::{Condition, Counted, Limit, RegionSpec, Requirement, Stopping, Study};
 
 use crate::judge::requirements_at_speeds;
 

@@ -19,7 +19,7 @@ use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBacken
 use perirobot_march::march::pcg;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Condition, Overrides, Purchase, Study, Wanted};
+use perirobot_study::input::{Condition, Overrides, Purchase, Study, Wanted};
 use perirobot_study::world::World;
 
 /// Numbers that look random.

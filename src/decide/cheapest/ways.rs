@@ -11,7 +11,7 @@ use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 
 /// One scene in some company and repeat, all its snapshots at once.
 pub struct SceneWays<'g> {

@@ -7,9 +7,9 @@ use perirobot_march::backend::Backend;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Combination, Member, Study};
+use perirobot_study::input::{Combination, Member, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::{check::AT_LEAST, run};
+use perirobot_sweep::scoring::{check::AT_LEAST, run};
 
 /// Counts the first candidates and then one in `every` again, each alone, in all worlds, and compares what is wanted of each
 /// region with its evidence. `representations` is the representation of each sensor. Says how many.

@@ -14,7 +14,7 @@ use perirobot_cover::CandidateEvidence;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Study, Wanted};
+use perirobot_study::input::{Choose, Study, Wanted};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::OutputFolder;
 

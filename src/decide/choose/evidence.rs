@@ -14,7 +14,7 @@ use perirobot_cover::layout::WantedCounts;
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 /// Bytes of evidence that may be kept unless something else is said.

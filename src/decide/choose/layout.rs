@@ -2,8 +2,8 @@
 
 use perirobot_cover::layout::{BitLayout, FALSE, FELT, MISSED, MomentBits, PLANES, PartBits, SPACE_OF};
 use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_study::input::Study;
 use perirobot_study::sensor::Kind;
-use perirobot_study::study::Study;
 use perirobot_study::world::World;
 
 /// The bits of a region in all worlds of a study.

@@ -10,14 +10,14 @@ use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Study};
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::OutputFolder;
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, Subject, jobs, rows, scores};
-use perirobot_sweep::sweep::reopen;
-use perirobot_sweep::sweep::session::{Ending, Session};
+use perirobot_sweep::scoring::reopen;
+use perirobot_sweep::scoring::session::{Ending, Session};
 
 /// What was found, to be written.
 pub struct Outcome<'a> {

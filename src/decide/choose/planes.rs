@@ -3,7 +3,7 @@
 use perirobot_cover::layout::PLANES;
 use perirobot_march::backend::Planes;
 use perirobot_march::voxel::{BitGrid, Window};
-use perirobot_sweep::sweep::SensorSays;
+use perirobot_sweep::scoring::SensorSays;
 
 /// How many planes there are.
 pub(super) const SAID: usize = 4;

@@ -10,8 +10,8 @@ use perirobot_march::error::Issue;
 use perirobot_march::metrics::Score;
 use perirobot_march::progress::{Progress, SearchState};
 use perirobot_march::{Error, Result};
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::{Cost, Setting};
-use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 
 /// Two sensors are as far apart as they should be if this little is missing: lattices are made in floating

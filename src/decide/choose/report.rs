@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::ties::ties;
 use perirobot_cover::{Bound, CutProof, FoundSet, FrontAnswer, FrontStep, Problem, Worth};
+use perirobot_study::input::Study;
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;

@@ -8,8 +8,8 @@ use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_scene::pose::{Pose, RotationFrame};
+use perirobot_study::input::{Choose, Combination, Member, Study};
 use perirobot_study::sensor::{Candidate, Sensor, Setting};
-use perirobot_study::study::{Choose, Combination, Member, Study};
 use perirobot_sweep::results::{Results, RowKey};
 
 impl FrontReport {

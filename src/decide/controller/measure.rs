@@ -5,7 +5,7 @@ use crate::view::{Choice, Viewer};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 /// What is measured of each set: repeat by repeat, and in each repeat world by world. A set is a choice of the study, in

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::separation::{Decision, Separation};
 use perirobot_march::Result;
-use perirobot_study::study::Stopping;
+use perirobot_study::input::Stopping;
 use perirobot_sweep::results::files::SEPARATION;
 use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 

@@ -10,7 +10,7 @@ use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends, Fallback};
 use perirobot_march::progress::Progress;
-use perirobot_study::study::{Condition, Study};
+use perirobot_study::input::{Condition, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 

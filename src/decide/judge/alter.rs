@@ -6,7 +6,7 @@ use super::what_if::WhatIf;
 use crate::view::Choice;
 use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 /// Makes the study and its worlds in which a choice is altered, and the choice there.

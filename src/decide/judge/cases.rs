@@ -6,7 +6,7 @@ use crate::controller::Separation;
 use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Confusion;
-use perirobot_study::study::{AtSpeed, Condition, Nearness, Study};
+use perirobot_study::input::{AtSpeed, Condition, Nearness, Study};
 use perirobot_sweep::results::{Results, RowKey, Subject};
 
 /// A repeat of a snapshot of a scene; all counted from 0.

@@ -1,7 +1,7 @@
 //! Which of some sets is the cheapest.
 
+use perirobot_study::input::Study;
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::Study;
 
 /// Which of some combinations, given by their indices, is the cheapest, by its place among them: the one that costs least
 /// if all of their sensors have a cost, else the one of fewest sensors; the first of equals. `None` of none.

@@ -14,7 +14,7 @@ use crate::approach::Company;
 use crate::json_file::JsonFile;
 use perirobot_march::Result;
 use perirobot_march::metrics::Across;
-use perirobot_study::study::{Condition, Limit, Study};
+use perirobot_study::input::{Condition, Limit, Study};
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::files::{JUDGE_JSON, REQUIREMENTS};
 

@@ -3,7 +3,7 @@
 use super::cases::Conditions;
 use super::verdict::{Judgement, judgements};
 use crate::view::Choice;
-use perirobot_study::study::{Requirement, Study};
+use perirobot_study::input::{Requirement, Study};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 use perirobot_sweep::results::Results;

@@ -20,7 +20,7 @@ use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Condition, Requirement, Study};
+use perirobot_study::input::{Condition, Requirement, Study};
 use perirobot_study::world::{World, cut_warnings};
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::files::{

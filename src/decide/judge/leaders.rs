@@ -11,7 +11,7 @@ use crate::view::Choice;
 use crate::view::names::unknown;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Counted, Limit, Requirement};
+use perirobot_study::input::{Counted, Limit, Requirement};
 use perirobot_sweep::results::Results;
 
 /// Which choices are looked at.

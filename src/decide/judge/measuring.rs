@@ -12,7 +12,7 @@ use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 impl WhatIf<'_> {

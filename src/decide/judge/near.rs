@@ -17,7 +17,7 @@ use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
-use perirobot_study::study::EntrySpec;
+use perirobot_study::input::EntrySpec;
 use perirobot_study::world::World;
 
 /// Most cases that are put together at once.

@@ -5,12 +5,12 @@ use glam::DVec3;
 use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::voxel::Grid;
 use perirobot_march::{Error, Result};
-use perirobot_scene::scene::build::build;
-use perirobot_scene::scene::loaded::read_person;
-use perirobot_scene::scene::spec::{MotionSpec, ObjectSpec, SceneSpec, SurfaceSpec};
-use perirobot_scene::scene::{Optical, Role};
+use perirobot_scene::objects::build::build;
+use perirobot_scene::objects::loaded::read_person;
+use perirobot_scene::objects::spec::{MotionSpec, ObjectSpec, SceneSpec, SurfaceSpec};
+use perirobot_scene::objects::{Optical, Role};
 use perirobot_scene::truth::{RegionShape, voxelize, voxelize_all};
-use perirobot_study::study::{Posture, RegionSpec, Study};
+use perirobot_study::input::{Posture, RegionSpec, Study};
 use perirobot_study::world::{World, cut_warnings};
 
 /// A study in which somebody stands in the place of the people of its scenes, and its worlds.

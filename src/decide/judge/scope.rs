@@ -1,7 +1,7 @@
 //! Under which conditions a study asks for what: for counts, for how near bodies come, and for what a controller
 //! measures.
 
-use perirobot_study::study::{Condition, Measure, Requirement, Study};
+use perirobot_study::input::{Condition, Measure, Requirement, Study};
 
 /// The conditions besides the plan under which is counted: those that requirements name, mounting error where the study
 /// says how large that is, and postures where it says who stands where.

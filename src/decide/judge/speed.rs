@@ -14,7 +14,7 @@ use super::judged::JudgedSet;
 use super::scope::{approach_conditions, asks_how_near_at_speeds};
 use super::verdict::{Judgement, judgements};
 use perirobot_march::Result;
-use perirobot_study::study::{
+use perirobot_study::input::{
     ApproachScore, AtSpeed, Limit, Measure, Nearness, RegionSpec, Requirement, Stopping, Study,
 };
 use perirobot_sweep::results::files::SPEEDS;

@@ -3,7 +3,7 @@
 use super::cases::{Case, Conditions};
 use super::verdict::{CasePart, Where, approach_value, controller_value};
 use perirobot_march::metrics::{Ratio, Score};
-use perirobot_study::study::{ApproachScore, Condition, ControllerScore, Counted, Measure};
+use perirobot_study::input::{ApproachScore, Condition, ControllerScore, Counted, Measure};
 
 /// What is summed up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

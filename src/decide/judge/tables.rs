@@ -2,9 +2,9 @@
 //! changed since.
 
 use super::spread::Summed;
-use perirobot_scene::scene::spec::SurfaceSpec;
+use perirobot_scene::objects::spec::SurfaceSpec;
 use perirobot_scene::source::sha256;
-use perirobot_study::study::{ApproachScore, Condition, Study};
+use perirobot_study::input::{ApproachScore, Condition, Study};
 
 /// Digits of the hash that tell tables apart.
 const DIGITS: usize = 16;

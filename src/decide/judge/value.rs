@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use crate::controller::Excess;
 use perirobot_march::metrics::{Across, Confusion, Ratio, Score, gcd};
-use perirobot_study::study::Limit;
+use perirobot_study::input::Limit;
 
 /// Binary digits that a sum of fractions is told by at a time.
 const DIGITS: u32 = 32;

@@ -5,7 +5,7 @@ use super::value::Value;
 use crate::approach::NearestApproach;
 use crate::controller::{Decision, Excess, Separation};
 use perirobot_march::metrics::{Confusion, Ratio};
-use perirobot_study::study::{
+use perirobot_study::input::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, Requirement,
 };
 use perirobot_study::world::Baselines;

@@ -16,10 +16,10 @@ use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::metrics::Confusion;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Combination, Condition, Member, MountingError, Study};
+use perirobot_study::input::{Combination, Condition, Member, MountingError, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
-use perirobot_sweep::sweep::run_on;
+use perirobot_sweep::scoring::run_on;
 
 /// A choice of sensors that is to be counted in other cases than the plan.
 pub struct WhatIf<'a> {

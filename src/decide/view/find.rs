@@ -4,7 +4,7 @@ use super::Choice;
 use super::names::{ChoiceNames, find_choices, unknown};
 use perirobot_march::error::{Argument, Site, Words};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Combination, Study};
+use perirobot_study::input::{Combination, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns::representation_names;
 

@@ -27,7 +27,7 @@ use perirobot_march::backend::{Backend, Evidence, GridPose, Planes, Rays};
 use perirobot_march::metrics::{Confusion, Overlap};
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 pub use recorded_map::{Overlooked, Oversight, RecordedMap};
 pub use returns::ReturnPoint;
@@ -39,9 +39,9 @@ pub use viewer::Viewer;
 pub struct Choice {
     /// Index of the combination.
     pub combination: usize,
-    /// Number of the choice of poses ([`perirobot_study::study::Combination::choice`]).
+    /// Number of the choice of poses ([`perirobot_study::input::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`perirobot_study::study::Combination::representations`]).
+    /// Number of the choice of representations ([`perirobot_study::input::Combination::representations`]).
     pub representation: usize,
     /// Which repeat, counted from 0.
     pub repeat: usize,

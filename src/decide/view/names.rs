@@ -2,7 +2,7 @@
 
 use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choices, slug};
+use perirobot_study::input::{Choices, slug};
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 
 /// Names that are so near to what was written that they may be meant.

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::view::{ChoiceSelector, find};
     use perirobot_march::backend::cpu::Cpu;
-    use perirobot_study::study::{Overrides, Study};
+    use perirobot_study::input::{Overrides, Study};
     use perirobot_study::world::World;
 
     #[test]

@@ -9,10 +9,10 @@ pub use overlooked::{Overlooked, Oversight};
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_scene::recording::{Anchor, Recording};
+use perirobot_study::input::Study;
 use perirobot_study::sensor::kinds::recorded::{Recorded, RecordedMoment};
-use perirobot_study::study::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::Row;
+use perirobot_sweep::scoring::Row;
 
 /// A recording, laid into the voxels of one moment of a scene.
 pub struct RecordedMap {

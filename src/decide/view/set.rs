@@ -3,7 +3,7 @@
 use super::find::choice_names;
 use super::names::{find_choices, plain};
 use perirobot_march::backend::Fusion;
-use perirobot_study::study::{Combination, Member, Study};
+use perirobot_study::input::{Combination, Member, Study};
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 
 /// The study with one more combination, of the poses that are joined in a name as in `camera:wall/1/0;lidar:post/0`, where
@@ -55,7 +55,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use perirobot_study::study::Overrides;
+    use perirobot_study::input::Overrides;
     use perirobot_sweep::results::columns::pose_names;
 
     /// The poses of the set that a name adds to a study, if it adds one.

@@ -1,8 +1,8 @@
 use super::*;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::march::RETURN;
-use perirobot_study::study::Overrides;
-use perirobot_sweep::sweep::run;
+use perirobot_study::input::Overrides;
+use perirobot_sweep::scoring::run;
 
 /// A shipped study, coarse, with its worlds.
 fn load_shipped(name: &str, voxel_size_m: f64) -> (Study, Vec<World>) {

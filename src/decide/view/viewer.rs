@@ -13,10 +13,10 @@ use perirobot_march::backend::{Backend, GridPose, Planes, Rays, Shot, Slot, fuse
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
 use perirobot_scene::truth::region::window_of;
+use perirobot_study::input::Study;
 use perirobot_study::sensor::{Claim, Station};
-use perirobot_study::study::Study;
 use perirobot_study::world::{World, ray_tables};
-use perirobot_sweep::sweep::BatchSize;
+use perirobot_sweep::scoring::BatchSize;
 
 /// Makes views of many choices on a backend; what choices and worlds share is made ready once.
 pub struct Viewer<'a, 'b> {
@@ -148,7 +148,7 @@ impl<'a> LoadedWorld<'a> {
         let candidates = combination.choice(choice.choice);
         let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
         let each = combination.members.iter().zip(candidates).zip(representations);
-        let member = |((member, candidate), way): ((&perirobot_study::study::Member, usize), usize)| {
+        let member = |((member, candidate), way): ((&perirobot_study::input::Member, usize), usize)| {
             let (sensor, kind) = (member.sensor, &study.sensors[member.sensor].kind);
             let rays = self.tables[sensor].as_ref();
             let station = Station {

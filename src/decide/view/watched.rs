@@ -11,9 +11,9 @@ use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::march::leap;
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
+use perirobot_study::input::Study;
 use perirobot_study::sensor::look::RayDirection;
 use perirobot_study::sensor::{Station, watch};
-use perirobot_study::study::Study;
 use perirobot_study::world::{World, ray_tables_of};
 
 /// A sensor of a choice: its number, its candidate, and which of its representations.

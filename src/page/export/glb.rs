@@ -12,7 +12,7 @@ use gltf::json::{Index, Root, accessor, buffer, material, mesh, scene};
 use perirobot_decide::view::{Outline, View};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_scene::scene::{Mesh, Role, Scene, Surface, polygon};
+use perirobot_scene::objects::{Mesh, Role, Scene, Surface, polygon};
 
 /// Length of a sensor's pyramid or cone in metres.
 const FIGURE_M: f64 = 0.3;

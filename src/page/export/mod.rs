@@ -9,7 +9,7 @@ mod ros;
 
 use perirobot_decide::view::View;
 use perirobot_march::Result;
-use perirobot_scene::scene::Scene;
+use perirobot_scene::objects::Scene;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 
 /// A file, and what is in it, for people.

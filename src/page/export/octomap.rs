@@ -1,10 +1,10 @@
-//! Labels, evidence and truth as OctoMap's binary trees for octovis, ROS and MoveIt. `scene::octomap` writes
+//! Labels, evidence and truth as OctoMap's binary trees for octovis, ROS and MoveIt. `objects::octomap` writes
 //! the format.
 
 use perirobot_decide::view::{SensorView, View};
 use perirobot_march::backend::Planes;
 use perirobot_march::{Error, Result};
-use perirobot_scene::scene::octomap::{KEYS, write};
+use perirobot_scene::objects::octomap::{KEYS, write};
 
 /// How many voxels of a map are occupied, and how many free.
 pub type VoxelTotals = (u64, u64);

@@ -3,10 +3,10 @@ use std::path::Path;
 use super::*;
 use perirobot_decide::view::{ChoiceSelector, find};
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_scene::scene::build::build;
-use perirobot_scene::scene::octomap as trees;
+use perirobot_scene::objects::build::build;
+use perirobot_scene::objects::octomap as trees;
 use perirobot_scene::source::Sources;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// The files of a choice of poses of the tiny study, the view, and what its world was made of.
@@ -84,11 +84,11 @@ fn the_cell_comes_back_with_its_sensor() {
         let checked = ::gltf::Gltf::from_slice(&file.bytes).unwrap();
         assert_eq!(checked.materials().len(), 4);
         let nodes = read_in_folder(file, |path, sources| {
-            perirobot_scene::scene::gltf::Gltf::load(path, sources).unwrap().parts(None).unwrap()
+            perirobot_scene::objects::gltf::Gltf::load(path, sources).unwrap().parts(None).unwrap()
         });
         let meshes = scene.objects.iter().filter_map(|object| match &object.surface {
-            perirobot_scene::scene::Surface::Mesh(mesh) => Some((object.name.clone(), mesh.clone())),
-            perirobot_scene::scene::Surface::Voxels { .. } => None,
+            perirobot_scene::objects::Surface::Mesh(mesh) => Some((object.name.clone(), mesh.clone())),
+            perirobot_scene::objects::Surface::Voxels { .. } => None,
         });
         let expected: Vec<_> = meshes.collect();
         assert_eq!(nodes.len(), expected.len() + 1, "and the camera");
@@ -112,7 +112,7 @@ fn the_cell_comes_back_with_its_sensor() {
 
 #[test]
 fn figures_and_voxel_faces_are_closed_and_face_outward() {
-    let volume = |mesh: &perirobot_scene::scene::Mesh| {
+    let volume = |mesh: &perirobot_scene::objects::Mesh| {
         let corner = |i: u32| mesh.vertices[i as usize];
         mesh.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum::<f64>()
     };

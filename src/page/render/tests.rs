@@ -2,7 +2,7 @@ use std::path::Path;
 
 use super::*;
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 
 /// The tiny study's cell.
 fn tiny() -> (Study, World) {

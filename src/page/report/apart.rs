@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::table::number as three_digits;
 use perirobot_decide::judge::Summed;
 use perirobot_march::voxel::{rounded_down, rounded_up};
-use perirobot_study::study::ControllerScore;
+use perirobot_study::input::ControllerScore;
 
 /// How a value is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use perirobot_decide::approach::Company;
 use perirobot_decide::judge::{CasePart, JudgedSet, Moment, Passage, Where};
 use perirobot_march::metrics::Across;
-use perirobot_study::study::Condition;
+use perirobot_study::input::Condition;
 use perirobot_sweep::results::{Results, Subject};
 
 /// What the scores are over: `3 scenes, 10 repeats`.

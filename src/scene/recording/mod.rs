@@ -36,8 +36,8 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
+use crate::objects::octomap;
 use crate::pose::{Pose, RotationFrame};
-use crate::scene::octomap;
 use crate::source::{Sources, accepted_formats};
 use cloud::Cloud;
 use labels::{Each, LabelArray, voxels_of};

@@ -11,7 +11,7 @@ use rawzip::{CompressionMethod, ZipArchiveWriter};
 use super::cloud::Cloud;
 use super::voxels::{VoxelKnowledge, VoxelMap};
 use super::*;
-use crate::scene::octomap::{Leaf, Tree};
+use crate::objects::octomap::{Leaf, Tree};
 use perirobot_march::voxel::{BitGrid, Window};
 
 const HERE: DVec3 = DVec3::ZERO;

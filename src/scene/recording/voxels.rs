@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Anchor, Said};
-use crate::scene::octomap::{Leaf, Tree};
+use crate::objects::octomap::{Leaf, Tree};
 use perirobot_march::backend::Planes;
 use perirobot_march::voxel::{Grid, Window};
 

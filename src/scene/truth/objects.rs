@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::scene::Role;
-use crate::scene::keypoints::Keypoints;
+use crate::objects::Role;
+use crate::objects::keypoints::Keypoints;
 use perirobot_march::voxel::{BitGrid, Grid};
 
 /// A scene in voxels.

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::Truth;
-use crate::scene::Role;
-use crate::scene::mannequin::{Limb, limbs};
+use crate::objects::Role;
+use crate::objects::mannequin::{Limb, limbs};
 use perirobot_march::metrics::BodyPart;
 use perirobot_march::voxel::{BitGrid, BodyVoxel, Grid, People};
 

@@ -20,7 +20,7 @@ mod rows;
 use std::sync::Arc;
 
 use super::objects::{ObjectVoxels, RobotReach, Truth};
-use crate::scene::{Mesh, Role};
+use crate::objects::{Mesh, Role};
 use glam::DVec3;
 use mesh::MeshRows;
 use perirobot_march::error::Issue;

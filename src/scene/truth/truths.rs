@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::Truth;
 use super::voxelize::{VoxelizedObject, body, bounds_m, distinct_objects};
-use crate::scene::{Object, Role, Scene};
+use crate::objects::{Object, Role, Scene};
 use perirobot_march::Result;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::progress::Progress;
@@ -188,7 +188,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Interior, Optical, Surface, primitive};
+    use crate::objects::{Interior, Optical, Surface, primitive};
     use perirobot_march::Error;
 
     fn object(name: &str, at: DVec3) -> Arc<Object> {

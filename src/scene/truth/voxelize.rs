@@ -10,7 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::objects::{ObjectVoxels, RobotReach, Truth};
-use crate::scene::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
+use crate::objects::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::voxel::flood::{enclosed_voxels, flood};
 use perirobot_march::voxel::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};

@@ -8,8 +8,8 @@ use super::{Camera, Station, quantise_q15};
 use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::grid::length_q16;
-use perirobot_scene::scene::Role;
-use perirobot_scene::scene::keypoints::JOINTS;
+use perirobot_scene::objects::Role;
+use perirobot_scene::objects::keypoints::JOINTS;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// The return from each joint of one person that is detected; `None` where it is not.

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::true_poses;
+use crate::input::Study;
 use crate::sensor::{Extent, Setting, Station};
-use crate::study::Study;
 use perirobot_march::error::Issue;
 use perirobot_march::march::MAX_RANGE_VOXELS;
 use perirobot_march::metrics::{Confusion, Overlap};

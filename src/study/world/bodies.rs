@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use perirobot_march::voxel::{rounded_down, rounded_up};
-use perirobot_scene::scene::keypoints::{ANKLES, EARS, HIPS, KNEES, Keypoints, NOSE, SHOULDERS};
+use perirobot_scene::objects::keypoints::{ANKLES, EARS, HIPS, KNEES, Keypoints, NOSE, SHOULDERS};
 use perirobot_scene::truth::ObjectVoxels;
 
 /// How tall people are, in metres.
@@ -114,7 +114,7 @@ pub(super) fn is_mirrored(joints: &Keypoints) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use perirobot_scene::scene::keypoints::load_shipped;
+    use perirobot_scene::objects::keypoints::load_shipped;
     use perirobot_shipped::PEOPLE;
 
     fn map_joints(joints: &Keypoints, change: impl Fn(DVec3) -> DVec3) -> Keypoints {

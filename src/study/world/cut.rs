@@ -3,9 +3,9 @@
 use super::World;
 use super::place::WALL_M;
 use super::warnings::largest;
-use crate::study::{RegionSpec, Study};
+use crate::input::{RegionSpec, Study};
 use perirobot_march::voxel::{BitGrid, Grid};
-use perirobot_scene::scene::Role;
+use perirobot_scene::objects::Role;
 use perirobot_scene::truth::{Region, RegionShape, Truth};
 
 /// A larger share of the places where a region leaves the grid is behind a surface if that side of the cell is closed.

@@ -9,9 +9,9 @@ use glam::DQuat;
 use rayon::prelude::*;
 
 use super::World;
+use crate::input::Study;
 use crate::sensor::range::Range;
 use crate::sensor::{Candidate, FieldOfView, Kind, RayScale, Sensor, Setting, Stance, quantise_q15};
-use crate::study::Study;
 use crate::world::place;
 use perirobot_march::backend::GridPose;
 use perirobot_march::march::{self, Gates};

@@ -4,11 +4,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Baselines, World};
+use crate::input::Study;
 use crate::sensor::{self, Setting};
-use crate::study::Study;
 use perirobot_march::backend::GridPose;
 use perirobot_march::voxel::BitGrid;
-use perirobot_scene::scene::spec::SceneVariant;
+use perirobot_scene::objects::spec::SceneVariant;
 use perirobot_scene::source::sha256;
 use perirobot_scene::truth::Truth;
 

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{sizes, true_poses};
+use crate::input::Study;
 use crate::sensor::{Setting, Stance};
-use crate::study::Study;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{Grid, Window};
-use perirobot_scene::scene::Scene;
+use perirobot_scene::objects::Scene;
 use perirobot_scene::truth::voxelize;
 
 /// The grid of a scene: the user's bounds, or all surfaces of all snapshots and sensor positions.

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::study::Study;
-use perirobot_scene::scene::{Mesh, Object, Role, Scene, Surface};
+use crate::input::Study;
+use perirobot_scene::objects::{Mesh, Object, Role, Scene, Surface};
 
 /// A level surface this close to the people's feet, or to z 0, may be their floor.
 const NEAR_M: f64 = 0.2;

@@ -22,8 +22,8 @@ mod warnings;
 
 use std::sync::Arc;
 
+use crate::input::Study;
 use crate::sensor::{self, Setting, Station};
-use crate::study::Study;
 pub use baselines::Baselines;
 pub use cut::cut_warnings;
 pub use described::{Described, DescribedRegion};
@@ -32,8 +32,8 @@ use perirobot_march::backend::{GridPose, OverTime, VoxelScene};
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Grid, People, Window};
 use perirobot_march::{Error, Result};
+use perirobot_scene::objects::Role;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::Role;
 use perirobot_scene::truth::{Region, Snapshots, Truth, region};
 pub use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};

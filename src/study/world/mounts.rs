@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{World, true_poses};
+use crate::input::Study;
 use crate::sensor::{Sensor, Setting, Stance, Station};
-use crate::study::Study;
 use perirobot_march::Result;
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::voxel::Grid;

@@ -8,11 +8,11 @@ use glam::DVec3;
 
 use super::dead::SMALL;
 use super::{World, bodies};
-use crate::study::Study;
+use crate::input::Study;
 use perirobot_march::voxel::BitGrid;
 use perirobot_march::voxel::flood::{enclosed_voxels, flood};
-use perirobot_scene::scene::keypoints::Keypoints;
-use perirobot_scene::scene::{Interior, Object, Role, Scene, Surface};
+use perirobot_scene::objects::keypoints::Keypoints;
+use perirobot_scene::objects::{Interior, Object, Role, Scene, Surface};
 use perirobot_scene::truth::voxelize::with_neighbours;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::World;
+use crate::input::{Combination, Study};
 use crate::sensor::turned::Turned;
 use crate::sensor::{Candidate, MountLink, Sensor, Setting, Stance};
-use crate::study::{Combination, Study};
 use perirobot_march::voxel::Grid;
+use perirobot_scene::objects::Role;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::Role;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// A sensor is mounted on a surface that is at most this far away.

@@ -7,15 +7,15 @@ use std::time::Instant;
 use super::baselines::{baselines, reachable};
 use super::described::{Described, describe};
 use super::{Floor, World, extent, shapes, warnings};
+use crate::input::Study;
 use crate::sensor::{Sensor, Setting};
-use crate::study::Study;
 use perirobot_march::backend::OverTime;
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_march::{Error, Result};
+use perirobot_scene::objects::{Scene, build::build_or_all};
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::{Scene, build::build_or_all};
 use perirobot_scene::truth::region::SweptBy;
 use perirobot_scene::truth::{Region, RegionShape, Snapshots, people, region, voxelize};
 

@@ -1,7 +1,7 @@
 //! The tables of rays that the sensors of a study cast.
 
+use crate::input::Study;
 use crate::sensor::RayScale;
-use crate::study::Study;
 use perirobot_march::backend::Rays;
 
 /// The tables of rays that a study's sensors cast, in study order.

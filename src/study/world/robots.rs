@@ -2,7 +2,7 @@
 
 use super::World;
 use perirobot_march::voxel::Distances;
-use perirobot_scene::scene::{Role, Scene};
+use perirobot_scene::objects::{Role, Scene};
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// A robot that is this near to anything, or to the floor, is mounted there, in metres and in voxels.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::study::{RegionSpec, Study};
+use crate::input::{RegionSpec, Study};
 use perirobot_march::Result;
 use perirobot_march::error::{Issue, Site};
 use perirobot_scene::source::Sources;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use perirobot_scene::scene::spec::{SceneSpec, SurfaceSpec};
+use perirobot_scene::objects::spec::{SceneSpec, SurfaceSpec};
 use perirobot_scene::truth::ObjectVoxels;
 use perirobot_scene::truth::voxelize::{HUGE_M, LARGE_M, unit_question};
 

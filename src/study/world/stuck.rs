@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use super::World;
 use super::warnings::first_of;
+use crate::input::Study;
 use crate::sensor::Station;
-use crate::study::Study;
 use crate::world::place::Places;
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;

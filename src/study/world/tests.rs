@@ -4,12 +4,12 @@ use super::baselines::{Reachable, baselines, reachable};
 use super::extent::grid;
 use super::prepare::carrier;
 use super::*;
+use crate::input::Overrides;
 use crate::sensor::Sensor;
-use crate::study::Overrides;
 use perirobot_march::metrics::{BODY_PARTS, BodyPart, Confusion, Detection, Overlap, RoleCounts};
 use perirobot_march::voxel::BodyVoxel;
+use perirobot_scene::objects::build::build;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::build::build;
 use perirobot_scene::truth::{RegionShape, voxelize};
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each

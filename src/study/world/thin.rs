@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::World;
 use super::sizes::Surfaces;
-use crate::study::Study;
+use crate::input::Study;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
-use perirobot_scene::scene::spec::SurfaceSpec;
-use perirobot_scene::scene::{Mesh, Optical, Role, Scene, Surface};
+use perirobot_scene::objects::spec::SurfaceSpec;
+use perirobot_scene::objects::{Mesh, Optical, Role, Scene, Surface};
 
 /// Voxels of an object that are sampled, spread evenly; fewer of a sheet tell nothing.
 const MOST_VOXELS: usize = 48;
@@ -112,7 +112,7 @@ fn met_share(triangles: &[[DVec3; 3]], voxel: [i32; 3], axis: usize) -> f64 {
 mod tests {
     use super::*;
     use glam::DQuat;
-    use perirobot_scene::scene::{Object, primitive};
+    use perirobot_scene::objects::{Object, primitive};
     use perirobot_scene::truth::voxelize_all;
     use std::sync::Arc;
 
@@ -121,7 +121,7 @@ mod tests {
         let object = Object {
             name: "part".into(),
             role: Role::Environment,
-            interior: perirobot_scene::scene::Interior::Free,
+            interior: perirobot_scene::objects::Interior::Free,
             optical: Optical::Opaque,
             tag_only: false,
             takes_unit: false,

@@ -10,10 +10,10 @@ use super::place::{Places, is_room, room_m};
 use super::sizes::{Lengths, Surfaces, guess_unit};
 use super::{World, cut_warnings, dead, floor, people, robots, stuck, thin};
 use crate::diagnostics::FAR_M;
+use crate::input::Study;
 use crate::sensor::{Kind, Sensor, Setting, Stance};
-use crate::study::Study;
 use perirobot_march::voxel::Grid;
-use perirobot_scene::scene::{Interior, Role, Scene};
+use perirobot_scene::objects::{Interior, Role, Scene};
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// The warnings of a scene.

@@ -2,8 +2,8 @@
 
 use perirobot_march::metrics::{COUNTERS, DETECTION_COUNTERS, OVERLAP_COUNTERS};
 use perirobot_scene::pose::Pose;
+use perirobot_study::input::{Combination, Study};
 use perirobot_study::sensor::Setting;
-use perirobot_study::study::{Combination, Study};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 

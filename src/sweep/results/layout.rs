@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::journal::Shard;
-use perirobot_study::study::{Combination, Study};
+use perirobot_study::input::{Combination, Study};
 
 /// Which counts of a moment and repeat: one choice of poses in one representation and region. Indices are
 /// those of the study.
@@ -12,9 +12,9 @@ use perirobot_study::study::{Combination, Study};
 pub struct RowKey {
     /// Index of the combination.
     pub combination: usize,
-    /// Number of the choice of poses ([`perirobot_study::study::Combination::choice`]).
+    /// Number of the choice of poses ([`perirobot_study::input::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`perirobot_study::study::Combination::representations`]).
+    /// Number of the choice of representations ([`perirobot_study::input::Combination::representations`]).
     pub representation: usize,
     /// Index of the region.
     pub region: usize,

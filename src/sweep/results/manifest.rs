@@ -19,7 +19,7 @@ pub use identity::{Identity, SceneFileIdentity, SensorIdentity, Sensors};
 use perirobot_march::progress::Fault;
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::hex;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 /// How a run ended that never wrote its end.

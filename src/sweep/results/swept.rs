@@ -9,9 +9,9 @@ use crate::results::journal::Pages;
 use crate::results::{CombinationSize, Over, RowKey, RowLayout, columns, over};
 use perirobot_march::Result;
 use perirobot_march::metrics::{Confusion, Score};
-use perirobot_scene::scene::spec::SceneVariant;
+use perirobot_scene::objects::spec::SceneVariant;
+use perirobot_study::input::{self, Choices, Combination, Study};
 use perirobot_study::sensor::{Candidate, Setting};
-use perirobot_study::study::{self, Choices, Combination, Study};
 use perirobot_study::world::place::{self, Places};
 use perirobot_study::world::{Baselines, World};
 
@@ -113,7 +113,7 @@ impl Subject {
             let places = Places::new(study, &worlds[0]);
             (0..study.sensors.len()).map(|sensor| Arc::new(poses(study, &places, sensor))).collect()
         };
-        let member = |member: &study::Member| MemberResults {
+        let member = |member: &input::Member| MemberResults {
             sensor: study.sensors[member.sensor].name.clone(),
             poses: poses[member.sensor].clone(),
             candidates: member.candidates.clone(),

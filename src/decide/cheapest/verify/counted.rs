@@ -19,7 +19,7 @@ use perirobot_cover::layout::{
 };
 use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
 use perirobot_march::voxel::{Joined, Ones};
-use perirobot_study::study::Limit;
+use perirobot_study::input::Limit;
 
 /// How far two means of scores may be apart by rounding.
 const ROUNDING: f64 = 1e-9;

@@ -7,7 +7,7 @@ use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::metrics::Confusion;
-use perirobot_study::study::{Condition, Requirement, Stopping, Study};
+use perirobot_study::input::{Condition, Requirement, Stopping, Study};
 
 /// What is said of a set.
 pub(super) struct Verdict {

@@ -35,8 +35,8 @@ use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBacken
 use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
+use perirobot_study::input::{Limit, Purchase, Study};
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Limit, Purchase, Study};
 use perirobot_study::world::World;
 
 /// What was checked.

@@ -16,8 +16,8 @@ use crate::cheapest::terms::{Terms, dead_in};
 use crate::choose::{odds_of, thousandths};
 use perirobot_march::Result;
 use perirobot_march::metrics::{Across, Score};
+use perirobot_study::input::{Measure, Requirement, Study};
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Measure, Requirement, Study};
 
 /// Most sets that one search looks at.
 const MOST_SETS: u64 = 2_000_000;

@@ -11,7 +11,7 @@ use crate::cheapest::terms::Terms;
 use crate::choose::pose_name;
 use crate::judge::Value;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Condition, Counted, Requirement};
+use perirobot_study::input::{Condition, Counted, Requirement};
 
 /// Whether the reasons that nothing passes some terms are in the words that belong to them; places in the file begin with
 /// `place`.

@@ -17,7 +17,7 @@ use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Distances};
 use perirobot_march::{Error, Result};
 use perirobot_scene::truth::Truth;
-use perirobot_study::study::{Hazard, Measure, Nearness, Requirement};
+use perirobot_study::input::{Hazard, Measure, Nearness, Requirement};
 
 /// A way in that was followed.
 pub(super) struct FollowedWay {

@@ -23,12 +23,12 @@ use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::sha256;
 use perirobot_scene::truth::region::window_of;
+use perirobot_study::input::{Combination, Member, Study};
 use perirobot_study::sensor::Sensor;
-use perirobot_study::study::{Combination, Member, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::PoseChoice;
 use perirobot_sweep::results::files::write_whole;
-use perirobot_sweep::sweep::{EvidenceReader, Failover, ReadPlan, SensorSays};
+use perirobot_sweep::scoring::{EvidenceReader, Failover, ReadPlan, SensorSays};
 
 /// Evidence that is there in part.
 pub struct Casting<'a> {

@@ -20,8 +20,8 @@ use std::collections::HashSet;
 
 use serde_json::{Map, Value, json};
 
+use perirobot_study::input::{RegionSpec, Study};
 use perirobot_study::sensor::Sensor;
-use perirobot_study::study::{RegionSpec, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::manifest::Manifest;

@@ -26,7 +26,7 @@ use sha2::{Digest, Sha256};
 use super::super::planes::SAID;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_sweep::results::checksum::{CHECK_BYTES, checksum};
 use perirobot_sweep::results::files::sync_folder_of;
 use perirobot_sweep::results::journal::open_alone;

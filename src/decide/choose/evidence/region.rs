@@ -4,7 +4,7 @@ use super::super::layout::{RegionPlaces, layout_in, may_have_bits};
 use super::super::planes::{SAID_OF, SaidPlanes};
 use perirobot_cover::layout::{BitLayout, PLANES, SPACE_OF, WantedCounts};
 use perirobot_march::voxel::Window;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 /// What a candidate says of a region in one repeat of a world: words of six planes, none of a plane without a bit or that

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use perirobot_march::voxel::Grid;
 use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::Truth;
+use perirobot_study::input::Study;
 use perirobot_study::sensor::spread::{TURNS, WAYS};
 use perirobot_study::sensor::{Candidate, Setting, Stance, Station};
-use perirobot_study::study::Study;
 use perirobot_study::world::World;
 
 /// How often a step is halved.

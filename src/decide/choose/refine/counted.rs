@@ -9,9 +9,9 @@ use perirobot_march::backend::Backend;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Candidate, Cost, Setting};
-use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 

@@ -23,9 +23,9 @@ use perirobot_cover::{FrontAnswer, Problem, SetLimits, Worth, best_within, overl
 use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
 use perirobot_march::progress::{Fault, Progress};
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Study};
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::Failover;
+use perirobot_sweep::scoring::Failover;
 
 /// Of sets of so many sensors the best of all around is searched; of larger ones what changes of one or two lead to.
 const SEARCHED: usize = 4;

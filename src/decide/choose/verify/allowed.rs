@@ -3,8 +3,8 @@
 use crate::choose::problem::candidates_of;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::{Cost, Setting};
-use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 
 pub(crate) fn pose_name(study: &Study, [sensor, candidate]: [usize; 2]) -> String {

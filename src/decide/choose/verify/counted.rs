@@ -4,9 +4,9 @@ use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::metrics::{Across, Confusion, Score};
 use perirobot_march::progress::Progress;
-use perirobot_study::study::{Choose, Combination, Member, Study};
+use perirobot_study::input::{Choose, Combination, Member, Study};
 use perirobot_study::world::World;
-use perirobot_sweep::sweep::run_unless;
+use perirobot_sweep::scoring::run_unless;
 
 /// What a sweep counts for some sets, repeat by repeat, and in each world by world.
 ///

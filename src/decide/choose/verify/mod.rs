@@ -36,8 +36,8 @@ use perirobot_march::metrics::{Across, Confusion, Score};
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::Ones;
 use perirobot_march::{Error, Result};
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 
 /// What was checked.

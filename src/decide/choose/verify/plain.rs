@@ -14,7 +14,7 @@ use super::counted::{exact, value, value_reaches};
 use perirobot_cover::Ratio;
 use perirobot_cover::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
 use perirobot_march::metrics::{Across, Score};
-use perirobot_study::study::Choose;
+use perirobot_study::input::Choose;
 
 /// The plain search for a set that is better than what is claimed.
 pub(super) struct Plain<'a> {
@@ -103,7 +103,7 @@ impl Plain<'_> {
             }
             Threshold::Required => value(objective, over, &counts).is_some(),
         };
-        let reaches = |r: &perirobot_study::study::SetRequirement| {
+        let reaches = |r: &perirobot_study::input::SetRequirement| {
             value_reaches(value(r.score, r.over, &counts), r.at_least)
         };
         !set.is_empty() && is_above && self.given.choose.require.iter().all(reaches)

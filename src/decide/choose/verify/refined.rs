@@ -18,8 +18,8 @@ use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::{Choose, Study};
 use perirobot_study::world::World;
 
 /// Counts the refined sets of a folder again, and says how many.

@@ -10,14 +10,14 @@ use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::{Choose, Study};
+use perirobot_study::input::{Choose, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns::{COUNT_COLUMNS, DETECTION_COLUMNS, OVERLAP_COLUMNS, poses_csv};
 use perirobot_sweep::results::files::{JOURNAL, MANIFEST};
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::manifest::Manifest;
 use perirobot_sweep::results::{Results, RowKey, rows, scores};
-use perirobot_sweep::sweep::{Row, run_unless};
+use perirobot_sweep::scoring::{Row, run_unless};
 
 /// What helps with a folder whose tables do not hold.
 const CURE: &str = "choose again";

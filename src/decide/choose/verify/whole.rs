@@ -11,8 +11,8 @@ use super::plain::{Plain, Threshold};
 use crate::choose::report::{FrontReport, StepReport};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Across;
+use perirobot_study::input::SetRequirement;
 use perirobot_study::sensor::Cost;
-use perirobot_study::study::SetRequirement;
 
 /// A front.
 pub(super) struct Whole<'a> {

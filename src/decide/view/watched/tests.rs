@@ -9,7 +9,7 @@ use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, VoxelScene};
 use perirobot_march::voxel::Window;
-use perirobot_study::study::{Member, Overrides};
+use perirobot_study::input::{Member, Overrides};
 
 /// How often what was met.
 #[derive(Debug, Default)]
@@ -199,7 +199,7 @@ fn every_kind() -> (Study, Vec<World>) {
         std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/sensors.toml");
     let overrides = Overrides { voxel_size_m: Some(0.2), noiseless: false };
     let mut study = Study::load(&path, &overrides).unwrap();
-    let alone = |sensor: usize| perirobot_study::study::Combination {
+    let alone = |sensor: usize| perirobot_study::input::Combination {
         name: study.sensors[sensor].name.clone(),
         fusion: perirobot_march::backend::Fusion::OccupiedWins,
         members: vec![Member { sensor, candidates: (0..study.sensors[sensor].candidates.len()).collect() }],

@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use super::*;
 use crate::view::Choice;
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// A study made ready, from its text, that of its scene `cell.toml`, and other files.

@@ -5,7 +5,7 @@ use super::*;
 use perirobot_decide::view::{ChoiceSelector, find};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_scene::source::Sources;
-use perirobot_study::study::{Overrides, Study};
+use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
 /// The files of a choice of poses of a shipped study, and the view.

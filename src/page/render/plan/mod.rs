@@ -27,11 +27,11 @@ use paper::Paper;
 use perirobot_decide::view::Choice;
 use perirobot_decide::view::watched::Watchers;
 use perirobot_march::voxel::BitGrid;
+use perirobot_scene::objects::Role;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::Role;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
+use perirobot_study::input::{EntryPlace, Study};
 use perirobot_study::sensor::Setting;
-use perirobot_study::study::{EntryPlace, Study};
 use perirobot_study::world::place::room_m;
 use perirobot_study::world::{World, ray_table};
 

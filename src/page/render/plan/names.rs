@@ -10,9 +10,9 @@ use super::labels::Area;
 use super::{Drawing, members};
 use crate::render::svg::tenth;
 use perirobot_decide::view::Choice;
-use perirobot_scene::scene::Role;
+use perirobot_scene::objects::Role;
 use perirobot_scene::truth::Truth;
-use perirobot_study::study::EntryPlace;
+use perirobot_study::input::EntryPlace;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, names_of_walls, room_m};
 

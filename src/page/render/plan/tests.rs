@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use roxmltree::{Document, Node};
 
 use super::*;
-use perirobot_study::study::Overrides;
+use perirobot_study::input::Overrides;
 
 fn shipped_study(file: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes").join(file)

@@ -20,7 +20,7 @@ pub use part::WantedPart;
 use part::{SceneRange, SweepPart};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::manifest::Manifest;

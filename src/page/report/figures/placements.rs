@@ -16,10 +16,10 @@ use crate::report::table::number;
 use crate::report::unfolded::{Map, PaperSpot, Position, maps};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
-use perirobot_scene::scene::Role;
+use perirobot_scene::objects::Role;
 use perirobot_scene::truth::ObjectVoxels;
+use perirobot_study::input::Study;
 use perirobot_study::sensor::Setting;
-use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, room_m};
 
@@ -35,7 +35,7 @@ impl PlacedSeries {
     /// Of a series in which one sensor has several places in the world.
     pub(super) fn new(study: &Study, world: &World, series: Series) -> Option<PlacedSeries> {
         let combination = &study.combinations[series.combination];
-        let positions = |member: &perirobot_study::study::Member| {
+        let positions = |member: &perirobot_study::input::Member| {
             let sensor = &study.sensors[member.sensor];
             let candidates = member.candidates.iter().filter(|_| sensor.on.is_none());
             let position = |&candidate: &usize| match sensor.candidates[candidate].setting {

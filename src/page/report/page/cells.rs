@@ -19,7 +19,7 @@ use perirobot_march::backend::Backend;
 use perirobot_march::metrics::Score;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::BitGrid;
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::swept::SceneResults;
 use perirobot_sweep::results::{Results, RowKey};

@@ -23,7 +23,7 @@ use super::{Findings, ReportedSweep};
 use crate::render::plan::short_name;
 use maps::{Furnished, round_metres};
 use perirobot_march::metrics::Score;
-use perirobot_scene::scene::Role;
+use perirobot_scene::objects::Role;
 use perirobot_scene::truth::ObjectVoxels;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, room_m};
@@ -215,9 +215,9 @@ fn scene_data<'a>(
 }
 
 fn combinations<'a>(sweep: &'a ReportedSweep) -> Vec<CombinationData<'a>> {
-    let members = |combination: &'a perirobot_study::study::Combination| {
+    let members = |combination: &'a perirobot_study::input::Combination| {
         let equal = combination.members.chunk_by(|a, b| a == b);
-        let one = |equal: &'a [perirobot_study::study::Member]| MemberData {
+        let one = |equal: &'a [perirobot_study::input::Member]| MemberData {
             sensor: equal[0].sensor,
             candidates: &equal[0].candidates,
             count: equal.len(),

@@ -46,7 +46,7 @@ use perirobot_decide::view::View;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::study::Study;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::manifest::Manifest;

@@ -10,7 +10,7 @@ use perirobot_decide::judge::{LeaderScope, cheapest, leaders};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
-use perirobot_study::study::{Counted, Requirement};
+use perirobot_study::input::{Counted, Requirement};
 use perirobot_sweep::results::Results;
 
 /// A choice of poses, and in which region it is the best.

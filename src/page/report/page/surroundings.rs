@@ -8,9 +8,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use perirobot_march::Result;
-use perirobot_scene::scene::build::build;
-use perirobot_scene::scene::{Mesh, Role, Scene, Surface};
-use perirobot_study::study::Study;
+use perirobot_scene::objects::build::build;
+use perirobot_scene::objects::{Mesh, Role, Scene, Surface};
+use perirobot_study::input::Study;
 
 /// A surface as near as this touches the place, and counts as below or before it, never as above or behind.
 const TOUCHING_M: f64 = 1e-6;
@@ -123,7 +123,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use perirobot_scene::scene::{Interior, Object, Optical};
+    use perirobot_scene::objects::{Interior, Object, Optical};
 
     fn object(name: &str, role: Role, surface: Surface) -> Arc<Object> {
         let (interior, optical) = (Interior::Free, Optical::Opaque);

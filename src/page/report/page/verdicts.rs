@@ -12,7 +12,7 @@ use perirobot_decide::judge::{
 };
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
-use perirobot_study::study::{
+use perirobot_study::input::{
     ApproachScore, Condition, ControllerScore, Limit, Measure, Nearness, Requirement, Study,
 };
 

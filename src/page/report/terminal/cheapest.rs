@@ -4,7 +4,7 @@
 use crate::report::table::Table;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{JudgedSet, Speeds};
-use perirobot_study::study::Stopping;
+use perirobot_study::input::Stopping;
 
 /// The answer; `judged` is the recommended set, if there is one, with how fast the robot may run with it.
 pub fn render(

@@ -7,7 +7,7 @@ use crate::report::apart::Writing;
 use crate::report::table::{NONE, Table};
 use crate::report::wording::{describe_moments, whereabouts, words};
 use perirobot_decide::judge::{JudgedSet, Judgement, Summed, Value, spreads};
-use perirobot_study::study::{Counted, Limit, Measure, Nearness};
+use perirobot_study::input::{Counted, Limit, Measure, Nearness};
 use perirobot_sweep::results::Subject;
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.

@@ -4,7 +4,7 @@ use crate::report::table::Table;
 use perirobot_decide::controller::{Decision, Separation};
 use perirobot_decide::judge::JudgedSet;
 use perirobot_march::voxel::rounded_up;
-use perirobot_study::study::Stopping;
+use perirobot_study::input::Stopping;
 use perirobot_sweep::results::Subject;
 
 /// Of one set.

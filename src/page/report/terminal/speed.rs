@@ -2,7 +2,7 @@
 
 use crate::report::wording::words;
 use perirobot_decide::judge::{Judgement, Speeds};
-use perirobot_study::study::Stopping;
+use perirobot_study::input::Stopping;
 
 /// Of one set.
 pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::scene::Mesh;
+use crate::objects::Mesh;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::overlap::{self, Corner, VOXEL};
 use perirobot_march::voxel::solid::{ceil_div, centre_q16, centres_in, first_centre, passes};

@@ -167,7 +167,7 @@ fn what_is_cut_off_a_combination_counts_its_voxels_once() {
 #[test]
 fn a_mesh_is_cut_to_the_grid() {
     let truth = empty_voxel();
-    let mesh = crate::scene::primitive::cuboid(DVec3::splat(1.0));
+    let mesh = crate::objects::primitive::cuboid(DVec3::splat(1.0));
     let whole = region("zone", &RegionShape::Mesh(Arc::new(mesh.clone())), &truth).unwrap();
     assert_eq!((whole.voxels.count(), whole.cut_share), (20 * 20 * 10, 0.5));
     assert_eq!(whole.voxels.window(), Window::from_corners([50, 30, 0], [69, 49, 9]));

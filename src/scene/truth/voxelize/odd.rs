@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::{HUGE_M, LARGE_M, bounds_m, distinct_objects, unit_question};
-use crate::scene::Scene;
+use crate::objects::Scene;
 
 /// What makes a scene longer than its objects are, in words: those that stand far from most others, or one
 /// that is in another unit. `None` where it is neither.

@@ -136,7 +136,7 @@ impl Kind for Gate {
 mod tests {
     use super::*;
     use crate::sensor::tests::{Says, block, empty, facing, put, says, station};
-    use perirobot_scene::scene::Role;
+    use perirobot_scene::objects::Role;
 
     fn gate(otherwise_free: bool) -> Gate {
         let between = |low: [f64; 3], high: [f64; 3]| Prism::from_corners(low.into(), high.into());

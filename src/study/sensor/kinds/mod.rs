@@ -40,7 +40,7 @@ use crate::diagnostics::{Place, Unreadable, read};
 #[cfg(test)]
 use pages::{EvidenceWords, POINTS, Page};
 use perirobot_march::{Error, Result};
-use perirobot_scene::scene::spec::SceneSpec;
+use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::source::Sources;
 
 /// Lists the kinds by the structs of their keys.

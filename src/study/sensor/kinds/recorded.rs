@@ -15,9 +15,9 @@ use perirobot_march::Result;
 use perirobot_march::backend::Planes;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Grid};
+use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_scene::recording::{Anchor, FARTHEST_M, Recording, RecordingSelection, Said};
-use perirobot_scene::scene::spec::SceneSpec;
 
 /// A map or a point cloud that a real sensor recorded.
 #[derive(Deserialize)]

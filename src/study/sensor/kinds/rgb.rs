@@ -21,8 +21,8 @@ use perirobot_march::Result;
 use perirobot_march::backend::Rays;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
+use perirobot_scene::objects::keypoints::JOINTS;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::keypoints::JOINTS;
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::Truth;
 

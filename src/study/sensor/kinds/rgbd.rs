@@ -22,7 +22,7 @@ use perirobot_march::backend::{Planes, Rays};
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, length_q16};
 use perirobot_march::voxel::{BitGrid, Window, solid};
-use perirobot_scene::scene::keypoints::JOINTS;
+use perirobot_scene::objects::keypoints::JOINTS;
 use perirobot_scene::source::Sources;
 use perirobot_scene::truth::Truth;
 

@@ -10,7 +10,7 @@ use crate::sensor::range::{Along, Range};
 use crate::sensor::{Camera, RayScale};
 use perirobot_march::backend::Noise;
 use perirobot_march::march::NOISE_STEPS;
-use perirobot_scene::scene::keypoints::JOINTS;
+use perirobot_scene::objects::keypoints::JOINTS;
 
 pub(super) struct DetectionRandom(pub(super) u64);
 

@@ -22,9 +22,9 @@ use super::{Kind, Setting, Station};
 use perirobot_march::backend::Planes;
 use perirobot_march::voxel::flood::enclosed_voxels;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
+use perirobot_scene::objects::Role;
+use perirobot_scene::objects::keypoints::Keypoints;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::scene::Role;
-use perirobot_scene::scene::keypoints::Keypoints;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// A grid at the world's origin with nothing in it.

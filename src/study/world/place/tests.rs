@@ -1,7 +1,7 @@
 use std::fs;
 
 use super::*;
-use crate::study::Overrides;
+use crate::input::Overrides;
 
 /// A room of 6 m x 4 m x 3 m whose floor is 0.5 m below the world's origin, with a bench, a beam and a column
 /// in it.

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::results::columns;
 use perirobot_march::backend::{Fusion, Noise, Rays};
 use perirobot_scene::source::sha256;
-use perirobot_study::study::{Member, Study, catalogue};
+use perirobot_study::input::{Member, Study, catalogue};
 use perirobot_study::world::{self, Described, World};
 
 /// All that decides the counts. Values that are not needed to read a sweep back may be missing in a file, and

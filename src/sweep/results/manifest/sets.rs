@@ -1,8 +1,8 @@
 //! Sets of sensors that were chosen and swept, found again in a study by what a manifest says of them.
 
 use super::identity::{Identity, Sensors};
+use perirobot_study::input::{Combination, Member, Study};
 use perirobot_study::sensor::Sensor;
-use perirobot_study::study::{Combination, Member, Study};
 
 impl Identity {
     /// The study of the sets that were swept; `None` where combinations have several choices of poses, sensors

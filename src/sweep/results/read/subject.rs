@@ -15,7 +15,7 @@ use perirobot_march::error::{Issue, Site};
 use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::sha256;
-use perirobot_study::study::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
+use perirobot_study::input::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use perirobot_study::world::{Baselines, Described, DescribedRegion};
 
 /// No grid has more voxels, and sums of such numbers still fit.

@@ -216,9 +216,9 @@ fn every_kind_of_sensor_has_its_reasons() {
         let mut study = Study::load(&path, &overrides).unwrap();
         // All that cast speak through their rays alone, too.
         for (sensor, spec) in study.sensors.iter().enumerate() {
-            let members = vec![perirobot_study::study::Member { sensor, candidates: vec![0] }];
+            let members = vec![perirobot_study::input::Member { sensor, candidates: vec![0] }];
             let name = spec.name.clone();
-            study.combinations.push(perirobot_study::study::Combination {
+            study.combinations.push(perirobot_study::input::Combination {
                 name,
                 fusion: Fusion::Octomap,
                 members,

@@ -7,10 +7,10 @@ use serde::Serialize;
 use super::maps::{Furnished, MapsData, maps_data};
 use crate::report::page::surroundings::{Around, Surroundings, key};
 use perirobot_scene::pose::Pose;
+use perirobot_study::input::Study;
 use perirobot_study::sensor::prism::Prism;
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Candidate, RayScale, Sensor, Setting, Stance};
-use perirobot_study::study::Study;
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 

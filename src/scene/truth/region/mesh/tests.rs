@@ -4,7 +4,7 @@
 use glam::{DQuat, DVec3};
 
 use super::*;
-use crate::scene::primitive;
+use crate::objects::primitive;
 
 /// The voxels inside, from the world's origin.
 fn voxels_inside(mesh: &Mesh, voxel_size_m: f64) -> Vec<[i64; 3]> {

@@ -1,0 +1,97 @@
+//! An object of a scene: its surface, where it is, and what it stands for.
+
+use glam::{DQuat, DVec3};
+
+use super::person::PersonKeys;
+use super::surface::{refuse_strange_keys, surface};
+use super::{ObjectFile, rotation, timeline};
+use crate::diagnostics::Place;
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_scene::objects::spec::{ObjectSpec, SurfaceSpec};
+use perirobot_scene::objects::{Interior, Optical, Role};
+
+pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
+    let at = &at.key(&format!("object {:?}", entry.name));
+    let person =
+        PersonKeys { layout: entry.layout, unit: entry.unit, up: entry.up, bones: entry.bones.as_ref() };
+    let surface = surface(at, &entry, &person)?;
+    refuse_strange_keys(at, &entry, &surface)?;
+    let (position_m, rotation) = pose(at, &entry, &surface)?;
+    let interior = interior(at, entry.interior, &surface)?.unwrap_or(default_interior);
+    let role = entry.role.unwrap_or_else(|| usual_role(&surface));
+    refuse_strange_keypoints(at, &entry, &surface, role, &person)?;
+    let keypoints = entry.keypoints.as_ref().map(|path| person.joints(at, "keypoints", path)).transpose()?;
+    let motion =
+        entry.snapshots.map(|snapshots| timeline::check(at, snapshots, &surface, &person)).transpose()?;
+    Ok(ObjectSpec {
+        role,
+        interior,
+        optical: entry.optical.unwrap_or(Optical::Opaque),
+        tag_only: entry.tag_only,
+        position_m,
+        rotation,
+        surface,
+        keypoints,
+        nodes: entry.nodes,
+        animated: None,
+        motion: motion.unwrap_or_default(),
+        name: entry.name,
+    })
+}
+
+/// Where it is, and how it is turned.
+fn pose(at: &Place, entry: &ObjectFile, surface: &SurfaceSpec) -> Result<(DVec3, DQuat)> {
+    let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
+    let position_m = at.vector("position_m", entry.position_m)?;
+    let is_moved = position_m != DVec3::ZERO || rotation != DQuat::IDENTITY;
+    match is_moved && matches!(surface, SurfaceSpec::Octomap(_)) {
+        true => Err(at
+            .says("an octomap stays where it is")
+            .with_advice("its voxels are the grid's; take its pose away")),
+        false => Ok((position_m, rotation)),
+    }
+}
+
+/// What its inside is; `None` if the scene decides.
+fn interior(at: &Place, said: Option<Interior>, surface: &SurfaceSpec) -> Result<Option<Interior>> {
+    match (surface, said) {
+        (SurfaceSpec::Room { .. }, Some(_)) => {
+            Err(at.says("interior does not belong to a room").with_advice("it is the cell"))
+        }
+        // The cell is inside the room, so a room has no interior of its own. A map mostly shows a whole cell: its closed
+        // walls are no body either, unless `interior` says so.
+        (SurfaceSpec::Room { .. } | SurfaceSpec::Octomap(_), None) => Ok(Some(Interior::Free)),
+        (_, said) => Ok(said),
+    }
+}
+
+/// What an object stands for unless it says so.
+fn usual_role(surface: &SurfaceSpec) -> Role {
+    match surface {
+        SurfaceSpec::Mannequin(_) => Role::Human,
+        SurfaceSpec::Urdf(_) => Role::Robot,
+        _ => Role::Environment,
+    }
+}
+
+/// Refuses joints of what is no person, or has joints of its own.
+fn refuse_strange_keypoints(
+    at: &Place,
+    entry: &ObjectFile,
+    surface: &SurfaceSpec,
+    role: Role,
+    person: &PersonKeys,
+) -> Result<()> {
+    let moving = entry.snapshots.as_ref().is_some_and(|snapshots| snapshots.keypoints.is_some());
+    let has_keypoints = moving || entry.keypoints.is_some();
+    if has_keypoints && matches!(surface, SurfaceSpec::Mannequin(_)) {
+        return Err(at.wrap(Issue::says("a mannequin's are its own; take them away").with_place("keypoints")));
+    }
+    person.belong(at, surface, has_keypoints)?;
+    let human = role == Role::Human || entry.nodes.iter().any(|rule| rule.role == Some(Role::Human));
+    match has_keypoints && !human {
+        true => Err(at.says("keypoints are a human's joints").with_advice("add role = \"human\"")),
+        false => Ok(()),
+    }
+}

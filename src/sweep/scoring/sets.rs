@@ -1,0 +1,95 @@
+//! Counts some sets of sensors, each a combination with one choice of poses, without a folder.
+
+use std::collections::HashSet;
+
+use super::evidence::Store;
+use super::failover::{Failover, Resumable, TaskChoices};
+use super::order::{Task, score};
+use super::{Ledger, Row};
+use crate::results::{PoseChoice, layout_of};
+use perirobot_march::backend::Backend;
+use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::error::Issue;
+use perirobot_march::progress::Progress;
+use perirobot_march::{Error, Result};
+use perirobot_study::input::Study;
+use perirobot_study::world::World;
+
+/// Scores every choice of every combination of a study on the backend of a user's choice, rows in study order. Other
+/// backends step in where a device fails.
+///
+/// # Errors
+/// When the backend fails; `Error::Stopped`.
+pub fn run_on(
+    study: &Study,
+    worlds: &[World],
+    backends: &mut dyn BackendFactory,
+    progress: &dyn Progress,
+) -> Result<Vec<Row>> {
+    let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
+    let choices = TaskChoices { study, worlds, pose_choices: &pose_choices };
+    let mut counting = Counting(Taken { rows: Vec::new(), done: HashSet::new(), stopped: None, progress });
+    let mut failover = Failover::new(backends, progress);
+    let backend = failover.open()?;
+    failover.work(choices, backend, &mut counting)?;
+    let Taken { mut rows, stopped, .. } = counting.0;
+    if let Some(why) = stopped {
+        return Err(Error::Stopped(Issue::says(why)));
+    }
+    rows.sort_by_key(Row::place);
+    Ok(rows)
+}
+
+/// The task of counting everything.
+struct Counting<'a>(Taken<'a>);
+
+impl Task for Counting<'_> {
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        self.0.wants(world, repeat, pose_choice)
+    }
+
+    fn work(&mut self, store: Store, pose_choices: &[PoseChoice], backend: &mut dyn Backend) -> Result<()> {
+        score(store, pose_choices, backend, &mut self.0)
+    }
+
+    fn enough(&mut self) -> bool {
+        self.0.enough()
+    }
+}
+
+impl Resumable for Counting<'_> {
+    fn finished(&self) -> u64 {
+        self.0.done.len() as u64
+    }
+}
+
+/// The rows that were counted.
+struct Taken<'a> {
+    rows: Vec<Row>,
+    /// Scene, snapshot, repeat, combination and choice of what is there.
+    done: HashSet<[usize; 5]>,
+    stopped: Option<String>,
+    progress: &'a dyn Progress,
+}
+
+impl Ledger for Taken<'_> {
+    fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
+        let PoseChoice { combination, choice } = *pose_choice;
+        !self.done.contains(&[world.scene, world.snapshot, repeat, combination, choice])
+    }
+
+    fn take(&mut self, rows: &[Row]) -> Result<()> {
+        let before = self.done.len();
+        for row in rows {
+            self.done.insert([row.scene, row.snapshot, row.repeat, row.combination, row.choice]);
+        }
+        self.rows.extend(rows);
+        self.progress.advance((self.done.len() - before) as u64);
+        Ok(())
+    }
+
+    fn enough(&mut self) -> bool {
+        self.stopped = self.stopped.take().or_else(|| self.progress.stop_reason());
+        self.stopped.is_some()
+    }
+}
