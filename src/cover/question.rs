@@ -20,7 +20,7 @@
 use std::ops::Range;
 
 use super::evidence::{CandidateEvidence, Union};
-use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MISSED, MomentBits, SEEN};
+use super::layout::{BitLayout, CLEAR, FALSE, FELT, HIT, MISSED, MomentBits, SEEN, SPACE_OF};
 use super::problem::Problem;
 use super::worth::{Ratio, Worth};
 use perirobot_march::metrics::{Across, Score};
@@ -105,7 +105,7 @@ pub(super) fn question(problem: &Problem, beaten: Option<Worth>) -> Question {
     Question { all, beaten }
 }
 
-/// What a score must reach, or beat: for a mean these say nothing of it.
+/// What a score must reach, or beat. Of a mean there is one only if no set changes what its scores are divided by.
 pub(super) fn score_inequalities(
     layout: &BitLayout,
     (score, over): (Score, Across),
@@ -114,7 +114,8 @@ pub(super) fn score_inequalities(
 ) -> Vec<Inequality> {
     let each: Vec<&[MomentBits]> = match over {
         Across::Pooled => vec![&layout.moments],
-        _ => layout.moments.chunks(1).collect(),
+        Across::Worst => layout.moments.chunks(1).collect(),
+        Across::Mean => return mean_inequality(layout, score, ratio).into_iter().collect(),
     };
     let of = |(moment, moments)| {
         let one = inequality(layout, moments, score, ratio, beat)?;
@@ -190,6 +191,49 @@ fn inequality(
             })
         }
     }
+}
+
+/// The inequality of a mean of scores: what each moment has, in units of the whole score. Rounding lets more sets pass.
+fn mean_inequality(
+    layout: &BitLayout,
+    score: Score,
+    Ratio { numerator: p, denominator: q }: Ratio,
+) -> Option<Inequality> {
+    let unit = (1u64 << BITS) / layout.moments.len().max(1) as u64;
+    let all_of = |moment: &MomentBits, planes: &[usize], whole: u64| -> Option<Vec<Group>> {
+        let weight = unit.div_ceil(whole.max(1));
+        let segment =
+            |&plane: &usize| Segment { plane, words: moment.words[SPACE_OF[plane]].clone(), weight };
+        let segments = planes.iter().map(segment).collect();
+        (whole > 0).then(|| vec![Group { segments, cap: u64::MAX }])
+    };
+    let detected = |moment: &MomentBits| {
+        let groups = who(layout, moment, score);
+        let weight = unit.div_ceil(groups.len().max(1) as u64 * layout.min_hits().max(1));
+        let group = |group: Group| {
+            let segment = |segment: Segment| Segment { weight: segment.weight * weight, ..segment };
+            Group { segments: group.segments.into_iter().map(segment).collect(), cap: group.cap * weight }
+        };
+        (!groups.is_empty()).then(|| groups.into_iter().map(group).collect())
+    };
+    let of_moment = |moment: &MomentBits| match score {
+        Score::HumanSeen => all_of(moment, &[SEEN], moment.parts.iter().map(|part| part.voxels).sum()),
+        Score::Unknown => all_of(moment, &[HIT, MISSED, FALSE, CLEAR], moment.voxels.iter().sum()),
+        Score::PeopleDetected | Score::PartsDetected => detected(moment),
+        Score::F1 | Score::Kappa | Score::HumanClaimed | Score::FalseAlarm | Score::SeenTwice => None,
+    };
+    let valued: Vec<Vec<Group>> = layout.moments.iter().filter_map(of_moment).collect();
+    let share = if score.less_is_better() { q - p } else { p };
+    let least = valued.len() as i128 * i128::from(unit) * share / q;
+    // A mean of rounded scores may reach what the exact one misses by a little.
+    let slack = i128::from(unit >> 20);
+    (!valued.is_empty()).then(|| Inequality {
+        groups: valued.concat(),
+        charges: Vec::new(),
+        moment: 0,
+        least: (least - slack) as i64,
+        exact: Default::default(),
+    })
 }
 
 /// A group for each part or person that counts.

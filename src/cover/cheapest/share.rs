@@ -66,19 +66,21 @@ impl<'a> Share<'a> {
     }
 }
 
-/// The inequalities of a set that reaches a score or, with `beat`, exceeds it. There are none of a mean, or if labels are
-/// sums of what sensors say instead of unions.
+/// The inequalities of a set that reaches a score or, with `beat`, exceeds it. There are none if labels are sums of what
+/// sensors say instead of unions.
 fn bounds<'a>(
     problem: &'a Problem<'a>,
     (score, over): (Score, Across),
     (limit, beat): (Ratio, bool),
     dead: usize,
 ) -> Vec<ShareBound<'a>> {
-    if over == Across::Mean || problem.asking(score, over).adds_up() {
+    if problem.asking(score, over).adds_up() {
         return Vec::new();
     }
     let evidence = problem.evidence;
-    let may_be_wrong = (0..evidence.count()).any(|item| evidence.has_bits(item, FALSE));
+    let only_gains =
+        matches!(score, Score::HumanSeen | Score::Unknown | Score::PeopleDetected | Score::PartsDetected);
+    let may_be_wrong = !only_gains && (0..evidence.count()).any(|item| evidence.has_bits(item, FALSE));
     let all = score_inequalities(&evidence.layout, (score, over), limit, beat);
     all.into_iter().map(|inequality| ShareBound { evidence, inequality, dead, may_be_wrong }).collect()
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::approach::{ApproachMoment, Company, Ground, NearestApproach, WatchCounts, shadow};
 use crate::judge::Passage;
-use crate::view::watched::{Watcher, Watchers};
+use crate::view::watched::{WatchScene, Watcher, Watchers};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
@@ -82,11 +82,14 @@ impl<'g> SceneWays<'g> {
         let moment = ApproachMoment::new(ground, company, ground.worlds, &truths)?;
         let room = moment.body_window();
         let looking = Watchers::from_watchers(study, watchers.to_vec(), repeat);
+        let scenes = ground.worlds.iter().zip(&truths);
+        let scenes: Vec<WatchScene> =
+            scenes.map(|(world, truth)| WatchScene::new(world, truth.clone())).collect();
         let look = |one: &Watcher| -> Result<Vec<Arc<BitGrid>>> {
             let mut of_snapshots: Vec<Arc<BitGrid>> = Vec::new();
-            for (world, truth) in ground.worlds.iter().zip(&truths) {
+            for scene in &scenes {
                 progress.check_stop()?;
-                let watched = looking.watched_voxels(one, world, truth).to_window(room).trim();
+                let watched = looking.watched_voxels(one, scene).to_window(room).trim();
                 // Most sensors watch the same in most snapshots.
                 let known = of_snapshots.last().filter(|last| ***last == watched).cloned();
                 of_snapshots.push(known.unwrap_or_else(|| watched.into()));

@@ -12,7 +12,7 @@ use super::draws::Draws;
 use super::scope::approach_conditions;
 use super::what_if::WhatIf;
 use crate::approach::{ApproachMoment, Body, Company, Ground, NearestApproach};
-use crate::view::watched::{Watcher, Watchers};
+use crate::view::watched::{WatchScene, Watcher, Watchers};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
@@ -147,9 +147,9 @@ impl<'s> CompanyScene<'s> {
         let window = self.ground.worlds[0].grid.window();
         let mut all = vec![BitGrid::full(window); cases.len()];
         for (snapshot, truth) in self.truths.iter().enumerate() {
-            let world = &self.ground.worlds[snapshot];
+            let scene = WatchScene::new(&self.ground.worlds[snapshot], truth.clone());
             // Each sensor as planned once for all cases in which it lives.
-            let watched = |one| self.planned.watched_voxels(one, world, truth);
+            let watched = |one| self.planned.watched_voxels(one, &scene);
             let each = if some_planned { self.planned.each() } else { &[] };
             let own: Vec<BitGrid> = each.par_iter().map(watched).collect();
             let alive = |dead: &[String]| {
@@ -162,8 +162,8 @@ impl<'s> CompanyScene<'s> {
                     (Alteration::Draw(draw), Some(drawn)) => {
                         let each =
                             self.what_if.draw(drawn.draws, *draw).iter().map(watcher).collect::<Vec<_>>();
-                        let world = drawn.worlds[snapshot];
-                        union(window, each.iter().map(|one| drawn.watchers.watched_voxels(one, world, truth)))
+                        let scene = scene.with_sensors_of(drawn.worlds[snapshot]);
+                        union(window, each.iter().map(|one| drawn.watchers.watched_voxels(one, &scene)))
                     }
                     _ => alive(&[]),
                 });

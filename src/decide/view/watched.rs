@@ -6,14 +6,15 @@ use std::sync::Arc;
 
 use super::Choice;
 use super::why::sight::Sight;
-use perirobot_march::backend::cpu::BlockerSearch;
+use perirobot_march::backend::cpu::{BlockerSearch, SightRays, SightScene};
 use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::march::leap;
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
 use perirobot_study::input::Study;
+use perirobot_study::sensor::Station;
 use perirobot_study::sensor::look::RayDirection;
-use perirobot_study::sensor::{Station, watch};
+use perirobot_study::sensor::watch::{self, ReadySight};
 use perirobot_study::world::{World, ray_tables_of};
 
 /// A sensor of a choice: its number, its candidate, and which of its representations.
@@ -33,8 +34,17 @@ pub struct Watchers<'a> {
     study: &'a Study,
     repeat: usize,
     each: Vec<Watcher>,
-    /// For each sensor of the study, its rays, if it takes part and casts.
+    /// For each sensor of the study, its rays, if it takes part and casts, and the same made ready.
     tables: Vec<Option<Rays>>,
+    ready: Vec<Option<SightRays>>,
+}
+
+/// A moment of a scene, made ready to be looked at from many poses.
+#[derive(Debug)]
+pub struct WatchScene<'w> {
+    world: &'w World,
+    truth: Arc<Truth>,
+    sight: Arc<SightScene>,
 }
 
 /// What they watch at a moment.
@@ -46,6 +56,18 @@ pub struct WatchedVoxels {
     pub voxels: BitGrid,
     /// For each sensor that casts, its number and where it stands.
     placements: Vec<(usize, GridPose)>,
+}
+
+impl<'w> WatchScene<'w> {
+    /// A moment of a world; `truth` is that of this world, with its people or without.
+    pub fn new(world: &'w World, truth: Arc<Truth>) -> WatchScene<'w> {
+        WatchScene { world, sight: SightScene::new(&truth.blockers).into(), truth }
+    }
+
+    /// The same for the same moment of another world, in which sensors stand otherwise.
+    pub fn with_sensors_of<'o>(&self, world: &'o World) -> WatchScene<'o> {
+        WatchScene { world, truth: self.truth.clone(), sight: self.sight.clone() }
+    }
 }
 
 impl<'a> Watchers<'a> {
@@ -68,7 +90,8 @@ impl<'a> Watchers<'a> {
     /// Some sensors in a repeat.
     pub fn from_watchers(study: &'a Study, each: Vec<Watcher>, repeat: usize) -> Watchers<'a> {
         let tables = ray_tables_of(study, |sensor| each.iter().any(|one| one.sensor == sensor));
-        Watchers { study, repeat, each, tables }
+        let ready = tables.iter().map(|rays| rays.as_ref().map(SightRays::new)).collect();
+        Watchers { study, repeat, each, tables, ready }
     }
 
     /// The sensors.
@@ -80,8 +103,9 @@ impl<'a> Watchers<'a> {
     pub fn watch(&self, world: &World, truth: Arc<Truth>) -> WatchedVoxels {
         let mut voxels = BitGrid::new(world.grid.window());
         let mut placements = Vec::new();
+        let scene = WatchScene::new(world, truth.clone());
         for one in &self.each {
-            voxels.add(&self.watched_voxels(one, world, &truth));
+            voxels.add(&self.watched_voxels(one, &scene));
             if self.tables[one.sensor].is_some() {
                 let station = self.station(one, world, &truth);
                 placements.push((one.sensor, station.placement(&*self.study.sensors[one.sensor].kind)));
@@ -91,9 +115,16 @@ impl<'a> Watchers<'a> {
     }
 
     /// The voxels in which one of them would notice a body, over the grid or a part of it.
-    pub fn watched_voxels(&self, one: &Watcher, world: &World, truth: &Truth) -> BitGrid {
+    pub fn watched_voxels(&self, one: &Watcher, scene: &WatchScene) -> BitGrid {
         let kind = &*self.study.sensors[one.sensor].kind;
-        watch::watched_voxels(kind, one.representation, &self.station(one, world, truth))
+        let sight = self.ready[one.sensor].as_ref().map(|rays| ReadySight { rays, scene: &scene.sight });
+        watch::watched_voxels(kind, one.representation, &self.station(one, scene.world, &scene.truth), sight)
+    }
+
+    /// The same with each ray followed step by step, as a proof does.
+    pub fn watched_step_by_step(&self, one: &Watcher, world: &World, truth: &Truth) -> BitGrid {
+        let kind = &*self.study.sensors[one.sensor].kind;
+        watch::watched_voxels(kind, one.representation, &self.station(one, world, truth), None)
     }
 
     fn station<'t>(&'t self, one: &Watcher, world: &World, truth: &'t Truth) -> Station<'t> {

@@ -247,7 +247,9 @@ impl<'g> Cell<'g> {
         let look = |one: &Watcher| {
             input.progress.check_stop()?;
             let snapshots = self.ground.worlds.iter().zip(&self.truths);
-            Ok(snapshots.map(|(world, truth)| watchers.watched_voxels(one, world, truth).trim()).collect())
+            Ok(snapshots
+                .map(|(world, truth)| watchers.watched_step_by_step(one, world, truth).trim())
+                .collect())
         };
         watchers.each().par_iter().map(look).collect()
     }

@@ -78,6 +78,12 @@ fn check(
     backend.tables(&watchers.tables.iter().flatten().cloned().collect::<Vec<_>>()).unwrap();
     for truth in [world.truth(), Arc::new(world.truth_without_people())] {
         let watch = watchers.watch(world, truth.clone());
+        let mut followed = BitGrid::new(world.grid.window());
+        watchers
+            .each()
+            .iter()
+            .for_each(|one| followed.add(&watchers.watched_step_by_step(one, world, &truth)));
+        assert_eq!(watch.voxels, followed, "{choice:?}\n{rerun}");
         let may_be_blind = |rays: &Rays| rays.gates.range_min_q16 > rays.gates.near_ignore_q16;
         let may_be_blind = watchers.tables.iter().flatten().any(may_be_blind);
         // Half of them begin in a voxel that is watched, if there is one to stand in.

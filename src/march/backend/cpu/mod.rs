@@ -1,6 +1,7 @@
 //! The backend on all cores of the processor: each thread works on one placement or one job. The algorithms
 //! are in files of their own, each with a reason why it is exact: `first_hit` (leaps), `cone`, `intersect`, `across`,
-//! `beyond`, `carve_voxels`, `carve_rays`, `alike`; `plan` says which is used when. The arithmetic is `march`.
+//! `beyond`, `carve_voxels`, `carve_rays`, `alike`; `plan` says which is used when. The arithmetic is `march`. `sight` has the
+//! same without noise, for what sensors would notice.
 //!
 //! A pose is sensed in this order: `plan` (what matters), `beyond` (tiles that need not be cast), `packet` (rays by the 64),
 //! `cast` with `cone`, `across`, `intersect` and `first_hit` (what they hit), `end` (gates and noise), `pyramid` and
@@ -26,6 +27,7 @@ mod projection;
 mod pyramid;
 mod scratch;
 mod sense;
+mod sight;
 mod simd;
 mod table;
 #[cfg(test)]
@@ -50,6 +52,7 @@ use first_hit::Layer;
 use plan::RelevantVoxels;
 use scratch::Scratch;
 use sense::PoseCache;
+pub use sight::{SightRays, SightScene};
 pub use simd::SimdLevel;
 use table::{Blockers, RayTable, TableCaster};
 
