@@ -35,6 +35,11 @@ impl Budget {
         if ways.len() > MOST_WAYS { Budget { left, ways: Vec::new() } } else { Budget { left, ways } }
     }
 
+    /// How many more sensors there is room for.
+    pub(super) fn left(&self) -> usize {
+        self.left
+    }
+
     /// For each sensor, what is left after one more of it; a single one if that is the same for all.
     pub(super) fn after_each(
         rules: &SetRules,

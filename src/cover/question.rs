@@ -297,6 +297,15 @@ impl Inequality {
         }
     }
 
+    /// At least so many bits of the plane `HIT` at one moment.
+    pub(super) fn covered(layout: &BitLayout, moment: usize, least: u64) -> Inequality {
+        let words = layout.moments[moment].words[SPACE_OF[HIT]].clone();
+        let segments = vec![Segment { plane: HIT, words, weight: 1 }];
+        let groups = vec![Group { segments, cap: u64::MAX }];
+        let least = i64::try_from(least).unwrap_or(i64::MAX);
+        Inequality { groups, charges: Vec::new(), moment, least, exact: Default::default() }
+    }
+
     /// Whether all that counts is how many bits of a union are set.
     pub(super) fn is_plain(&self) -> bool {
         self.groups.len() == 1 && self.groups[0].cap == u64::MAX

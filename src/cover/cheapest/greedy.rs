@@ -16,7 +16,7 @@ pub(super) fn passing_set(search: &mut Search) -> Result<Option<Vec<usize>>> {
             return Ok(None);
         }
         let allowed = search.may_join(&set, &all);
-        let asked = (&search.bounds[..], &search.demands[..]);
+        let asked = (&search.bounds[..], &search.demands[..], search.first);
         let Ok(states) = ShareStates::new(asked, (rules, search.problem.limits), &set, &allowed) else {
             return Ok(None);
         };

@@ -5,7 +5,8 @@
 //! disjoint demands that a set does not meet yet add up to a lower bound of what it still costs. They are not known in
 //! advance; the test of a set that fails may answer with some, and the search continues with them (an implicit hitting
 //! set; Chandrasekaran, Karp and others 2011). A *share* is a score that a set must reach, also without any one or two of
-//! its members: an inequality of weighted coverage (`question`), which bounds what the remaining money can add.
+//! its members: an inequality of weighted coverage (`question`), which bounds what the remaining money can add. A *coverage*
+//! is such an inequality of bits that stand for anything else.
 //!
 //! If a set must reach a score without any `dead` of its members, some of these are among the members chosen so far and
 //! the others are added later. Each choice of chosen members that are dead leaves a part of the set with a bound of its
@@ -25,7 +26,7 @@ mod share;
 
 pub use demand::Demand;
 pub use search::{CheapestAnswer, FoundPurchase};
-pub use share::{Share, TieScore};
+pub use share::{Coverage, Share, TieScore};
 
 use super::rules::{SetLimits, SetRules};
 use perirobot_march::Result;
@@ -40,6 +41,8 @@ pub struct CheapestProblem<'a> {
     pub limits: SetLimits,
     /// Scores that a passing set reaches.
     pub shares: Vec<Share<'a>>,
+    /// What a passing set covers at least, beside its shares.
+    pub coverages: Vec<Coverage<'a>>,
     /// The score by which sets of the same cost are compared.
     pub then: Option<TieScore<'a>>,
 }

@@ -3,7 +3,7 @@
 use super::super::rules::SetLimits;
 use super::super::worth::Worth;
 use super::demand::{self, Demand, DemandState};
-use super::share::{ShareBound, ShareStates};
+use super::share::{OutOfReach, ShareBound, ShareStates};
 use super::{CheapestProblem, SetTest, TestAnswer};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
@@ -55,6 +55,8 @@ pub(super) struct Search<'s, 'a> {
     pub(super) bounds: Vec<ShareBound<'a>>,
     /// How many of them are of what is required; the others are of the score that decides among sets of the same cost.
     required: usize,
+    /// The number of the one that was out of reach last, which often is again.
+    pub(super) first: usize,
     pub(super) demands: &'s mut Vec<Demand>,
     test: &'s mut dyn SetTest,
     progress: &'s dyn Progress,
@@ -75,13 +77,16 @@ impl<'s, 'a> Search<'s, 'a> {
         test: &'s mut dyn SetTest,
         progress: &'s dyn Progress,
     ) -> Search<'s, 'a> {
-        let bounds: Vec<ShareBound> = problem.shares.iter().flat_map(|share| share.bounds()).collect();
+        let covered = problem.coverages.iter().map(|coverage| coverage.bound());
+        let bounds: Vec<ShareBound> =
+            problem.shares.iter().flat_map(|share| share.bounds()).chain(covered).collect();
         let (limits, no_set_below) = (problem.limits, problem.rules.cost_of(&problem.rules.always));
         let (required, best, asks_worth, tested) = (bounds.len(), None, false, 0);
         Search {
             problem,
             bounds,
             required,
+            first: 0,
             demands,
             test,
             progress,
@@ -249,12 +254,16 @@ impl<'s, 'a> Search<'s, 'a> {
                     narrowest
                 }
             };
-            let asked = (&self.bounds[..], &self.demands[..]);
-            let Ok(states) = ShareStates::new(asked, (rules, self.limits), chosen, &allowed) else {
-                return Ok(WalkEnd::Complete);
+            let asked = (&self.bounds[..], &self.demands[..], self.first);
+            let states = match ShareStates::new(asked, (rules, self.limits), chosen, &allowed) {
+                Ok(states) => states,
+                Err(OutOfReach(number)) => {
+                    self.first = number.unwrap_or(self.first);
+                    return Ok(WalkEnd::Complete);
+                }
             };
             if let Some(first) = narrowest {
-                return self.branch(chosen, &allowed, &first);
+                return self.branch(chosen, &allowed, &first, &states);
             }
             let mut passes = false;
             if !states.surely_fails() {
@@ -272,19 +281,23 @@ impl<'s, 'a> Search<'s, 'a> {
             if passes && !self.asks_worth {
                 return Ok(WalkEnd::Complete);
             }
-            return self.extend(chosen, &allowed, states);
+            return self.extend(chosen, &allowed, &states);
         }
     }
 
     /// Looks at all sets with at least one of some candidates, `first`.
-    fn branch(&mut self, chosen: &mut Vec<usize>, allowed: &[usize], first: &[usize]) -> Result<WalkEnd> {
-        for (place, &item) in first.iter().enumerate() {
-            let done = &first[..place];
-            let rest =
-                allowed.iter().copied().filter(|&other| other != item && !done.contains(&other)).collect();
-            chosen.push(item);
-            let end = self.walk(chosen, rest)?;
-            chosen.pop();
+    fn branch(
+        &mut self,
+        chosen: &mut Vec<usize>,
+        allowed: &[usize],
+        first: &[usize],
+        states: &ShareStates,
+    ) -> Result<WalkEnd> {
+        let mut is_open = vec![true; allowed.len()];
+        for item in first {
+            let Some(place) = allowed.iter().position(|other| other == item) else { continue };
+            is_open[place] = false;
+            let end = self.join(chosen, allowed, place, states, &|place| is_open[place])?;
             if end != WalkEnd::Complete {
                 return Ok(end);
             }
@@ -293,21 +306,42 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 
     /// Looks at all sets with some more candidates.
-    fn extend(&mut self, chosen: &mut Vec<usize>, allowed: &[usize], states: ShareStates) -> Result<WalkEnd> {
-        let order = states.best_first();
-        let sorted: Vec<usize> = order.iter().map(|&place| allowed[place]).collect();
-        let states = states.in_order(&order, &sorted);
-        for (place, &item) in sorted.iter().enumerate() {
-            if !states.may_reach(self.limits, chosen, place) {
+    fn extend(
+        &mut self,
+        chosen: &mut Vec<usize>,
+        allowed: &[usize],
+        states: &ShareStates,
+    ) -> Result<WalkEnd> {
+        let mut is_open = vec![true; allowed.len()];
+        for place in states.best_first() {
+            if !states.may_reach(self.limits, chosen, None, &|place| is_open[place]) {
                 break;
             }
-            chosen.push(item);
-            let end = self.walk(chosen, sorted[place + 1..].to_vec())?;
-            chosen.pop();
+            is_open[place] = false;
+            let end = self.join(chosen, allowed, place, states, &|place| is_open[place])?;
             if end != WalkEnd::Complete {
                 return Ok(end);
             }
         }
         Ok(WalkEnd::Complete)
+    }
+
+    /// Looks at all sets with one more candidate, at a place among those that are allowed, and those that `may_join` it.
+    fn join(
+        &mut self,
+        chosen: &mut Vec<usize>,
+        allowed: &[usize],
+        place: usize,
+        states: &ShareStates,
+        may_join: &dyn Fn(usize) -> bool,
+    ) -> Result<WalkEnd> {
+        if !states.may_reach(self.limits, chosen, Some(place), may_join) {
+            return Ok(WalkEnd::Complete);
+        }
+        let rest = (0..allowed.len()).filter(|&place| may_join(place)).map(|place| allowed[place]).collect();
+        chosen.push(allowed[place]);
+        let end = self.walk(chosen, rest);
+        chosen.pop();
+        end
     }
 }

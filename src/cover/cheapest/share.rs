@@ -27,6 +27,27 @@ pub struct Share<'a> {
     pub dead: usize,
 }
 
+/// A number of bits of one moment that a passing set covers at least, also with some of its members dead.
+#[derive(Clone, Copy, Debug)]
+pub struct Coverage<'a> {
+    /// What each candidate covers: its bits in the plane [`HIT`](super::super::layout::HIT).
+    pub evidence: &'a CandidateEvidence,
+    /// The moment.
+    pub moment: usize,
+    /// How many bits are covered.
+    pub least: u64,
+    /// The number of members that may be dead, whichever they are.
+    pub dead: usize,
+}
+
+impl<'a> Coverage<'a> {
+    pub(super) fn bound(&self) -> ShareBound<'a> {
+        let Coverage { evidence, moment, least, dead } = *self;
+        let inequality = Inequality::covered(&evidence.layout, moment, least);
+        ShareBound { evidence, inequality, dead, may_be_wrong: false }
+    }
+}
+
 /// The score by which sets of the same cost are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct TieScore<'a> {
@@ -110,6 +131,8 @@ struct Joint {
     lacks: i64,
     /// What each candidate that may join adds at most, in units, rounded up.
     adds: Vec<i64>,
+    /// The places of those that add something, who adds most first.
+    order: Vec<usize>,
 }
 
 /// The units of a lack.
@@ -122,24 +145,41 @@ struct Entry {
     dead_later: usize,
     /// What each candidate that may join adds at most.
     gains: Vec<i64>,
+    /// The places of those that add something, who adds most first.
+    order: Vec<usize>,
 }
 
-/// Ends a look at shares: one is out of reach.
-pub(super) struct OutOfReach;
+/// Ends a look at shares: this one is out of reach, by its number, or all together are.
+pub(super) struct OutOfReach(pub(super) Option<usize>);
+
+/// What else a set may have: with each number of members that may be dead.
+struct Budgets(Vec<Budget>);
+
+impl Budgets {
+    fn new(rules: &SetRules, limits: SetLimits, chosen: &[usize], most_dead: usize) -> Budgets {
+        let cost = rules.cost_of(chosen);
+        let left = |dead| limits.at_most.saturating_sub(chosen.len() + dead);
+        Budgets((0..=most_dead).map(|dead| Budget::new(rules, limits, chosen, cost, left(dead))).collect())
+    }
+}
 
 impl<'s> ShareStates<'s> {
     /// What inequalities and demands say of a set; as soon as one, or all together, are out of reach with all candidates
-    /// that may join, that is the answer.
+    /// that may join, that is the answer. The inequality with the number `first` is looked at first.
     pub(super) fn new(
-        (bounds, demands): (&[ShareBound], &[Demand]),
+        (bounds, demands, first): (&[ShareBound], &[Demand], usize),
         (rules, limits): (&'s SetRules, SetLimits),
         chosen: &[usize],
         allowed: &'s [usize],
     ) -> Result<ShareStates<'s>, OutOfReach> {
+        let most_dead = bounds.iter().map(|bound| bound.dead).max().unwrap_or(0);
         let mut states = ShareStates { rules, allowed, entries: Vec::new(), joint: Joint::default() };
+        let budgets = Budgets::new(rules, limits, chosen, most_dead);
         // Parts of sets are made once for inequalities of the same evidence.
         let mut known: Vec<(&CandidateEvidence, usize, Vec<SetPart>)> = Vec::new();
-        for bound in bounds {
+        let others = (0..bounds.len()).filter(|&number| number != first);
+        for number in (first..bounds.len()).take(1).chain(others) {
+            let bound = &bounds[number];
             let is_same = |&(evidence, dead, _): &(&CandidateEvidence, usize, Vec<SetPart>)| {
                 std::ptr::eq(evidence, bound.evidence) && dead == bound.dead
             };
@@ -150,20 +190,24 @@ impl<'s> ShareStates<'s> {
             let parts = known.iter().find(|one| is_same(one)).map_or(&[][..], |(.., parts)| parts);
             // A set to which fewer are added than may be dead can be better than its part without the dead.
             for part in parts.iter().filter(|part| part.dead_later == 0 || !bound.may_be_wrong) {
-                states.entries.push(Entry::new(bound, part, allowed));
-                let place = states.entries.len() - 1;
-                if !states.reaches(place, limits, chosen, 0) {
-                    return Err(OutOfReach);
+                let entry = Entry::new(bound, part, allowed);
+                if !states.reaches(&entry, entry.least - entry.value, &budgets.0[entry.dead_later], &|_| true)
+                {
+                    return Err(OutOfReach(Some(number)));
                 }
+                states.entries.push(entry);
             }
         }
         states.joint = states.join(demands, chosen);
-        if states.joint.may_reach(&states, limits, chosen, 0) { Ok(states) } else { Err(OutOfReach) }
+        match states.joint.may_reach(&states, states.joint.lacks, &budgets.0[0], &|_| true) {
+            true => Ok(states),
+            false => Err(OutOfReach(None)),
+        }
     }
 
     /// Everything that a set lacks. Parts that lose members later are left out: what joins may be dead there.
     fn join(&self, demands: &[Demand], chosen: &[usize]) -> Joint {
-        let mut joint = Joint { lacks: 0, adds: vec![0; self.allowed.len()] };
+        let mut joint = Joint { adds: vec![0; self.allowed.len()], ..Joint::default() };
         for entry in self.entries.iter().filter(|entry| entry.dead_later == 0 && entry.value < entry.least) {
             let lacks = i128::from(entry.least - entry.value);
             joint.lacks += UNITS;
@@ -181,43 +225,54 @@ impl<'s> ShareStates<'s> {
                 among.for_each(|(adds, _)| *adds += each);
             }
         }
+        joint.order = largest_first(&joint.adds);
         joint
     }
 
-    /// Whether a set can reach all shares if only candidates from the place `from` on join it.
-    pub(super) fn may_reach(&self, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
-        self.joint.may_reach(self, limits, chosen, from)
-            && (0..self.entries.len()).all(|place| self.reaches(place, limits, chosen, from))
-    }
-
-    fn reaches(&self, place: usize, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
-        let entry = &self.entries[place];
-        let left = limits.at_most.saturating_sub(chosen.len() + entry.dead_later);
-        let lacks = entry.least - entry.value;
-        lacks <= 0 || self.add_up(&entry.gains, lacks, left, limits, chosen, from)
-    }
-
-    /// Whether `left` candidates from the place `from` on, within the budget, can add `lacks` together.
-    fn add_up(
+    /// Whether a set with some more candidates can reach all shares: with the one at a place, if there is one, and others
+    /// that `may_join`, by their places. By what is known without that one: what the others add beside it is not more.
+    pub(super) fn may_reach(
         &self,
-        gains: &[i64],
-        lacks: i64,
-        left: usize,
         limits: SetLimits,
         chosen: &[usize],
-        from: usize,
+        with: Option<usize>,
+        may_join: &dyn Fn(usize) -> bool,
     ) -> bool {
-        let (own, items) = (&gains[from..], &self.allowed[from..]);
-        let mut order: Vec<usize> = (0..own.len()).filter(|&i| own[i] > 0).collect();
-        order.sort_unstable_by_key(|&i| std::cmp::Reverse(own[i]));
-        // Whatever they cost.
-        let top: i64 = order.iter().take(left).map(|&i| own[i]).sum();
-        if top < lacks {
-            return false;
+        let most_dead = self.entries.iter().map(|entry| entry.dead_later).max().unwrap_or(0);
+        let more: Vec<usize> = chosen.iter().copied().chain(with.map(|place| self.allowed[place])).collect();
+        let budgets = Budgets::new(self.rules, limits, &more, most_dead);
+        let gain = |gains: &[i64]| with.map_or(0, |place| gains[place]);
+        let reaches = |entry: &Entry| {
+            let (lacks, dead) = (entry.least - entry.value, entry.dead_later);
+            let alive = self.reaches(entry, lacks - gain(&entry.gains), &budgets.0[dead], may_join);
+            // The one that joins may be dead itself.
+            alive
+                && (with.is_none() || dead == 0 || self.reaches(entry, lacks, &budgets.0[dead - 1], may_join))
+        };
+        let lacks = self.joint.lacks - gain(&self.joint.adds);
+        self.joint.may_reach(self, lacks, &budgets.0[0], may_join) && self.entries.iter().all(reaches)
+    }
+
+    fn reaches(&self, entry: &Entry, lacks: i64, budget: &Budget, may_join: &dyn Fn(usize) -> bool) -> bool {
+        entry.value >= entry.least || self.add_up((&entry.gains, &entry.order), lacks, budget, may_join)
+    }
+
+    /// Whether some candidates, as many as a budget has room for, can add `lacks` together.
+    fn add_up(
+        &self,
+        (gains, order): (&[i64], &[usize]),
+        lacks: i64,
+        budget: &Budget,
+        may_join: &dyn Fn(usize) -> bool,
+    ) -> bool {
+        if lacks <= 0 {
+            return true;
         }
-        let budget = Budget::new(self.rules, limits, chosen, self.rules.cost_of(chosen), left);
-        let sorted = order.iter().map(|&i| (items[i], own[i]));
-        budget.most(self.rules, sorted, |place| own[order[place]]) >= lacks
+        let places: Vec<usize> = order.iter().copied().filter(|&place| may_join(place)).collect();
+        // Whatever they cost.
+        let top: i64 = places.iter().take(budget.left()).map(|&place| gains[place]).sum();
+        let sorted = places.iter().map(|&place| (self.allowed[place], gains[place]));
+        top >= lacks && budget.most(self.rules, sorted, |at| gains[places[at]]) >= lacks
     }
 
     /// Whether an inequality says that the set itself fails.
@@ -237,24 +292,25 @@ impl<'s> ShareStates<'s> {
     pub(super) fn helps(&self, place: usize) -> f64 {
         self.joint.adds[place] as f64 / UNITS as f64
     }
-
-    /// The same shares for candidates in another order.
-    pub(super) fn in_order<'o>(self, order: &[usize], allowed: &'o [usize]) -> ShareStates<'o>
-    where
-        's: 'o,
-    {
-        let pick = |all: &[i64]| -> Vec<i64> { order.iter().map(|&i| all[i]).collect() };
-        let joint = Joint { adds: pick(&self.joint.adds), ..self.joint };
-        let entries = self.entries.into_iter().map(|entry| Entry { gains: pick(&entry.gains), ..entry });
-        ShareStates { rules: self.rules, allowed, entries: entries.collect(), joint }
-    }
 }
 
 impl Joint {
-    fn may_reach(&self, states: &ShareStates, limits: SetLimits, chosen: &[usize], from: usize) -> bool {
-        let left = limits.at_most.saturating_sub(chosen.len());
-        self.lacks == 0 || states.add_up(&self.adds, self.lacks, left, limits, chosen, from)
+    fn may_reach(
+        &self,
+        states: &ShareStates,
+        lacks: i64,
+        budget: &Budget,
+        may_join: &dyn Fn(usize) -> bool,
+    ) -> bool {
+        states.add_up((&self.adds, &self.order), lacks, budget, may_join)
     }
+}
+
+/// The places of numbers above zero, the largest first.
+fn largest_first(numbers: &[i64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..numbers.len()).filter(|&place| numbers[place] > 0).collect();
+    order.sort_unstable_by_key(|&place| (std::cmp::Reverse(numbers[place]), place));
+    order
 }
 
 impl Entry {
@@ -265,7 +321,8 @@ impl Entry {
             true => vec![0; allowed.len()],
             false => allowed.par_iter().map(|&item| one.gain(evidence, &part.union, &state, item)).collect(),
         };
-        Entry { value: state.value, least: one.least, dead_later: part.dead_later, gains }
+        let order = largest_first(&gains);
+        Entry { value: state.value, least: one.least, dead_later: part.dead_later, gains, order }
     }
 }
 

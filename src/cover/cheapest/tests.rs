@@ -1,12 +1,13 @@
 //! Against trying every set.
 
 use super::super::evidence::CandidateEvidence;
+use super::super::layout::HIT;
 use super::super::problem::Problem;
 use super::super::rules::{SetLimits, SetRules};
 use super::super::tests::{Random, SCORES, evidence, rules};
 use super::super::worth::{Ratio, Worth};
 use super::share::left_out;
-use super::{CheapestProblem, Demand, SetTest, Share, TestAnswer, TieScore, cheapest};
+use super::{CheapestProblem, Coverage, Demand, SetTest, Share, TestAnswer, TieScore, cheapest};
 use crate::thorough::cases;
 use perirobot_march::Result;
 use perirobot_march::metrics::{Across, Score};
@@ -14,6 +15,7 @@ use perirobot_march::metrics::{Across, Score};
 /// What a made-up test asks of a set besides its shares.
 struct MadeUpTest<'a> {
     shares: Vec<Share<'a>>,
+    coverages: Vec<Coverage<'a>>,
     /// Demands, of which each failing test reports the first that is not met.
     hidden: Vec<Demand>,
     /// Sets with both of these fail; no demand says so.
@@ -33,9 +35,22 @@ fn reaches(share: &Share, set: &[usize]) -> bool {
     })
 }
 
+fn covers(coverage: &Coverage, set: &[usize]) -> bool {
+    let Coverage { evidence, moment, least, dead } = *coverage;
+    left_out(set, dead.min(set.len())).into_iter().all(|dead| {
+        let words = evidence.layout.moments[moment].words[0].clone();
+        let bit = |word: usize| {
+            let own = set.iter().filter(|item| !dead.contains(item));
+            own.fold(0, |all, &item| all | evidence.plane(item, HIT).get(word).copied().unwrap_or(0))
+        };
+        words.map(|word| u64::from(bit(word).count_ones())).sum::<u64>() >= least
+    })
+}
+
 impl MadeUpTest<'_> {
     fn passes(&self, set: &[usize]) -> bool {
         self.hidden.iter().all(|demand| demand.lacks(set) == 0)
+            && self.coverages.iter().all(|coverage| covers(coverage, set))
             && self.shares.iter().all(|share| reaches(share, set))
             && self.enemies.is_none_or(|enemies| !enemies.iter().all(|enemy| set.contains(enemy)))
     }
@@ -85,7 +100,7 @@ fn made_up_share<'a>(random: &mut Random, problem: &'a Problem<'a>) -> Share<'a>
 fn the_cheapest_set_is_that_of_trying_every_set() {
     let mut random = Random(56);
     let (mut found_any, mut found_none, mut told, mut by_worth) = (0, 0, 0, 0);
-    for case in 0..cases(300, 3000) {
+    for case in 0..cases(400, 3000) {
         let count = 4 + random.number_below(6) as usize;
         let (noisy, thin) = (case % 3 == 0, 1 + random.number_below(2));
         let said: Vec<CandidateEvidence> =
@@ -106,6 +121,13 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
         let shares: Vec<Share> = (0..random.number_below(3))
             .map(|place| made_up_share(&mut random, &all[place as usize % 2]))
             .collect();
+        let coverages: Vec<Coverage> = (0..random.number_below(2))
+            .map(|_| {
+                let (moment, dead) = (0, random.number_below(3) as usize);
+                let most = said[1].layout.moments[moment].voxels[0];
+                Coverage { evidence: &said[1], moment, least: random.number_below(most / 2 + 1), dead }
+            })
+            .collect();
         let then = random.one_in(2).then(|| {
             let Share { problem, score, over, .. } = made_up_share(&mut random, &all[0]);
             TieScore { problem, score, over }
@@ -118,8 +140,14 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
             })
             .collect();
         let enemies = random.one_in(3).then(|| [0, 1 + random.number_below(count as u64 - 1) as usize]);
-        let problem = CheapestProblem { rules: &rules, limits, shares: shares.clone(), then };
-        let mut test = MadeUpTest { shares, hidden, enemies, tested: 0 };
+        let problem = CheapestProblem {
+            rules: &rules,
+            limits,
+            shares: shares.clone(),
+            coverages: coverages.clone(),
+            then,
+        };
+        let mut test = MadeUpTest { shares, coverages, hidden, enemies, tested: 0 };
         let mut demands = Vec::new();
         let answer = cheapest(&problem, &mut demands, &mut test, &|| None).unwrap();
         told += usize::from(!demands.is_empty());
@@ -164,14 +192,21 @@ fn a_stopped_search_keeps_its_bound() {
         SetRules { cost: vec![3; 9], sensor: vec![0; 9], most: vec![usize::MAX], ..SetRules::default() };
     let limits = SetLimits { at_most: 9, budget: None };
     let hidden = vec![Demand::new(9, 0..4, 2), Demand::new(9, 4..9, 2)];
-    let problem = CheapestProblem { rules: &rules, limits, shares: Vec::new(), then: None };
+    let problem =
+        CheapestProblem { rules: &rules, limits, shares: Vec::new(), coverages: Vec::new(), then: None };
     for stop_after in 0..12 {
         let asked = std::sync::atomic::AtomicUsize::new(0);
         let stop = || {
             let asked = asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             (asked >= stop_after).then(|| "stopped".to_string())
         };
-        let mut test = MadeUpTest { shares: Vec::new(), hidden: hidden.clone(), enemies: None, tested: 0 };
+        let mut test = MadeUpTest {
+            shares: Vec::new(),
+            coverages: Vec::new(),
+            hidden: hidden.clone(),
+            enemies: None,
+            tested: 0,
+        };
         let answer = cheapest(&problem, &mut Vec::new(), &mut test, &stop).unwrap();
         let best = answer.best.as_ref().map(|best| best.cost);
         assert!(answer.no_set_below.is_none_or(|bound| bound <= 12) && best.is_none_or(|best| best >= 12));

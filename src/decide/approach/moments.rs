@@ -147,6 +147,26 @@ impl<'g> ApproachMoment<'g> {
         open
     }
 
+    /// Where each body has room.
+    pub(crate) fn free(&self) -> &[BitGrid] {
+        &self.free
+    }
+
+    /// Where each body has room, and at least a share of what it is noticed by is in some voxels: those of its voxels that one
+    /// of so many sensors watches, if they notice it together. The window of the voxels is
+    /// [`ApproachMoment::body_window`].
+    pub(crate) fn may_notice(&self, watched: &BitGrid, sensors: usize) -> Vec<BitGrid> {
+        let Ground { bodies, places, .. } = self.ground;
+        let sums = Sums::new(watched);
+        let of_body = |number: usize| {
+            let least = bodies[number].min_voxels.div_ceil(sensors.max(1) as u32);
+            let mut here = self.free[number].clone();
+            here.remove(&bodies[number].covers_at_most(least - 1, &sums, places[number]));
+            here
+        };
+        (0..bodies.len()).map(of_body).collect()
+    }
+
     fn room<'r>(&'r self, body: usize, open: &'r [BitGrid]) -> FreeRoom<'r> {
         FreeRoom { free: &self.free[body], open: &open[body], distances: &self.distances }
     }

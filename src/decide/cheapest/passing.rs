@@ -1,11 +1,14 @@
 //! Whether a set passes: decided by the code of judge, from what was cast of each candidate.
 
+use std::collections::BTreeSet;
+
 use perirobot_cover::Problem;
 use perirobot_cover::cheapest::{Demand, SetTest, TestAnswer};
 use perirobot_march::Result;
 use perirobot_march::metrics::Confusion;
 use perirobot_study::input::{ApproachScore, Counted, Limit, Measure, Nearness, Requirement};
 
+use super::areas::LargestArea;
 use super::remaining::Remaining;
 use super::terms::{Terms, dead_in, is_counted};
 use super::ways::{SceneWays, WayIn};
@@ -86,6 +89,42 @@ impl<'t, 'a> PassingTest<'t, 'a> {
             }
         }
         None
+    }
+
+    /// The areas that must be small by the requirements.
+    pub(super) fn largest_areas(&self) -> Vec<LargestArea> {
+        let mut all = Vec::new();
+        for (requirement, nearness, dead) in self.nearness() {
+            if nearness.score != ApproachScore::UnnoticedM2 {
+                continue;
+            }
+            for (scene, ways) in self.ways.iter().enumerate() {
+                let asked =
+                    ways.passages.iter().enumerate().filter(|(_, passage)| passage.is_asked(nearness));
+                let bodies: BTreeSet<usize> =
+                    asked.map(|(passage, _)| ways.body_and_entry(passage)[0]).collect();
+                all.extend(bodies.into_iter().map(|body| {
+                    let most = self.most_unnoticed(requirement, ways.free()[body].count());
+                    LargestArea { of: [scene, body], most, dead }
+                }));
+            }
+        }
+        all
+    }
+
+    /// How many of some places may be left unnoticed by a requirement.
+    fn most_unnoticed(&self, requirement: &Requirement, places: u64) -> u64 {
+        let is_small = |unnoticed: u64| {
+            let near = NearestApproach { squared: None, unnoticed, joined: 0 };
+            self.is_met(ApproachScore::UnnoticedM2, &requirement.limit, &near)
+        };
+        // The smallest number that is too large, by halving.
+        let (mut low, mut high) = (0, places + 1);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if is_small(middle) { low = middle + 1 } else { high = middle }
+        }
+        low.saturating_sub(1)
     }
 
     /// A way in that leads too near and that fewer candidates notice than a passing set needs.

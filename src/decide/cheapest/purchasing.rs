@@ -10,11 +10,12 @@ use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::progress::Progress;
-use perirobot_study::input::{Purchase, PurchaseFront, Requirement, Study};
+use perirobot_study::input::{ApproachScore, Measure, Purchase, PurchaseFront, Requirement, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 
+use super::areas::Areas;
 use super::passing::PassingTest;
 use super::reasons::{self, Obstacle};
 use super::remaining::{Remaining, combination};
@@ -126,11 +127,13 @@ impl<'a> Purchasing<'a> {
         let problems = self.regions.iter().zip(evidence);
         let problems: Vec<(usize, Problem)> =
             problems.map(|(&region, evidence)| (region, self.problem(evidence, &rules))).collect();
+        let areas = self.asks_areas().then(|| Areas::new(ways, &self.items, self.purchase.at_most));
         let mut search = PurchaseSearch {
             purchasing: self,
             rules: &rules,
             problems: &problems,
             ways,
+            areas: areas.as_ref(),
             known: Vec::new(),
             open,
             progress,
@@ -271,6 +274,15 @@ impl<'a> Purchasing<'a> {
         &self.items
     }
 
+    /// Whether an area must be small in which bodies are unnoticed.
+    fn asks_areas(&self) -> bool {
+        let requirements = self.asked.iter().flat_map(|(_, terms)| &terms.requirements);
+        let mut measures = requirements.map(|requirement| &requirement.measure);
+        measures.any(|measure| {
+            matches!(measure, Measure::Nearness(nearness) if nearness.score == ApproachScore::UnnoticedM2)
+        })
+    }
+
     /// Which candidates a set may have together, and what they cost.
     pub(super) fn rules(&self) -> SetRules {
         let Purchase { always, apart_m, .. } = self.purchase;
@@ -302,6 +314,7 @@ struct PurchaseSearch<'s, 'a> {
     rules: &'s SetRules,
     problems: &'s [(usize, Problem<'s>)],
     ways: &'s [SceneWays<'s>],
+    areas: Option<&'s Areas>,
     known: Vec<WayIn>,
     open: &'s dyn Fn() -> Result<ChosenBackends>,
     progress: &'s dyn Progress,
@@ -316,13 +329,16 @@ impl PurchaseSearch<'_, '_> {
             Some(TieScore { problem, score: then.score, over: then.over })
         });
         let limits = self.purchasing.limits();
-        let problem = CheapestProblem { rules: self.rules, limits, shares, then };
-        let progress = self.progress;
+        let (progress, rules) = (self.progress, self.rules);
+        let areas = self.areas;
         let mut test = self.test(terms);
         if test.too_near_at_entry().is_some() {
             return Ok(CheapestAnswer::NONE);
         }
         let mut demands = test.known_demands();
+        let largest = test.largest_areas();
+        let coverages = areas.iter().flat_map(|areas| largest.iter().filter_map(|one| areas.coverage(one)));
+        let problem = CheapestProblem { rules, limits, shares, coverages: coverages.collect(), then };
         cheapest(&problem, &mut demands, &mut test, progress)
     }
 

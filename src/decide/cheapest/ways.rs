@@ -132,8 +132,20 @@ impl<'g> SceneWays<'g> {
         self.moment.entries().into_iter().map(|(_, squared)| squared).collect()
     }
 
+    /// Where each body has room.
+    pub(super) fn free(&self) -> &[BitGrid] {
+        self.moment.free()
+    }
+
+    /// Where a candidate and some others may notice each body together at the first snapshot, if there are so many
+    /// ([`ApproachMoment::may_notice`]).
+    pub(super) fn may_notice(&self, item: usize, sensors: usize) -> Vec<BitGrid> {
+        let watched = self.watched[item][0].to_window(self.moment.body_window());
+        self.moment.may_notice(&watched, sensors)
+    }
+
     /// Body and entry of a passage.
-    fn body_and_entry(&self, passage: usize) -> [usize; 2] {
+    pub(super) fn body_and_entry(&self, passage: usize) -> [usize; 2] {
         let entries = self.ground.study.approach.entries.len();
         [passage / entries, passage % entries]
     }
