@@ -175,6 +175,24 @@ fn without_a_requirement_sets_cost_no_more() {
 }
 
 #[test]
+fn costs_are_told_in_the_currency_of_the_study() {
+    let folder = folder();
+    folder.edit("study.toml", "[grid]", "currency = \"EUR\"\n[grid]");
+    folder.edit("study.toml", "cost = 450", "cost = 1450");
+    folder.edit("study.toml", "cost = 250.5", "cost = 1250.5");
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let report = json(&folder, "out", "cheapest.json");
+    let cost = report["points"][0]["set"]["cost"].as_f64().unwrap();
+    assert!(cost > 1000.0 && cost < 1e6, "{cost}");
+    let grouped = format!(" for {},{:05.1} EUR pass", (cost / 1e3).floor(), cost % 1e3);
+    assert!(outcome.stdout.contains(&grouped.replace(".0 ", " ")), "{grouped} {}", outcome.stdout);
+    assert_eq!(report["asked"]["currency"], "EUR");
+    let row = &rows(&folder.path("out").join("cheapest.csv"))[0];
+    assert_eq!(row["cost"].parse::<f64>().unwrap(), cost);
+}
+
+#[test]
 fn a_search_that_is_stopped_tells_its_bound() {
     let folder = folder();
     let outcome = choose(&folder, "out", &["--max-time", "0.001s"]);

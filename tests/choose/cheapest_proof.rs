@@ -129,6 +129,7 @@ fn find_leaves(value: &Value, at: String, all: &mut Vec<String>) {
 fn every_single_alteration_is_refused() {
     let folder = folder();
     folder.edit("study.toml", "", "[choose]\nfront = \"speed\"\nthen = \"f1\"\nregion = \"robot\"\n");
+    folder.edit("study.toml", "[grid]", "currency = \"EUR\"\n[grid]");
     assert_eq!(choose(&folder, "out", &[]).code, Some(0));
     holds(&folder, "out");
     let path = folder.path("out").join("cheapest.json");

@@ -5,6 +5,7 @@ use crate::report::table::Table;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{JudgedSet, Speeds};
 use perirobot_study::input::Stopping;
+use perirobot_study::sensor::Cost;
 
 /// The answer; `judged` is the recommended set, if there is one, with how fast the robot may run with it.
 pub fn render(
@@ -17,7 +18,7 @@ pub fn render(
         text += &format!("  {}: {}\n", reason.requirement, reason.why);
     }
     if let Some(set) = report.recommended() {
-        text += &format!("\n{}", sensors(set).text());
+        text += &format!("\n{}", sensors(report, set).text());
     }
     text += &format!("\n{}\n", proof(report, main));
     if let Some(front) = front(report) {
@@ -38,7 +39,8 @@ pub fn sentence(
         };
     };
     let count = set.sensors.len();
-    let size = format!("{count} {} for {}", if count == 1 { "sensor" } else { "sensors" }, set.cost);
+    let sensors = if count == 1 { "sensor" } else { "sensors" };
+    let size = format!("{count} {sensors} for {}", amount(report, set.cost));
     let verdicts = judged.map_or(String::new(), |(judged, ..)| {
         let passed = judged.judgements.iter().filter(|judgement| judgement.is_met).count();
         format!(" pass {passed} of {} verdicts", judged.judgements.len())
@@ -71,6 +73,11 @@ fn impossible_speed(report: &PurchaseReport) -> Option<(f64, &str)> {
     })
 }
 
+/// An amount of money in the study's currency.
+fn amount(report: &PurchaseReport, cost: Cost) -> String {
+    cost.to_text(report.asked.currency.as_deref())
+}
+
 /// What is proven of the answer.
 fn proof(report: &PurchaseReport, main: &PurchasePoint) -> String {
     let PurchasePoint { tested, proven, .. } = main;
@@ -82,23 +89,25 @@ fn proof(report: &PurchaseReport, main: &PurchasePoint) -> String {
         }
         (Some(set), Some(bound), false) => {
             format!(
-                "stopped: a cheaper set may pass, but none below {bound}; this one costs {} ({by})",
-                set.cost
+                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({by})",
+                amount(report, bound),
+                amount(report, set.cost)
             )
         }
         (None, _, true) => {
             format!("proven: no allowed set of the {} listed places passes ({by})", report.candidates)
         }
-        (_, Some(bound), _) => format!("stopped: no set below {bound} passes ({by})"),
+        (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", amount(report, bound)),
         (_, None, _) => format!("stopped ({by})"),
     }
 }
 
 /// The sensors of a set.
-fn sensors(set: &PurchasedSet) -> Table {
+fn sensors(report: &PurchaseReport, set: &PurchasedSet) -> Table {
     let mut table = Table::new(&["<sensor", "<pose", "cost", "<place"]);
     for one in &set.sensors {
-        table.row([one.sensor.clone(), one.pose.clone(), one.cost.to_string(), one.place.clone()]);
+        let cost = amount(report, one.cost);
+        table.row([one.sensor.clone(), one.pose.clone(), cost, one.place.clone()]);
     }
     table
 }
@@ -121,7 +130,7 @@ fn front(report: &PurchaseReport) -> Option<Table> {
             AimReport::All | AimReport::Nearest(_) => continue,
         };
         let (cost, count, set) = match &point.set {
-            Some(set) => (set.cost.to_string(), set.sensors.len().to_string(), set.poses()),
+            Some(set) => (amount(report, set.cost), set.sensors.len().to_string(), set.poses()),
             None => {
                 let why: Vec<&str> = point.reasons.iter().map(|reason| reason.why.as_str()).collect();
                 (String::new(), String::new(), why.join("; "))
@@ -129,9 +138,9 @@ fn front(report: &PurchaseReport) -> Option<Table> {
         };
         let proven = match (&point.set, point.proven) {
             (Some(_), true) => "proven".to_string(),
-            (Some(_), false) => {
-                point.no_set_below.map_or(String::new(), |bound| format!("none below {bound}"))
-            }
+            (Some(_), false) => point
+                .no_set_below
+                .map_or(String::new(), |bound| format!("none below {}", amount(report, bound))),
             (None, true) => "no set".into(),
             (None, false) => "none found".into(),
         };
