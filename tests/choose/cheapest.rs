@@ -140,7 +140,7 @@ fn a_study_with_requirements_and_costs_needs_no_more() {
 #[test]
 fn what_stands_in_the_way_is_named() {
     let folder = folder();
-    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.01");
+    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.01\nfor = \"SF2: what is around the robot\"");
     let outcome = choose(&folder, "out", &[]);
     assert_eq!(outcome.code, Some(4), "{}{}", outcome.stdout, outcome.stderr);
     let text = &outcome.stdout;
@@ -149,7 +149,9 @@ fn what_stands_in_the_way_is_named() {
         text.contains("the robot's surroundings are known: all listed places together have unknown 0."),
         "{text}"
     );
+    assert!(text.contains("\n      for SF2: what is around the robot\n"), "{text}");
     let report = json(&folder, "out", "cheapest.json");
+    assert_eq!(report["asked"]["require"][1]["for"], "SF2: what is around the robot");
     let points = report["points"].as_array().unwrap();
     assert!(points[0]["set"].is_null() && points[0]["proven"] == true, "{report}");
     assert_eq!(points[1]["aim"]["nearest"][0], "the robot's surroundings are known");

@@ -79,6 +79,9 @@ pub struct AskedRequirement {
     pub at_most: Option<f64>,
     /// Under which conditions.
     pub under: Vec<Condition>,
+    /// The safety function that it stands for.
+    #[serde(rename = "for", default, skip_serializing_if = "Option::is_none")]
+    pub safety_function: Option<String>,
 }
 
 impl PurchaseQuestion {
@@ -133,6 +136,7 @@ impl AskedRequirement {
             at_least,
             at_most,
             under: requirement.under.clone(),
+            safety_function: requirement.safety_function.clone(),
         }
     }
 }

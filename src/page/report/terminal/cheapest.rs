@@ -16,6 +16,10 @@ pub fn render(
     let main = report.main();
     for reason in &main.reasons {
         text += &format!("  {}: {}\n", reason.requirement, reason.why);
+        let asked = report.asked.require.iter().find(|asked| asked.name == reason.requirement);
+        if let Some(words) = asked.and_then(|asked| asked.safety_function.as_ref()) {
+            text += &format!("      for {words}\n");
+        }
     }
     if let Some(set) = report.recommended() {
         text += &format!("\n{}", sensors(report, set).text());

@@ -136,7 +136,10 @@ impl FirstScreen {
                         @for one in &good.required {
                             li.(one.verdict()) {
                                 b { (one.verdict()) }
-                                span { strong { (one.name) } " " span.note { (one.asked) ": " (one.describe_found()) } }
+                                span {
+                                    strong { (one.name) } " " span.note { (one.asked) ": " (one.describe_found()) }
+                                    (one.view_safety_function())
+                                }
                             }
                         }
                     }
