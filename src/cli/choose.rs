@@ -31,7 +31,7 @@ use super::swept::{self, StudyPlace};
 ///
 /// A study with [[require]] and the cost of each sensor asks for the cheapest set that passes all requirements, under
 /// all their conditions; [choose] may say what such a set may have and cost, and ask also for the cheapest set at each
-/// speed of the robot or without each requirement (objective = "cost"). A study whose [choose] names a score asks for
+/// speed of the robot, without each requirement or for each number of them (objective = "cost"). A study whose [choose] names a score asks for
 /// the best set of each size and each step of cost, with what no set is above. Every pose is cast once; then allowed
 /// sets are searched. What is proven holds of the listed poses, at this voxel size, in these scenes.
 ///

@@ -174,6 +174,12 @@ fn without_a_requirement_sets_cost_no_more() {
     let cost = |row: usize| points[row]["cost"].parse::<f64>().unwrap();
     assert_eq!(points[1]["value"], "nobody comes near");
     assert!(cost(1) < cost(0) && cost(2) <= cost(0), "{points:?}");
+    // Meeting one of both costs as much as the cheaper of them.
+    assert_eq!([&points[3]["aim"], &points[3]["value"]], ["number", "1"]);
+    assert_eq!(cost(3), cost(1).min(cost(2)), "{points:?}");
+    assert_eq!(points[3]["missed"], "nobody comes near");
+    let row = outcome.stdout.lines().find(|line| line.trim_start().starts_with("1 of 2 ")).unwrap();
+    assert!(row.contains(" proven ") && row.contains("nobody comes near"), "{row}");
 }
 
 #[test]

@@ -51,7 +51,11 @@ pub(super) fn requirements_csv(folder: &Path, sets: &[SetVerdicts]) -> Result<()
             row.push(score(one.value));
             row.extend([one.cases, one.failed, one.values, one.of, one.draws_as_planned].map(count));
             row.extend(place_of(&one.worst));
-            row.extend([score(one.out_of_reach), Datum::Text(&one.tables_sha256), text(&one.safety_function)]);
+            row.extend([
+                score(one.out_of_reach),
+                Datum::Text(&one.tables_sha256),
+                text(&one.safety_function),
+            ]);
             table.row(&row)?;
         }
     }

@@ -25,8 +25,8 @@ pub fn render(
         text += &format!("\n{}", sensors(report, set).text());
     }
     text += &format!("\n{}\n", proof(report, main));
-    if let Some(front) = front(report) {
-        text += &format!("\n{}", front.text());
+    for table in [front(report), numbers(report)].into_iter().flatten() {
+        text += &format!("\n{}", table.text());
     }
     text
 }
@@ -131,24 +131,46 @@ fn front(report: &PurchaseReport) -> Option<Table> {
         let aim = match &point.aim {
             AimReport::Speed(speed) => speed.to_string(),
             AimReport::Without(name) => name.clone(),
-            AimReport::All | AimReport::Nearest(_) => continue,
+            AimReport::All | AimReport::Number(_) | AimReport::Nearest(_) => continue,
         };
-        let (cost, count, set) = match &point.set {
-            Some(set) => (amount(report, set.cost), set.sensors.len().to_string(), set.poses()),
-            None => {
-                let why: Vec<&str> = point.reasons.iter().map(|reason| reason.why.as_str()).collect();
-                (String::new(), String::new(), why.join("; "))
-            }
-        };
-        let proven = match (&point.set, point.proven) {
-            (Some(_), true) => "proven".to_string(),
-            (Some(_), false) => point
-                .no_set_below
-                .map_or(String::new(), |bound| format!("none below {}", amount(report, bound))),
-            (None, true) => "no set".into(),
-            (None, false) => "none found".into(),
-        };
+        let [cost, count, proven, set] = found(report, point);
         table.row([aim, cost, count, proven, set]);
     }
     Some(table)
+}
+
+/// The cheapest set that meets each number of requirements, and what it misses.
+fn numbers(report: &PurchaseReport) -> Option<Table> {
+    let number = |point: &PurchasePoint| match point.aim {
+        AimReport::Number(least) => Some(least),
+        _ => None,
+    };
+    report.points.iter().find_map(number)?;
+    let mut table = Table::new(&["at least", "cost", "sensors", "<", "<missed", "<set"]);
+    for (point, least) in report.points.iter().filter_map(|point| Some((point, number(point)?))) {
+        let [cost, count, proven, set] = found(report, point);
+        let least = format!("{least} of {}", report.asked.require.len());
+        table.row([least, cost, count, proven, point.missed.join("; "), set]);
+    }
+    Some(table)
+}
+
+/// Cost and size of the set of a point, how sure that is, and the set; if there is none, why.
+fn found(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
+    let (cost, count, set) = match &point.set {
+        Some(set) => (amount(report, set.cost), set.sensors.len().to_string(), set.poses()),
+        None => {
+            let why: Vec<&str> = point.reasons.iter().map(|reason| reason.why.as_str()).collect();
+            (String::new(), String::new(), why.join("; "))
+        }
+    };
+    let proven = match (&point.set, point.proven) {
+        (Some(_), true) => "proven".to_string(),
+        (Some(_), false) => {
+            point.no_set_below.map_or(String::new(), |bound| format!("none below {}", amount(report, bound)))
+        }
+        (None, true) => "no set".into(),
+        (None, false) => "none found".into(),
+    };
+    [cost, count, proven, set]
 }
