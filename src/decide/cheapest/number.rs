@@ -186,7 +186,7 @@ mod tests {
             let bound = if is_proven { best.cost } else { best.cost / 2 };
             let no_set_below = Some(bound);
             Ok(CheapestAnswer {
-                best: Some(best).filter(|_| is_proven || self.searches % 2 == 0),
+                best: Some(best).filter(|_| is_proven || self.searches.is_multiple_of(2)),
                 no_set_below,
                 is_proven,
                 is_best_of_cost: is_proven,

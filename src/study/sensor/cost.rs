@@ -84,7 +84,7 @@ impl Cost {
         let Some(currency) = currency else { return plain };
         let whole = plain.find('.').unwrap_or(plain.len());
         let digit = |(place, digit): (usize, char)| {
-            let begins_group = place > 0 && place < whole && (whole - place) % 3 == 0;
+            let begins_group = place > 0 && place < whole && (whole - place).is_multiple_of(3);
             begins_group.then_some(',').into_iter().chain([digit])
         };
         let grouped: String = plain.chars().enumerate().flat_map(digit).collect();
