@@ -86,7 +86,7 @@ pub struct RequirementVerdict {
     /// The hash of the tables of the study that decided it; empty if none did.
     pub tables_sha256: String,
     /// The safety function that the requirement stands for.
-    #[serde(rename = "for", default, skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "for", default)]
     pub safety_function: Option<String>,
 }
 
