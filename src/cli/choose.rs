@@ -31,9 +31,9 @@ use super::swept::{self, StudyPlace};
 ///
 /// A study with [[require]] and the cost of each sensor asks for the cheapest set that passes all requirements, under
 /// all their conditions; [choose] may say what such a set may have and cost, and ask also for the cheapest set at each
-/// speed of the robot or without each requirement (objective = "cost"). A study whose [choose] names a score asks for
-/// the best set of each size and each step of cost, with what no set is above. Every pose is cast once; then allowed
-/// sets are searched. What is proven holds of the listed poses, at this voxel size, in these scenes.
+/// speed of the robot, without each requirement or for each number of them (objective = "cost"). A study whose [choose]
+/// names a score asks for the best set of each size and each step of cost, with what no set is above. Every pose is cast
+/// once; then allowed sets are searched. What is proven holds of the listed poses, at this voxel size, in these scenes.
 ///
 /// Writes cheapest.csv and cheapest.json with the verdicts of judge, or front.csv, sets.csv and choose.json, into the
 /// output folder, and what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`,

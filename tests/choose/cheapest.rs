@@ -140,7 +140,7 @@ fn a_study_with_requirements_and_costs_needs_no_more() {
 #[test]
 fn what_stands_in_the_way_is_named() {
     let folder = folder();
-    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.01");
+    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.01\nfor = \"SF2: what is around the robot\"");
     let outcome = choose(&folder, "out", &[]);
     assert_eq!(outcome.code, Some(4), "{}{}", outcome.stdout, outcome.stderr);
     let text = &outcome.stdout;
@@ -149,7 +149,9 @@ fn what_stands_in_the_way_is_named() {
         text.contains("the robot's surroundings are known: all listed places together have unknown 0."),
         "{text}"
     );
+    assert!(text.contains("\n      for SF2: what is around the robot\n"), "{text}");
     let report = json(&folder, "out", "cheapest.json");
+    assert_eq!(report["asked"]["require"][1]["for"], "SF2: what is around the robot");
     let points = report["points"].as_array().unwrap();
     assert!(points[0]["set"].is_null() && points[0]["proven"] == true, "{report}");
     assert_eq!(points[1]["aim"]["nearest"][0], "the robot's surroundings are known");
@@ -172,6 +174,30 @@ fn without_a_requirement_sets_cost_no_more() {
     let cost = |row: usize| points[row]["cost"].parse::<f64>().unwrap();
     assert_eq!(points[1]["value"], "nobody comes near");
     assert!(cost(1) < cost(0) && cost(2) <= cost(0), "{points:?}");
+    // Meeting one of both costs as much as the cheaper of them.
+    assert_eq!([&points[3]["aim"], &points[3]["value"]], ["number", "1"]);
+    assert_eq!(cost(3), cost(1).min(cost(2)), "{points:?}");
+    assert_eq!(points[3]["missed"], "nobody comes near");
+    let row = outcome.stdout.lines().find(|line| line.trim_start().starts_with("1 of 2 ")).unwrap();
+    assert!(row.contains(" proven ") && row.contains("nobody comes near"), "{row}");
+}
+
+#[test]
+fn costs_are_told_in_the_currency_of_the_study() {
+    let folder = folder();
+    folder.edit("study.toml", "[grid]", "currency = \"EUR\"\n[grid]");
+    folder.edit("study.toml", "cost = 450", "cost = 1450");
+    folder.edit("study.toml", "cost = 250.5", "cost = 1250.5");
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let report = json(&folder, "out", "cheapest.json");
+    let cost = report["points"][0]["set"]["cost"].as_f64().unwrap();
+    assert!(cost > 1000.0 && cost < 1e6, "{cost}");
+    let grouped = format!(" for {},{:05.1} EUR pass", (cost / 1e3).floor(), cost % 1e3);
+    assert!(outcome.stdout.contains(&grouped.replace(".0 ", " ")), "{grouped} {}", outcome.stdout);
+    assert_eq!(report["asked"]["currency"], "EUR");
+    let row = &rows(&folder.path("out").join("cheapest.csv"))[0];
+    assert_eq!(row["cost"].parse::<f64>().unwrap(), cost);
 }
 
 #[test]

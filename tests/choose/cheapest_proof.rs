@@ -127,8 +127,22 @@ fn find_leaves(value: &Value, at: String, all: &mut Vec<String>) {
 
 #[test]
 fn every_single_alteration_is_refused() {
+    alter_each_value("speed");
+}
+
+#[test]
+fn every_single_alteration_of_numbers_of_requirements_is_refused() {
+    alter_each_value("requirements");
+}
+
+/// Alters each value of an answer with a front.
+#[track_caller]
+fn alter_each_value(front: &str) {
     let folder = folder();
-    folder.edit("study.toml", "", "[choose]\nfront = \"speed\"\nthen = \"f1\"\nregion = \"robot\"\n");
+    let asked = format!("[choose]\nfront = \"{front}\"\nthen = \"f1\"\nregion = \"robot\"\n");
+    folder.edit("study.toml", "", &asked);
+    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.9\nfor = \"SF2: what is around the robot\"");
+    folder.edit("study.toml", "[grid]", "currency = \"EUR\"\n[grid]");
     assert_eq!(choose(&folder, "out", &[]).code, Some(0));
     holds(&folder, "out");
     let path = folder.path("out").join("cheapest.json");
@@ -251,6 +265,8 @@ fn a_study_that_asks_for_something_else_is_noticed() {
     assert_eq!(choose(&folder, "out", &[]).code, Some(0));
     for (from, to, words) in [
         ("at_most = 0.9", "at_most = 0.91", "asked.require[1].at_most"),
+        ("at_most = 0.9", "at_most = 0.9\nfor = \"SF2\"", "asked.require[1]"),
+        ("[grid]", "currency = \"EUR\"\n[grid]", "asked.currency"),
         ("at_least = 1.2", "at_least = 1.1", "asked.require[0].at_least"),
         ("cost = 450", "cost = 451", "asked.sensors.camera.cost"),
         ("min_voxels = 3", "min_voxels = 4", "asked.tables_sha256"),

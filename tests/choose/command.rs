@@ -47,6 +47,36 @@ fn all_backends_write_the_same_bytes_however_many_threads() {
 }
 
 #[test]
+fn people_read_costs_in_the_currency_of_the_study() {
+    let folder = folder();
+    folder.edit(STUDY, "cost = 499.5", "cost = 1499.5");
+    folder.edit(STUDY, "budget = 1000.0", "budget = 1750.0");
+    let plain = choose(&folder, "plain", &[]);
+    assert_eq!(plain.code, Some(0), "{}", plain.stderr);
+    assert!(plain.stdout.contains("by at most 3 sensors for 1750 together"), "{}", plain.stdout);
+    folder.edit(STUDY, "seed = 7", "seed = 7\ncurrency = \"kEUR\"");
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    for words in ["by at most 3 sensors for 1,750 kEUR together", " 250 kEUR  ", ", cost "] {
+        assert!(outcome.stdout.contains(words), "no {words:?} in {}", outcome.stdout);
+    }
+    // Tables hold numbers, the answer says in which unit.
+    let [plain, out] = ["plain", "out"].map(|name| folder.path(name));
+    for name in ["front.csv", "sets.csv", "results.csv"] {
+        assert_eq!(fs::read(plain.join(name)).unwrap(), fs::read(out.join(name)).unwrap(), "{name}");
+    }
+    let answer: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("choose.json")).unwrap()).unwrap();
+    assert_eq!(answer["asked"]["currency"], "kEUR");
+    let report = perirobot(&["report", text(&out), "--progress", "none"]);
+    assert_eq!(report.code, Some(0), "{}", report.stderr);
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    for words in [">cost, kEUR<", "of a budget of 1,750 kEUR", "· cost 250 kEUR", "cost = 250 kEUR"] {
+        assert!(page.contains(words), "no {words:?} in the page");
+    }
+}
+
+#[test]
 fn programs_are_told_how_the_search_proceeds() {
     let folder = folder();
     let quiet = choose(&folder, "quiet", &["--backend", "cpu"]);
@@ -549,6 +579,10 @@ fn wrong_keys_are_refused_even_by_a_sweep() {
         ("at_most = 3", "at_most = 3\nover = \"all\"", &["unknown variant `all`"]),
         ("at_most = 1", "at_most = 0", &["sensor \"lidar\".at_most = 0: must be 1 or more"]),
         ("cost = 250.0", "cost = -1", &["sensor \"camera\".cost = -1: must be a number from 0"]),
+        ("seed = 7", "seed = 7\ncurrency = \"\"", &["currency = \"\": must be a word of 1 to 8 characters"]),
+        ("seed = 7", "seed = 7\ncurrency = \"US dollar\"", &["currency = \"US dollar\"", "without spaces"]),
+        ("seed = 7", "seed = 7\ncurrency = \"thousands\"", &["currency = \"thousands\": must be a word"]),
+        ("seed = 7", "seed = 7\ncurrency = 1", &["currency = 1", "wanted text in quotes"]),
         ("cost = 250.0", "cost = 0.0001", &["at most three digits after the point"]),
         (
             "cost = 250.0",

@@ -249,6 +249,7 @@ const NOT_DECIDING: &[(&str, &str, &str)] = &[
     ),
     ("min_hits", "seed = 7", "seed = 7\nmin_hits = 1"),
     ("fusion", "seed = 7", "seed = 7\nfusion = \"octomap\""),
+    ("currency", "seed = 7", "seed = 7\ncurrency = \"EUR\""),
     ("mixed_noise", "seed = 7", "seed = 7\nmixed_noise = true"),
     ("combination", "", "[[combination]]\nsensors = [\"camera\"]"),
     (

@@ -22,6 +22,7 @@ at_most = 0.58
 under = ["as_planned", "one_sensor_dead", "mounting_error", "postures"]
 [[require]]
 name = "far"
+for = "SF1: stop before a person is near"
 score = "nearest_unnoticed_m"
 body = "standing"
 at_least = 1
@@ -117,7 +118,7 @@ fn judge_json_has_the_values_of_the_tables() {
     for (table, column) in seen.keys() {
         assert!(has((table, column), &|value| !value.is_empty()), "{table}: nothing in {column}");
     }
-    for column in ["region", "at_least", "at_most", "body", "case", "snapshot", "tables_sha256"] {
+    for column in ["region", "at_least", "at_most", "body", "case", "snapshot", "tables_sha256", "for"] {
         assert!(has(("requirements.csv", column), &String::is_empty), "{column} is never empty");
     }
     assert!(has(("requirements.csv", "value"), &|value| value == "inf"));

@@ -168,6 +168,39 @@ fn drawn(folder: &Folder, printed: &str) -> usize {
 const UNDER: &str = "under = [\"as_planned\", \"one_sensor_dead\", \"two_sensors_dead\", \"mounting_error\"]\nover = \"mean\"\n";
 
 #[test]
+fn the_safety_function_of_a_requirement_is_repeated_and_decides_nothing() {
+    let folder = Folder::new();
+    folder.edit("study.toml", "", &require("much", "f1", "box", "at_least = 0.001"));
+    assert_eq!(folder.sweep(&[]).code, Some(0));
+    let junit = folder.path("verdicts.xml");
+    let words = || judge(&folder, &["--junit", text(&junit), "--backend", "cpu"]);
+    let plain = words();
+    assert!(!plain.stdout.contains("      for "), "{}", plain.stdout);
+    let verdict = |row: &Row| ["verdict", "value", "for"].map(|key| row[key].clone());
+    let before = verdict(&table(&folder, "requirements.csv")[0]);
+    assert_eq!(before[2], "");
+    let said = "SF3: stop <before> a person reaches the gripper";
+    folder.edit("study.toml", "name = \"much\"\n", &format!("name = \"much\"\nfor = \"{said}\"\n"));
+    let told = words();
+    assert_eq!(told.code, plain.code, "{}", told.stderr);
+    assert_eq!(told.stdout.replace(&format!("      for {said}\n"), ""), plain.stdout);
+    assert_ne!(told.stdout, plain.stdout);
+    let after = verdict(&table(&folder, "requirements.csv")[0]);
+    assert_eq!(after, [&before[0], &before[1], said]);
+    let json = fs::read_to_string(folder.path("out/judge.json")).unwrap();
+    assert!(json.contains(&format!("\"for\": \"{said}\"")), "{json}");
+    let junit = fs::read_to_string(&junit).unwrap();
+    let document = roxmltree::Document::parse(&junit).unwrap();
+    let property = document.descendants().find(|node| node.has_tag_name("property")).unwrap();
+    assert_eq!(["name", "value"].map(|key| property.attribute(key)), [Some("for"), Some(said)]);
+    let report = perirobot(&["report", text(&folder.path("out")), "--progress", "none"]);
+    assert_eq!(report.code, Some(0), "{}", report.stderr);
+    let page = fs::read_to_string(folder.path("out/report.html")).unwrap();
+    let shown = format!("<em>for {}</em>", said.replace('<', "&lt;").replace('>', "&gt;"));
+    assert!(page.contains(&shown), "no {shown} in the page");
+}
+
+#[test]
 fn conditions_are_told_drawn_and_written_for_build_servers() {
     let folder = Folder::noisy();
     let more = "\n[[combination]]\nname = \"both\"\nsensors = [\"camera\", \"lidar\"]\n\
@@ -418,6 +451,10 @@ fn bad_requirements_are_refused_by_name() {
     wrong(&one("at_least = 0.5\nat_most = 0.7"), &["require \"seen\"", "both at_least and at_most"]);
     wrong(&one(""), &["require \"seen\": no limit: give one of at_least, at_most"]);
     wrong(&one("at_least = 1.5"), &["require \"seen\".at_least = 1.5: must be a number from 0 to 1"]);
+    for words in ["", "  ", "two\\nlines", "x".repeat(201).as_str()] {
+        let more = format!("at_least = 0.5\nfor = \"{words}\"");
+        wrong(&one(&more), &["require \"seen\".for = \"", "must be a line of 1 to 200 characters"]);
+    }
     wrong(&one("at_most = nan"), &["require \"seen\".at_most = NaN: must be a number from 0 to 1"]);
     wrong(&one("at_least = 0.12345678901"), &["at_least = 0.12345678901: must have at most nine digits"]);
     wrong(&one("at_least = 0.5\nunder = []"), &["require \"seen\"", "under"]);

@@ -21,6 +21,7 @@ class Choose(unittest.TestCase):
                 self.assertEqual(*(text.replace(str(ROOT) + "/", "") for text in told))
         self.assertEqual(best.front().at_most.tolist()[0], 1)
         self.assertIsNone(best.refined())
+        self.assertIsNone(best.currency)
         checked = best.verify("cpu")
         self.assertEqual(checked["open"], 0)
         self.assertGreater(checked["proven"], 2)

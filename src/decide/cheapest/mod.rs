@@ -11,12 +11,14 @@
 //!
 //! # Practice
 //! `purchasing` runs the stages for the command line and Python. `terms` has the requirements as the search has them,
-//! also at a lower speed of the robot or without some of them; `passing` tests a set, with `ways` for bodies that come
-//! near, `areas` for floor that must be watched, and `remaining` for what is judged. `reasons` says why nothing passes. `question` has what was asked, and
-//! `report` the answer, in names and numbers that are written and read as files; `outcome` scores its sets in the folder
-//! as a sweep. `verify` checks what was written.
+//! also at a lower speed of the robot or without some of them, and `number` searches for sets that meet any of them;
+//! `passing` tests a set, with `ways` for bodies that come near, `areas` for floor that must be watched, and `remaining`
+//! for what is judged. `reasons` says why nothing passes. `question` has what was asked, and `report` the answer, in names
+//! and numbers that are written and read as files; `outcome` scores its sets in the folder as a sweep. `verify` checks
+//! what was written.
 
 mod areas;
+mod number;
 mod outcome;
 mod passing;
 mod purchasing;

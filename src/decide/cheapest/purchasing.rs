@@ -1,9 +1,11 @@
 //! The stages of a search for the cheapest set that passes: every candidate is cast once, then sets are searched.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use perirobot_cover::cheapest::{CheapestAnswer, CheapestProblem, Share, TieScore, cheapest};
+use perirobot_cover::cheapest::{
+    CheapestAnswer, CheapestProblem, SetTest, Share, TestAnswer, TieScore, cheapest,
+};
 use perirobot_cover::layout::WantedCounts;
 use perirobot_cover::{CandidateEvidence, Problem, SetLimits, SetRules, Worth};
 use perirobot_march::Result;
@@ -16,6 +18,7 @@ use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 
 use super::areas::Areas;
+use super::number::{NumberQuestion, Subsets};
 use super::passing::PassingTest;
 use super::reasons::{self, Obstacle};
 use super::remaining::{Remaining, combination};
@@ -64,8 +67,10 @@ impl<'a> Purchasing<'a> {
             }
             Some(PurchaseFront::Requirements) => {
                 let all = Terms::from_study(study);
-                let each = 0..all.requirements.len();
-                asked.extend(each.map(|one| (PurchaseAim::Without(one), all.without(&[one]))));
+                let count = all.requirements.len();
+                let without = |one: usize| (PurchaseAim::Without(one), all.only(&all.others(one)));
+                asked.extend((0..count).map(without));
+                asked.extend((1..count).rev().map(|least| (PurchaseAim::Number(least), all.clone())));
             }
             None => {}
         }
@@ -135,6 +140,8 @@ impl<'a> Purchasing<'a> {
             ways,
             areas: areas.as_ref(),
             known: Vec::new(),
+            all: Terms::from_study(self.study),
+            answers: BTreeMap::new(),
             open,
             progress,
         };
@@ -144,10 +151,23 @@ impl<'a> Purchasing<'a> {
             if is_cut {
                 break;
             }
-            let found = search.cheapest(terms)?;
-            let reasons = search.reasons(terms, &found)?;
-            is_cut |= found.is_proven && found.best.is_none() && reasons.is_empty();
-            points.push(self.point(AimReport::new(self.study, *aim), &found, reasons));
+            let all = 0..terms.requirements.len();
+            let (found, missed) = match *aim {
+                PurchaseAim::All => (search.cheapest_of(&all.collect::<Vec<_>>())?, Vec::new()),
+                PurchaseAim::Without(one) => (search.cheapest_of(&search.all.others(one))?, Vec::new()),
+                PurchaseAim::Speed(_) => (search.cheapest(terms)?, Vec::new()),
+                PurchaseAim::Number(least) => {
+                    let then = self.purchase.then.map(|then| then.score);
+                    NumberQuestion { count: all.len(), least, then }.answer(&mut search)?
+                }
+            };
+            let is_explained = !matches!(aim, PurchaseAim::Number(_));
+            let reasons = if is_explained { search.reasons(terms, &found)? } else { Vec::new() };
+            is_cut |= is_explained && found.is_proven && found.best.is_none() && reasons.is_empty();
+            let name = |place: usize| terms.requirements[place].name.clone();
+            let missed = missed.into_iter().map(name).collect();
+            let point = self.point(AimReport::new(self.study, *aim), &found, reasons);
+            points.push(PurchasePoint { missed, ..point });
             if points.len() == 1 && !points[0].reasons.is_empty() {
                 let nearest = self.nearest(&mut search, &points[0].reasons)?;
                 is_cut |= nearest.is_none() && progress.stops();
@@ -241,6 +261,7 @@ impl<'a> Purchasing<'a> {
             best_of_cost: found.is_best_of_cost,
             tested: found.tested,
             reasons,
+            missed: Vec::new(),
         }
     }
 
@@ -316,6 +337,10 @@ struct PurchaseSearch<'s, 'a> {
     ways: &'s [SceneWays<'s>],
     areas: Option<&'s Areas>,
     known: Vec<WayIn>,
+    /// What the study requires.
+    all: Terms,
+    /// What is proven of some of that, by the places of the requirements.
+    answers: BTreeMap<Vec<usize>, CheapestAnswer>,
     open: &'s dyn Fn() -> Result<ChosenBackends>,
     progress: &'s dyn Progress,
 }
@@ -364,8 +389,7 @@ impl PurchaseSearch<'_, '_> {
         }
         let study = self.purchasing.study;
         if let [place] = places[..] {
-            let others: Vec<usize> = (0..terms.requirements.len()).filter(|&other| other != place).collect();
-            let alone = terms.without(&others);
+            let alone = terms.only(&[place]);
             let requirement = &terms.requirements[place];
             let of = (study, &*self.purchasing.items);
             let test = self.test(&alone);
@@ -374,6 +398,32 @@ impl PurchaseSearch<'_, '_> {
             return Ok(reasons::reports(terms, &places, &|_| why.clone()));
         }
         Ok(reasons::reports(terms, &places, &|one| reasons::asked(study, one)))
+    }
+}
+
+impl Subsets for PurchaseSearch<'_, '_> {
+    fn cheapest_of(&mut self, places: &[usize]) -> Result<CheapestAnswer> {
+        let mut places = places.to_vec();
+        places.sort_unstable();
+        if let Some(known) = self.answers.get(&places) {
+            return Ok(CheapestAnswer { tested: 0, ..known.clone() });
+        }
+        let found = self.cheapest(&self.all.only(&places))?;
+        if found.is_proven && found.is_best_of_cost {
+            self.answers.insert(places, found.clone());
+        }
+        Ok(found)
+    }
+
+    fn missed_by(&mut self, set: &[usize]) -> Result<Vec<usize>> {
+        let mut missed = Vec::new();
+        for place in 0..self.all.requirements.len() {
+            let alone = self.all.only(&[place]);
+            if self.test(&alone).test(set)? != TestAnswer::Passes {
+                missed.push(place);
+            }
+        }
+        Ok(missed)
     }
 }
 

@@ -20,6 +20,9 @@ pub struct PurchaseQuestion {
     pub at_most: usize,
     /// What a set may cost.
     pub budget: Option<Cost>,
+    /// The unit of all costs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub currency: Option<String>,
     /// How far two sensors must be from each other.
     pub apart_m: f64,
     /// What is in every set.
@@ -76,6 +79,9 @@ pub struct AskedRequirement {
     pub at_most: Option<f64>,
     /// Under which conditions.
     pub under: Vec<Condition>,
+    /// The safety function that it stands for.
+    #[serde(rename = "for", default, skip_serializing_if = "Option::is_none")]
+    pub safety_function: Option<String>,
 }
 
 impl PurchaseQuestion {
@@ -97,6 +103,7 @@ impl PurchaseQuestion {
         PurchaseQuestion {
             at_most: purchase.at_most,
             budget: purchase.budget,
+            currency: study.currency.clone(),
             apart_m: purchase.apart_m,
             always: purchase.always.iter().map(pose).collect(),
             then: purchase.then.map(then),
@@ -129,6 +136,7 @@ impl AskedRequirement {
             at_least,
             at_most,
             under: requirement.under.clone(),
+            safety_function: requirement.safety_function.clone(),
         }
     }
 }

@@ -19,21 +19,18 @@ pub(super) fn fewest(
     is_possible: &mut dyn FnMut(&Terms) -> Result<bool>,
 ) -> Result<Vec<usize>> {
     let all: Vec<usize> = (0..terms.requirements.len()).collect();
-    let others = |kept: &[usize]| -> Vec<usize> {
-        all.iter().copied().filter(|place| !kept.contains(place)).collect()
-    };
     if all.len() == 1 {
         return Ok(all);
     }
     for &place in &all {
-        if !is_possible(&terms.without(&others(&[place])))? {
+        if !is_possible(&terms.only(&[place]))? {
             return Ok(vec![place]);
         }
     }
     let mut kept = all.clone();
     for &place in &all {
         let fewer: Vec<usize> = kept.iter().copied().filter(|&other| other != place).collect();
-        if !is_possible(&terms.without(&others(&fewer)))? {
+        if !is_possible(&terms.only(&fewer))? {
             kept = fewer;
         }
     }

@@ -71,6 +71,9 @@ pub struct PurchasePoint {
     /// Why nothing passes: all of these together, and not fewer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reasons: Vec<ReasonReport>,
+    /// Of a set that meets a number of requirements, those that it misses; it meets all others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missed: Vec<String>,
 }
 
 /// What a set is to pass.
@@ -83,6 +86,8 @@ pub enum AimReport {
     Speed(f64),
     /// All requirements but the one of this name.
     Without(String),
+    /// At least so many requirements, whichever they are.
+    Number(usize),
     /// All requirements but those of these names, which are the reasons that nothing passes all.
     Nearest(Vec<String>),
 }
@@ -250,10 +255,11 @@ impl PurchaseReport {
     /// cheapest.csv.
     pub(super) fn csv(&self) -> Vec<u8> {
         let mut csv = csv::Writer::from_writer(Vec::new());
-        let mut row = |fields: [String; 8]| {
+        let mut row = |fields: [String; 9]| {
             csv.write_record(&fields).expect("all rows are as long as the header, and memory takes them");
         };
-        let header = ["aim", "value", "cost", "no_set_below", "proven", "sensors", "poses", "reasons"];
+        let header =
+            ["aim", "value", "cost", "no_set_below", "proven", "sensors", "poses", "reasons", "missed"];
         row(header.map(String::from));
         for point in &self.points {
             let (aim, value) = point.aim.columns();
@@ -268,6 +274,7 @@ impl PurchaseReport {
                 set.map_or(String::new(), |set| set.sensors.len().to_string()),
                 set.map_or(String::new(), PurchasedSet::poses),
                 point.reasons.iter().map(|one| one.requirement.as_str()).collect::<Vec<_>>().join("; "),
+                point.missed.join("; "),
             ]);
         }
         csv.into_inner().expect("memory takes all bytes")
@@ -282,6 +289,7 @@ impl AimReport {
                 let speeds = study.stopping.as_ref().map(|stopping| stopping.speeds[speed].speed_m_s);
                 AimReport::Speed(speeds.unwrap_or_default())
             }
+            PurchaseAim::Number(least) => AimReport::Number(least),
             PurchaseAim::Without(one) => AimReport::Without(study.requirements[one].name.clone()),
         }
     }
@@ -291,6 +299,7 @@ impl AimReport {
             AimReport::All => ("all", String::new()),
             AimReport::Speed(speed) => ("speed", speed.to_string()),
             AimReport::Without(name) => ("without", name.clone()),
+            AimReport::Number(least) => ("number", least.to_string()),
             AimReport::Nearest(names) => ("nearest", names.join("; ")),
         }
     }
@@ -301,6 +310,7 @@ impl AimReport {
             AimReport::All => "cheapest".into(),
             AimReport::Speed(speed) => format!("cheapest at {speed} m/s"),
             AimReport::Without(name) => format!("cheapest without {name}"),
+            AimReport::Number(least) => format!("cheapest that meets {least}"),
             AimReport::Nearest(_) => "nearest".into(),
         }
     }

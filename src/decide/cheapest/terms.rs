@@ -14,6 +14,8 @@ pub(super) enum PurchaseAim {
     Speed(usize),
     /// All requirements but the one of this number.
     Without(usize),
+    /// At least so many requirements, whichever they are.
+    Number(usize),
 }
 
 /// Requirements that a set must meet, and the speeds of the robot at which it must.
@@ -45,10 +47,15 @@ impl Terms {
         Terms { requirements: own.chain(at_speeds).collect(), stopping }
     }
 
-    /// The same without some of the requirements, by their places.
-    pub(super) fn without(&self, left_out: &[usize]) -> Terms {
-        let own = self.requirements.iter().enumerate().filter(|(place, _)| !left_out.contains(place));
+    /// The same with some of the requirements only, by their places.
+    pub(super) fn only(&self, places: &[usize]) -> Terms {
+        let own = self.requirements.iter().enumerate().filter(|(place, _)| places.contains(place));
         Terms { requirements: own.map(|(_, one)| one.clone()).collect(), stopping: self.stopping.clone() }
+    }
+
+    /// The places of all requirements but one.
+    pub(super) fn others(&self, left_out: usize) -> Vec<usize> {
+        (0..self.requirements.len()).filter(|&place| place != left_out).collect()
     }
 
     /// The requirements with the conditions that have no bound, and are judged; without requirements that have none.

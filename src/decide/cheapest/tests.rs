@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::remaining::combination;
-use super::report::{AimReport, PurchasedSet};
+use super::report::{AimReport, PurchasePoint, PurchasedSet};
 use super::verify::verify_points;
 use super::{PurchaseClaims, PurchaseReport, PurchasedSensor, Purchasing};
 use crate::choose::pose_name;
@@ -84,7 +84,7 @@ fn made_up_study(random: &mut Random) -> String {
         ("approach_margin_m", "at_least", [0.0, 0.4]),
         ("unnoticed_m2", "at_most", [1.0, 8.0]),
     ];
-    for number in 0..1 + random.below(3) {
+    for number in 0..1 + random.below(4) {
         let (score, side, [low, high]) = scores[random.below(9) as usize];
         let is_near = score.contains("_m");
         let limit = random.between(low, high);
@@ -155,24 +155,35 @@ fn allowed_sets(purchasing: &Purchasing) -> Vec<Vec<usize>> {
     all
 }
 
-/// Whether a set passes, and its F1 in the robot's region, as judge has them.
+/// The names of the requirements that a set misses, and its F1 in the robot's region, as judge has them.
 fn judged(
     study: &Study,
     purchase: &Purchase,
     worlds: &[World],
     items: &[[usize; 2]],
     set: &[usize],
-) -> (bool, Option<Worth>) {
+) -> (Vec<String>, Option<Worth>) {
     let combination = combination(study, purchase, items, String::new(), set);
     let study = study.with_combinations(&purchase.representations, vec![combination]);
     let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
     let judged = judge_alone(&study, worlds, &choice, &open, &|| None).unwrap();
     let planned = &judged.conditions.cases(Condition::AsPlanned)[0];
-    (judged.meets_all(), Worth::from_counts(Score::F1, Across::Pooled, &planned.counts[0]))
+    let mut missed: Vec<String> =
+        judged.judgements.iter().filter(|one| !one.is_met).map(|one| one.requirement.name.clone()).collect();
+    missed.dedup();
+    (missed, Worth::from_counts(Score::F1, Across::Pooled, &planned.counts[0]))
+}
+
+/// A set as judge has it.
+struct JudgedSet {
+    set: Vec<usize>,
+    /// The names of the requirements that it misses.
+    missed: Vec<String>,
+    f1: Option<Worth>,
 }
 
 /// The numbers of the candidates of a set.
-fn numbers(study: &Study, items: &[[usize; 2]], set: &PurchasedSet) -> Vec<usize> {
+fn numbers_of(study: &Study, items: &[[usize; 2]], set: &PurchasedSet) -> Vec<usize> {
     let number = |one: &PurchasedSensor| {
         let name = format!("{}:{}", one.sensor, one.pose);
         items.iter().position(|&item| pose_name(study, item) == name).unwrap()
@@ -187,9 +198,9 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
-    let (mut some, mut none, mut refused) = (0, 0, 0);
+    let (mut some, mut none, mut refused, mut cheaper, mut dear) = (0, 0, 0, 0, 0);
     for case in 0..cases(12, 500) {
-        let text = made_up_study(&mut Random(case as u32 * 7919));
+        let text = made_up_study(&mut Random(case as u32 * 7919)) + "front = \"requirements\"\n";
         std::fs::write(&path, &text).unwrap();
         let study = Study::load(&path, &Overrides::default()).unwrap();
         let Some(Wanted::Cheapest(purchase)) = &study.choose else { panic!("{text}") };
@@ -203,11 +214,14 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let rules = purchasing.rules();
         let judged = |set: &Vec<usize>| judged(&study, purchase, &worlds, purchasing.items(), set);
         let judged = allowed_sets(&purchasing).into_iter().map(|set| (judged(&set), set));
-        let passing = judged.filter(|((passes, _), _)| *passes).map(|((_, f1), set)| (set, f1));
-        let passing: Vec<(Vec<usize>, Option<Worth>)> = passing.collect();
+        let judged: Vec<JudgedSet> =
+            judged.map(|((missed, f1), set)| JudgedSet { set, missed, f1 }).collect();
+        let passing = judged.iter().filter(|one| one.missed.is_empty());
+        let passing: Vec<(Vec<usize>, Option<Worth>)> =
+            passing.map(|one| (one.set.clone(), one.f1)).collect();
         let cost = passing.iter().map(|(set, _)| rules.cost_of(set)).min();
         if let Some(set) = &found.set {
-            let items = numbers(&study, purchasing.items(), set);
+            let items = numbers_of(&study, purchasing.items(), set);
             assert!(
                 passing.iter().any(|(set, _)| *set == items),
                 "case {case}: {items:?} does not pass\n{text}"
@@ -220,6 +234,26 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         assert_eq!(best, cost, "case {case}: {passing:?}\n{text}");
         assert!(found.proven && found.best_of_cost, "case {case}");
         assert_eq!(found.reasons.is_empty(), cost.is_some(), "case {case}");
+        let count = study.requirements.len();
+        let mut numbers = (1..count).rev();
+        for point in &report.points {
+            let AimReport::Number(least) = point.aim else { continue };
+            assert_eq!(Some(least), numbers.next(), "case {case}");
+            let enough = || judged.iter().filter(|one| one.missed.len() <= count - least);
+            let lowest = enough().map(|one| rules.cost_of(&one.set)).min();
+            let best = point.set.as_ref().map(|set| set.cost.thousandths());
+            assert_eq!(best, lowest, "case {case}, {least} of {count}\n{text}");
+            assert!(point.proven && point.best_of_cost, "case {case}");
+            cheaper += usize::from(lowest < cost);
+            let Some(set) = &point.set else { continue };
+            let items = numbers_of(&study, purchasing.items(), set);
+            let own = enough().find(|one| one.set == items).unwrap();
+            assert_eq!(own.missed, point.missed, "case {case}");
+            let of_cost = enough().filter(|one| Some(rules.cost_of(&one.set)) == lowest);
+            let most = of_cost.filter_map(|one| one.f1).max().filter(|_| purchase.then.is_some());
+            assert_eq!(set.score, most.map(Worth::value), "case {case}, {least} of {count}\n{text}");
+        }
+        assert_eq!(numbers.next(), None, "case {case}");
         // Other code says the same, and refuses what is not so.
         let input = purchasing.proof_input(&evidence, &|| None);
         let verify = |report: PurchaseReport| {
@@ -241,9 +275,43 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             assert!(error.contains("points[0].no_set_below: this set passes"), "case {case}: {error}");
             refused += 1;
         }
-        if cost.is_some() { some += 1 } else { none += 1 }
+        if cost.is_some() {
+            some += 1
+        } else {
+            none += 1
+        }
+        // A dearer set for a number of requirements is refused, and so are other names of what it misses.
+        for (number, point) in report.points.iter().enumerate() {
+            let (AimReport::Number(least), Some(set)) = (&point.aim, &point.set) else { continue };
+            let refuse = |point: PurchasePoint, key: &str| {
+                let mut wrong = report.clone();
+                wrong.points[number] = point;
+                let error = verify(wrong).unwrap_err().to_string();
+                assert!(error.contains(&format!("points[{number}].{key}")), "case {case}: {error}");
+            };
+            let missed = match point.missed.is_empty() {
+                true => vec![study.requirements[0].name.clone()],
+                false => Vec::new(),
+            };
+            refuse(PurchasePoint { missed, ..point.clone() }, "missed");
+            let is_dearer = |one: &&JudgedSet| {
+                one.missed.len() <= count - least && rules.cost_of(&one.set) > set.cost.thousandths()
+            };
+            if let Some(dearer) = judged.iter().find(is_dearer).filter(|_| purchase.then.is_none()) {
+                let cost = rules.cost_of(&dearer.set);
+                let best = Some(FoundPurchase { set: dearer.set.clone(), cost, worth: None });
+                let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
+                let wrong = purchasing.point(point.aim.clone(), &answer, Vec::new());
+                refuse(
+                    PurchasePoint { missed: dearer.missed.clone(), ..wrong },
+                    "no_set_below: this set passes",
+                );
+                dear += 1;
+            }
+        }
     }
     assert!(some > 2 && none > 2 && refused > 0, "{some} passed, {none} did not, {refused} were refused");
+    assert!(cheaper > 2 && dear > 2, "{cheaper} cost less by a number of requirements, {dear} were refused");
 }
 
 /// Wherever a search is stopped, it reports that it is not complete, or has found everything.

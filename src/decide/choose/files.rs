@@ -69,6 +69,9 @@ pub struct ChooseQuestion {
     pub at_most: usize,
     /// What a set may cost.
     pub budget: Option<Cost>,
+    /// The unit of all costs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub currency: Option<String>,
     /// How far two sensors must be from each other.
     pub apart_m: f64,
     /// What is in every set.
@@ -126,6 +129,7 @@ impl ChooseQuestion {
             region: study.regions[choose.region].0.clone(),
             at_most: choose.at_most,
             budget: choose.budget,
+            currency: study.currency.clone(),
             apart_m: choose.apart_m,
             always: choose.always.iter().map(pose).collect(),
             require: require

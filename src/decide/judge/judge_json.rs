@@ -85,6 +85,9 @@ pub struct RequirementVerdict {
     pub out_of_reach: Option<JsonNumber>,
     /// The hash of the tables of the study that decided it; empty if none did.
     pub tables_sha256: String,
+    /// The safety function that the requirement stands for.
+    #[serde(rename = "for", default)]
+    pub safety_function: Option<String>,
 }
 
 /// A score over all cases of a condition, with the units of [`RequirementVerdict`].
@@ -247,6 +250,7 @@ fn verdict(study: &Study, subject: &Subject, set: &JudgedSet, judgement: &Judgem
         worst: worst_place(set, subject, condition, &judgement.worst),
         out_of_reach: judgement.out_of_reach.as_ref().map(|bound| JsonNumber(bound.number())),
         tables_sha256: tables_sha256(study, Summed::from_measure(&requirement.measure), condition),
+        safety_function: requirement.safety_function.clone(),
     }
 }
 
@@ -323,6 +327,7 @@ mod tests {
             worst: way_in,
             out_of_reach: None,
             tables_sha256: String::new(),
+            safety_function: Some("SF1: protective stop".into()),
         };
         let score = ConditionScore {
             condition: Condition::AsPlanned,
@@ -360,6 +365,7 @@ mod tests {
             "\"at_least\": 0.30000000000000004,",
             "\"people\": \"cover\"",
             "\"worst\": -2.0",
+            "\"for\": \"SF1: protective stop\"",
         ] {
             assert!(text.contains(part), "no {part} in {text}");
         }

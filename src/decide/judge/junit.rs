@@ -17,6 +17,10 @@ pub fn junit_xml(sets: &[JudgedSet], told: &dyn Fn(&JudgedSet, &Judgement) -> St
             let told = escape(&told(set, judgement));
             let [name, class] = [&name, &set.poses].map(|text| escape(text));
             text += &format!("    <testcase classname=\"{class}\" name=\"{name}\">\n");
+            if let Some(words) = &judgement.requirement.safety_function {
+                let property = format!("<property name=\"for\" value=\"{}\"/>", escape(words));
+                text += &format!("      <properties>{property}</properties>\n");
+            }
             text += &match judgement.is_met {
                 true => format!("      <system-out>{told}</system-out>\n"),
                 false => format!("      <failure message=\"{told}\"/>\n"),

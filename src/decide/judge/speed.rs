@@ -69,6 +69,7 @@ fn far_enough(study: &Study, speed: usize, at: &AtSpeed) -> AtEachSpeed {
         }),
         limit: Limit::AtLeast(at.needed_distance()),
         under: approach_conditions(study),
+        safety_function: None,
     };
     AtEachSpeed { speed, requirement }
 }

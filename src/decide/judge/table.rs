@@ -38,6 +38,7 @@ pub(super) fn requirements_csv(folder: &Path, sets: &[SetVerdicts]) -> Result<()
         ("entry", Text),
         ("out_of_reach", Score),
         ("tables_sha256", Text),
+        ("for", Text),
     ]);
     let mut table = TableFile::create(&folder.join(REQUIREMENTS), TableFormat::Csv, &columns)?;
     for set in sets {
@@ -50,7 +51,11 @@ pub(super) fn requirements_csv(folder: &Path, sets: &[SetVerdicts]) -> Result<()
             row.push(score(one.value));
             row.extend([one.cases, one.failed, one.values, one.of, one.draws_as_planned].map(count));
             row.extend(place_of(&one.worst));
-            row.extend([score(one.out_of_reach), Datum::Text(&one.tables_sha256)]);
+            row.extend([
+                score(one.out_of_reach),
+                Datum::Text(&one.tables_sha256),
+                text(&one.safety_function),
+            ]);
             table.row(&row)?;
         }
     }

@@ -15,7 +15,7 @@ pub(super) struct Spelling {
 
 /// What was asked, in a sentence or two.
 pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
-    let Chosen { candidates, asked, .. } = chosen;
+    let (Chosen { candidates, asked, .. }, currency) = (chosen, currency(chosen));
     let ChooseQuestion { objective, over, region, at_most, .. } = asked;
     let (score, over) = ((spelling.score)(*objective), (spelling.over)(*over));
     let mut text = format!(
@@ -23,7 +23,7 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
         if *at_most == 1 { "sensor" } else { "sensors" }
     );
     if let Some(budget) = asked.budget {
-        text += &format!(" for {budget} together");
+        text += &format!(" for {} together", budget.to_text(currency));
     }
     if asked.apart_m > 0.0 {
         text += &format!(", {} m apart", asked.apart_m);
@@ -56,6 +56,11 @@ pub(super) fn reading_guide(chosen: &Chosen) -> String {
     )
 }
 
+/// The unit of all costs, if the study says so.
+fn currency(chosen: &Chosen) -> Option<&str> {
+    chosen.asked.currency.as_deref()
+}
+
 fn is_priced(chosen: &Chosen) -> bool {
     chosen.report.steps.iter().any(|step| step.best.cost.is_some())
 }
@@ -67,7 +72,7 @@ pub(super) fn front(chosen: &Chosen) -> Table {
     let score = chosen.asked.objective.title();
     let mut table = Table::new(&[&["at most"], cost, &[score, "<bound", "gain", "<set"]].concat());
     for step in &chosen.report.steps {
-        let cost = step.best.cost.map(|cost| cost.to_string()).filter(|_| priced);
+        let cost = step.best.cost.map(|cost| cost.to_text(currency(chosen))).filter(|_| priced);
         let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
         let cells = [four(step.best.score), bound(step), gain, step.best.name()];
         table.row([step.at_most.to_string()].into_iter().chain(cost).chain(cells));
@@ -104,18 +109,18 @@ pub(super) fn places(chosen: &Chosen) -> Table {
 }
 
 /// A set in words: its score and its cost.
-pub(super) fn describe_score(set: &SetReport, score: &str) -> String {
-    let cost = set.cost.map_or(String::new(), |cost| format!(", cost {cost}"));
-    format!("{score} {}{cost}", four(set.score))
+pub(super) fn describe_score(chosen: &Chosen, set: &SetReport) -> String {
+    let cost = set.cost.map(|cost| format!(", cost {}", cost.to_text(currency(chosen))));
+    format!("{} {}{}", chosen.asked.objective.title(), four(set.score), cost.unwrap_or_default())
 }
 
 /// A set sensor by sensor: what each is worth, and where it is.
-pub(super) fn set(set: &SetReport, score: &str) -> Table {
+pub(super) fn set(chosen: &Chosen, set: &SetReport) -> Table {
     let cost: &[&str] = if set.cost.is_some() { &["cost"] } else { &[] };
-    let without = format!("{score} without it");
+    let without = format!("{} without it", chosen.asked.objective.title());
     let mut table = Table::new(&[&["<sensor", "<pose"], cost, &[&without, "<place"]].concat());
     for one in &set.sensors {
-        let cost = one.cost.map(|cost| cost.to_string()).filter(|_| set.cost.is_some());
+        let cost = one.cost.map(|cost| cost.to_text(currency(chosen))).filter(|_| set.cost.is_some());
         let without = one.score_without.map_or(NONE.into(), four);
         let names = [one.sensor.clone(), one.pose.clone()];
         table.row(names.into_iter().chain(cost).chain([without, one.place.clone()]));
@@ -124,11 +129,12 @@ pub(super) fn set(set: &SetReport, score: &str) -> Table {
 }
 
 /// What was found around the best set of a size, in words.
-pub(super) fn refined_words(refined: &RefinedReport, score: &str) -> String {
+pub(super) fn refined_words(chosen: &Chosen, refined: &RefinedReport) -> String {
+    let score = chosen.asked.objective.title();
     let RefinedReport { at_most, score_before, rounds, cast, stays, .. } = refined;
     let found = match (&refined.best, refined.gain) {
         (Some(best), Some(gain)) => {
-            format!("{}, {gain:+.4} by finer poses, not proven", describe_score(best, score))
+            format!("{}, {gain:+.4} by finer poses, not proven", describe_score(chosen, best))
         }
         _ => format!("{score} {}, nothing gained by finer poses", four(*score_before)),
     };

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import shutil
 import tempfile
@@ -63,6 +64,13 @@ class Best:
         with open(os.path.join(self.folder, "front.csv"), newline="", encoding="utf-8") as file:
             header, *rows = csv.reader(file)
         return table(repr(self)[1:-1], header, rows)
+
+    @property
+    def currency(self) -> str | None:
+        """The unit of all costs, if the study has a ``currency``."""
+        with open(os.path.join(self.folder, "choose.json"), encoding="utf-8") as file:
+            found: str | None = json.load(file)["asked"].get("currency")
+        return found
 
     def front(self) -> pandas.DataFrame:
         """The best set of each size and step of cost, with its score and the score that no set is above: the columns of

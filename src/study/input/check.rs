@@ -16,7 +16,7 @@ use super::{
 use crate::diagnostics::{
     self, List, Place, Problems, Written, parse_in_parts, refuse_folder, top_keys, wrong_with,
 };
-use crate::sensor::{SaidOfNoise, Sensor};
+use crate::sensor::{Cost, SaidOfNoise, Sensor};
 use perirobot_march::error::{Argument, Issue, Site, Words};
 use perirobot_march::voxel::grid::VOXEL_SIZES_M;
 use perirobot_march::{Error, Result};
@@ -110,6 +110,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         noiseless,
         repeats,
         min_hits: file.min_hits,
+        currency: file.currency,
         sources,
     })
 }
@@ -140,7 +141,7 @@ fn rules(
     file: &StudyFile,
     noiseless: bool,
     (scenes, regions, sensors): (&[SceneSpec], &[(String, RegionSpec)], &[Sensor]),
-) -> [Result<()>; 7] {
+) -> [Result<()>; 8] {
     [
         at.unique("scene", scenes.iter().map(|s| s.name.as_str())),
         at.unique("region", regions.iter().map(|(name, _)| name.as_str())),
@@ -155,6 +156,7 @@ fn rules(
             0 => Err(at.wrong("min_hits", 0, "must be 1 or more")),
             _ => Ok(()),
         },
+        Cost::check_currency(at, file.currency.as_deref()),
     ]
 }
 

@@ -26,7 +26,8 @@ pub(super) struct ChooseFile {
     objective: Option<ObjectiveName>,
     /// With "cost": the score that is to be high among sets that pass and cost the same.
     then: Option<ObjectiveName>,
-    /// With "cost": of what else the cheapest set is looked for: of each speed of `[stopping]`, or of all requirements but one.
+    /// With "cost": of what else the cheapest set is looked for: of each speed of `[stopping]`, or of all requirements but
+    /// one, and of each number of them.
     front: Option<PurchaseFront>,
     /// The name of the region in which the score is counted.
     region: Option<String>,
@@ -178,7 +179,7 @@ impl Wanted {
 pub enum PurchaseFront {
     /// Of the requirements at each speed of the robot.
     Speed,
-    /// Of all requirements but one, for each.
+    /// Of all requirements but one, for each, and of each number of them.
     Requirements,
 }
 

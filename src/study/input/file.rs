@@ -39,6 +39,9 @@ pub(super) struct StudyFile {
     /// How many voxels of a body part must be hit for it to be detected. Default 3.
     #[serde(default = "three")]
     pub(super) min_hits: u32,
+    /// The unit of all costs, a word of 1 to 8 characters such as "EUR". Default none.
+    #[cfg_attr(test, schemars(length(min = 1, max = 8), regex(pattern = r"^\S+$")))]
+    pub(super) currency: Option<String>,
     /// The voxels.
     #[serde(default)]
     pub(super) grid: GridFile,

@@ -81,6 +81,8 @@ pub struct Study {
     pub mounting_error: Option<MountingError>,
     /// Each person at each spot that the study lists, person by person; none where it lists none.
     pub postures: Vec<Posture>,
+    /// The unit of all costs, if the study says so.
+    pub currency: Option<String>,
     /// How near bodies can come unnoticed is asked of these.
     pub approach: Approach,
     /// Whether the study says so itself, in a table `[approach]`.

@@ -107,6 +107,8 @@ pub struct Requirement {
     pub limit: Limit,
     /// Under which conditions, each once, in the order of [`Condition::ALL`].
     pub under: Vec<Condition>,
+    /// The safety function that it stands for, in the words of a risk assessment. It decides nothing.
+    pub safety_function: Option<String>,
 }
 
 impl Requirement {

@@ -25,6 +25,9 @@ pub struct Cost {
 /// No amount of a study is larger.
 const MOST: f64 = 1e9;
 
+/// Most characters of a currency.
+const MOST_OF_CURRENCY: usize = 8;
+
 /// No sum of a study's amounts is larger.
 const MOST_OF_A_SET: f64 = 16.0 * MOST;
 
@@ -45,6 +48,21 @@ impl Cost {
         Cost::new(amount).ok_or_else(|| at.wrong(key, amount, rule))
     }
 
+    /// The word for the unit of all amounts of a study, if it has one.
+    pub(crate) fn check_currency(at: &Place, currency: Option<&str>) -> Result<()> {
+        let Some(word) = currency else { return Ok(()) };
+        let is_plain = !word.contains(|c: char| c.is_whitespace() || c.is_control());
+        match is_plain && (1..=MOST_OF_CURRENCY).contains(&word.chars().count()) {
+            true => Ok(()),
+            false => {
+                let rule = format!(
+                    "must be a word of 1 to {MOST_OF_CURRENCY} characters without spaces, as in \"EUR\""
+                );
+                Err(at.wrong("currency", format!("{word:?}"), &rule))
+            }
+        }
+    }
+
     /// From thousandths.
     pub fn from_thousandths(thousandths: u64) -> Cost {
         Cost { thousandths }
@@ -58,6 +76,19 @@ impl Cost {
     /// As a number, for drawings.
     pub fn amount(self) -> f64 {
         self.thousandths as f64 / 1e3
+    }
+
+    /// As people read it: with a currency "2,800 EUR", without one "2800".
+    pub fn to_text(self, currency: Option<&str>) -> String {
+        let plain = self.to_string();
+        let Some(currency) = currency else { return plain };
+        let whole = plain.find('.').unwrap_or(plain.len());
+        let digit = |(place, digit): (usize, char)| {
+            let begins_group = place > 0 && place < whole && (whole - place).is_multiple_of(3);
+            begins_group.then_some(',').into_iter().chain([digit])
+        };
+        let grouped: String = plain.chars().enumerate().flat_map(digit).collect();
+        format!("{grouped} {currency}")
     }
 
     /// The sum of both.
@@ -103,6 +134,16 @@ mod tests {
         {
             assert_eq!(Cost::new(amount).unwrap().to_string(), text);
         }
+        for (amount, text) in [
+            (0.0, "0 EUR"),
+            (450.0, "450 EUR"),
+            (2800.0, "2,800 EUR"),
+            (12_345.125, "12,345.125 EUR"),
+            (1e9, "1,000,000,000 EUR"),
+        ] {
+            assert_eq!(Cost::new(amount).unwrap().to_text(Some("EUR")), text);
+        }
+        assert_eq!(Cost::new(2800.0).unwrap().to_text(None), "2800");
         let tenth = Cost::new(0.1).unwrap();
         assert_eq!((0..10).fold(Cost::ZERO, |sum, _| sum.plus(tenth)), Cost::new(1.0).unwrap());
         for wrong in [-1.0, 0.0001, 1e9 + 1.0, f64::NAN, f64::INFINITY] {

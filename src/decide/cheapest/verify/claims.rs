@@ -29,6 +29,8 @@ pub struct PurchaseClaims {
 pub(super) struct AskedPoint {
     /// What the set is to pass.
     pub(super) terms: Terms,
+    /// How many of its requirements suffice; all if that is not said.
+    pub(super) least: Option<usize>,
     pub(super) set: Option<Vec<usize>>,
 }
 
@@ -94,7 +96,11 @@ fn examine(report: &PurchaseReport, input: ProofInput) -> Result<Vec<AskedPoint>
     let each = report.points.iter().zip(terms).enumerate();
     let one = |(number, (point, terms)): (usize, (&PurchasePoint, Terms))| {
         let set = examine_point(input, &format!("points[{number}]"), point, &terms)?;
-        Ok(AskedPoint { terms, set })
+        let least = match point.aim {
+            AimReport::Number(least) => Some(least),
+            _ => None,
+        };
+        Ok(AskedPoint { terms, least, set })
     };
     let asked = each.map(one).collect::<Result<Vec<_>, Issue>>()?;
     let is_open = |point: &PurchasePoint| !point.proven || !point.best_of_cost;
@@ -165,16 +171,20 @@ fn examine_point(
     point: &PurchasePoint,
     terms: &Terms,
 ) -> Result<Option<Vec<usize>>, Issue> {
-    let PurchasePoint { aim, set, no_set_below, proven, best_of_cost, reasons, .. } = point;
+    let PurchasePoint { aim, set, no_set_below, proven, best_of_cost, reasons, missed, .. } = point;
     let is_left_out = |name: &String| terms.requirements.iter().all(|one| one.name != *name);
     if let Some(at) = reasons.iter().position(|reason| is_left_out(&reason.requirement)) {
         return mismatch(format!("{place}.reasons[{at}].requirement"), "is not required here");
     }
-    if reasons.is_empty() != (set.is_some() || !proven) {
+    let is_of_number = matches!(aim, AimReport::Number(_));
+    if reasons.is_empty() != (set.is_some() || !proven || is_of_number) {
         return mismatch(
             format!("{place}.reasons"),
             "are those for which nothing passes, and belong where that is proven",
         );
+    }
+    if !missed.is_empty() && (set.is_none() || !is_of_number) {
+        return mismatch(format!("{place}.missed"), "belongs to a set that meets a number of requirements");
     }
     let bound_holds = match (set, no_set_below) {
         (Some(set), Some(bound)) => {

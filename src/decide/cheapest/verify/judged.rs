@@ -11,10 +11,19 @@ use perirobot_study::input::{Condition, Requirement, Stopping, Study};
 
 /// What is said of a set.
 pub(super) struct Verdict {
-    /// What it misses, if it misses anything.
-    pub(super) missed: Option<String>,
+    /// The names of the requirements that it misses.
+    pub(super) missed_names: Vec<String>,
+    /// The first of them in words.
+    missed: String,
     /// For each region what it counts as planned, moment by moment.
     pub(super) counts: Vec<Vec<Confusion>>,
+}
+
+impl Verdict {
+    /// What it misses first, if it misses more than so many requirements.
+    pub(super) fn misses_more_than(&self, most: usize) -> Option<&str> {
+        (self.missed_names.len() > most).then_some(&self.missed)
+    }
 }
 
 /// A study that requires only this.
@@ -52,9 +61,20 @@ pub(super) fn judge(
     let missed = judged.judgements.iter().find(|one| !one.is_met);
     let missed =
         missed.map(|one| format!("{:?} is missed under {}", one.requirement.name, one.condition.name()));
-    let asked: usize = study.requirements.iter().map(|one| one.under.len()).sum();
-    let is_judged = judged.judgements.len() == asked;
-    let missed = missed.or_else(|| (!is_judged).then(|| "not all requirements were judged".into()));
+    // At each speed of the robot requirements have the same names.
+    let is_missed = |name: &String| {
+        let asked = study.requirements.iter().filter(|one| one.name == *name).map(|one| one.under.len());
+        let met = judged.judgements.iter().filter(|one| one.is_met && one.requirement.name == *name);
+        met.count() < asked.sum()
+    };
+    let mut missed_names: Vec<String> = study.requirements.iter().map(|one| one.name.clone()).collect();
+    missed_names.dedup();
+    missed_names.retain(is_missed);
+    let missed = missed.unwrap_or_else(|| "not all requirements were judged".into());
     let planned = judged.conditions.cases(Condition::AsPlanned);
-    Ok(Verdict { missed, counts: planned.first().map_or(Vec::new(), |case| case.counts.clone()) })
+    Ok(Verdict {
+        missed,
+        missed_names,
+        counts: planned.first().map_or(Vec::new(), |case| case.counts.clone()),
+    })
 }

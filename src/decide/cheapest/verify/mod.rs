@@ -39,6 +39,9 @@ use perirobot_study::input::{Limit, Purchase, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 
+/// Most choices of requirements that are searched for one claim.
+const MOST_SEARCHES: usize = 2_000;
+
 /// What was checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PurchaseVerified {
@@ -96,9 +99,11 @@ pub(super) fn verify_points(
     let facts = NearFacts::new(input, &report.ways_in).map_err(|error| error.with_place(&path))?;
     let mut verified =
         PurchaseVerified { ways: facts.ways.len(), stopped: report.stopped, ..PurchaseVerified::default() };
-    for (number, (point, AskedPoint { terms, set })) in report.points.iter().zip(asked).enumerate() {
+    for (number, (point, AskedPoint { terms, least, set })) in report.points.iter().zip(asked).enumerate() {
         let place = format!("points[{number}].");
-        let mut check = PointCheck { input, open, facts: &facts, place, terms, verified: &mut verified };
+        let least = *least;
+        let mut check =
+            PointCheck { input, open, facts: &facts, place, terms, least, verified: &mut verified };
         check.run(point, set.as_deref()).map_err(|error| error.with_place(&path))?;
         input.progress.advance(1);
     }
@@ -107,7 +112,7 @@ pub(super) fn verify_points(
         let is_reason = |name: &String| report.points[0].reasons.iter().any(|one| one.requirement == *name);
         terms.requirements.retain(|one| !is_reason(&one.name));
         let (place, terms, verified) = (String::new(), &terms, &mut verified);
-        let mut check = PointCheck { input, open, facts: &facts, place, terms, verified };
+        let mut check = PointCheck { input, open, facts: &facts, place, terms, least: None, verified };
         if !terms.requirements.is_empty() {
             let what = "the set that comes nearest is missing: this one passes the others";
             check.none_passes(terms, None, ("points", what)).map_err(|error| error.with_place(&path))?;
@@ -136,13 +141,15 @@ struct PointCheck<'c, 'a> {
     /// What places in the file begin with.
     place: String,
     terms: &'c Terms,
+    /// How many requirements suffice; all if that is not said.
+    least: Option<usize>,
     verified: &'c mut PurchaseVerified,
 }
 
 impl PointCheck<'_, '_> {
     fn run(&mut self, point: &PurchasePoint, set: Option<&[usize]>) -> Result<()> {
         if let (Some(told), Some(set)) = (&point.set, set) {
-            let counts = self.judge_set(told, set)?;
+            let counts = self.judge_set((told, &point.missed), set)?;
             self.verified.sets += 1;
             if point.best_of_cost {
                 self.none_is_better(told.cost, &counts)?;
@@ -153,13 +160,20 @@ impl PointCheck<'_, '_> {
                 Some(most) => self.none_passes(self.terms, Some(most), ("no_set_below", "this set passes")),
                 None => Ok(()),
             },
+            None if self.least.is_some() => {
+                self.none_passes(self.terms, None, ("set", "this one meets as many"))
+            }
             None => self.check_reasons(point),
         }
     }
 
     /// Judges a set by the oracle; what it counts in the region of the score that decides among sets of the same cost is
     /// the answer.
-    fn judge_set(&self, told: &PurchasedSet, set: &[usize]) -> Result<Vec<Confusion>> {
+    fn judge_set(
+        &self,
+        (told, told_missed): (&PurchasedSet, &[String]),
+        set: &[usize],
+    ) -> Result<Vec<Confusion>> {
         let ProofInput { study, purchase, .. } = self.input;
         let Terms { requirements, stopping } = self.terms;
         let verdict = judge(
@@ -168,8 +182,13 @@ impl PointCheck<'_, '_> {
             set,
             &open_oracle,
         )?;
-        if let Some(missed) = verdict.missed {
+        let most_missed = self.least.map_or(0, |least| requirements.len() - least);
+        if let Some(missed) = verdict.misses_more_than(most_missed) {
             return Err(self.wrong("set", format!("does not pass: {missed}")));
+        }
+        if verdict.missed_names != told_missed {
+            let what = format!("is {told_missed:?}, and judged again it is {:?}", verdict.missed_names);
+            return Err(self.wrong("missed", what));
         }
         let counts = purchase.then.map_or(Vec::new(), |then| verdict.counts[then.region].clone());
         let score = purchase.then.and_then(|then| value(then.score, then.over, &counts));
@@ -183,8 +202,36 @@ impl PointCheck<'_, '_> {
 
     /// Whether no set that passes some terms costs at most so much.
     fn none_passes(&mut self, terms: &Terms, most: Option<u64>, what: (&str, &str)) -> Result<()> {
-        let search = self.search(terms, most);
-        self.record_end(search.run()?, what)
+        let end = self.run_search(terms, &|terms| self.search(terms, most).run())?;
+        self.record_end(end, what)
+    }
+
+    /// Searches for a set that passes some terms; if a number of requirements suffices, for each choice of so many of them,
+    /// but for those of which a part is not met by any set already.
+    fn run_search(&self, terms: &Terms, search: &dyn Fn(&Terms) -> Result<SearchEnd>) -> Result<SearchEnd> {
+        let Some(least) = self.least else { return search(terms) };
+        let count = terms.requirements.len();
+        let mut open: Vec<Vec<usize>> = (0..count).map(|place| vec![place]).collect();
+        let mut searches = 0;
+        while let Some(places) = open.pop() {
+            let next = places.last().map_or(0, |last| last + 1);
+            if places.len() + (count - next) < least {
+                continue;
+            }
+            searches += 1;
+            if searches > MOST_SEARCHES {
+                return Ok(SearchEnd::Open);
+            }
+            match search(&terms.only(&places))? {
+                SearchEnd::NonePasses => {}
+                SearchEnd::Open => return Ok(SearchEnd::Open),
+                SearchEnd::Passes(set) if places.len() >= least => return Ok(SearchEnd::Passes(set)),
+                SearchEnd::Passes(_) => {
+                    open.extend((next..count).map(|more| [&places[..], &[more]].concat()))
+                }
+            }
+        }
+        Ok(SearchEnd::NonePasses)
     }
 
     fn wrong(&self, key: &str, what: String) -> Error {
@@ -204,11 +251,12 @@ impl PointCheck<'_, '_> {
             (_, Some(ratio)) => Bar::Beats(Limit::AtLeast(ratio)),
             (_, None) => Bar::HasValue,
         };
-        let search = self.search(self.terms, Some(cost.thousandths()));
-        let reach = self.input.reach((then.score, then.over, then.region), bar, 0);
-        let reach =
-            reach.ok_or_else(|| self.wrong("best_of_cost", "nothing was cast in the region".into()))?;
-        let end = search.beating(self.terms, reach).run()?;
+        let end = self.run_search(self.terms, &|terms| {
+            let reach = self.input.reach((then.score, then.over, then.region), bar, 0);
+            let reach =
+                reach.ok_or_else(|| self.wrong("best_of_cost", "nothing was cast in the region".into()))?;
+            self.search(terms, Some(cost.thousandths())).beating(terms, reach).run()
+        })?;
         self.record_end(end, ("best_of_cost", "this set passes, costs no more and is better"))
     }
 

@@ -276,7 +276,7 @@ impl<'s> PlainSearch<'s> {
         let verdict = judge(self.input, study, &set, self.open)?;
         let then = self.then.as_ref().filter(|then| then.adds_up).zip(self.input.purchase.then);
         let is_better = then.is_none_or(|(then, counted)| then.is_met(&verdict.counts[counted.region]));
-        Ok(verdict.missed.is_none() && is_better)
+        Ok(verdict.misses_more_than(0).is_none() && is_better)
     }
 
     fn all_reaches(&self) -> impl Iterator<Item = &Reach<'s>> {

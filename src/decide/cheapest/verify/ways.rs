@@ -91,7 +91,9 @@ impl<'g> NearFacts<'g> {
                     let way = cell.follow(input, (&format!("ways_in[{number}]"), &ways[number]), &watched);
                     way.map(|way| FollowedWay { cell: place, ..way }).map_err(Error::from)
                 };
-                let found: Vec<FollowedWay> = own.par_iter().map(follow).collect::<Result<_>>()?;
+                let found: Vec<Result<FollowedWay>> = own.par_iter().map(follow).collect();
+                // The first that does not hold is told, whichever thread was faster.
+                let found: Vec<FollowedWay> = found.into_iter().collect::<Result<_>>()?;
                 own.into_iter().zip(found).for_each(|(number, way)| followed[number] = Some(way));
             }
         }

@@ -10,6 +10,7 @@
 //! | `region`, `stopping` | nothing: regions are picked from planes over the whole grid |
 //! | `min_hits` | nothing: hits are counted later |
 //! | `fusion`, `combination`, `mixed_noise` | nothing: each sensor is cast alone |
+//! | `currency` | nothing: it is a word for costs |
 //! | `require`, `mounting_error`, `postures`, `approach` | nothing: they are judged elsewhere |
 //!
 //! Evidence also depends on the rules of casting ([`perirobot_march::SEMANTICS_VERSION`]), on the command line's size of

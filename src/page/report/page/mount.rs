@@ -5,6 +5,7 @@ use maud::{Markup, html};
 use super::ReportedSweep;
 use super::sketch;
 use super::surroundings::{Surroundings, WAYS};
+use perirobot_study::input::Study;
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Setting, Stance};
 use perirobot_study::world::place::room_m;
@@ -92,17 +93,22 @@ fn sheet(
             lines
         }
     };
-    let device = keys_of(&sweep.study.text, &sensor.name);
+    let device = keys_of(sweep.study, &sensor.name);
     Some(MountSheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines, sketches, device })
 }
 
 /// What the text of a study says of a sensor besides its name, its kind and where it may stand.
-pub(super) fn keys_of(study: &str, name: &str) -> String {
-    let study: toml::Table = toml::from_str(study).unwrap_or_default();
-    let all = study.get("sensor").and_then(toml::Value::as_array).into_iter().flatten();
+pub(super) fn keys_of(study: &Study, name: &str) -> String {
+    let written: toml::Table = toml::from_str(&study.text).unwrap_or_default();
+    let all = written.get("sensor").and_then(toml::Value::as_array).into_iter().flatten();
     let mut tables = all.filter_map(toml::Value::as_table);
     let table = tables.find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name));
     let told =
         table.into_iter().flatten().filter(|(key, _)| !["name", "kind", "poses"].contains(&key.as_str()));
-    told.map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+    let cost = study.sensors.iter().find(|sensor| sensor.name == name).and_then(|sensor| sensor.terms.cost);
+    let value = |key: &str, value: &toml::Value| match cost {
+        Some(cost) if key == "cost" => cost.to_text(study.currency.as_deref()),
+        _ => value.to_string(),
+    };
+    told.map(|(key, said)| format!("{key} = {}", value(key, said))).collect::<Vec<_>>().join(", ")
 }

@@ -3,6 +3,8 @@
 
 use std::cmp::Ordering;
 
+use maud::{Markup, html};
+
 use crate::report::apart::Writing;
 use crate::report::page::{ReportedSweep, measure};
 use crate::report::wording::{describe_moments, whereabouts, words};
@@ -38,6 +40,8 @@ pub(crate) struct ShownRequirement {
     pub(crate) name: String,
     /// The score and its limit.
     pub(crate) asked: String,
+    /// The safety function that it stands for.
+    pub(crate) safety_function: Option<String>,
     pub(crate) verdicts: Vec<ShownVerdict>,
 }
 
@@ -47,6 +51,11 @@ impl ShownRequirement {
         let any =
             |wanted: &'static str| self.verdicts.iter().any(|one| one.verdict == wanted).then_some(wanted);
         any("FAIL").or(any("OPEN")).unwrap_or("PASS")
+    }
+
+    /// The safety function that it stands for, if the study says so.
+    pub(super) fn view_safety_function(&self) -> Markup {
+        html! { @if let Some(words) = &self.safety_function { " " em { "for " (words) } } }
     }
 
     /// What was found under each condition.
@@ -138,7 +147,8 @@ fn requirement_verdicts(
     verdicts: Vec<ShownVerdict>,
 ) -> ShownRequirement {
     let asked = format!("{}, {}", what(requirement, regions), limit(requirement));
-    ShownRequirement { name: requirement.name.clone(), asked, verdicts }
+    let (name, safety_function) = (requirement.name.clone(), requirement.safety_function.clone());
+    ShownRequirement { name, asked, safety_function, verdicts }
 }
 
 /// A requirement that nothing decides under a condition: it must not look as if it were met.

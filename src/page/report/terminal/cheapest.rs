@@ -5,6 +5,7 @@ use crate::report::table::Table;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{JudgedSet, Speeds};
 use perirobot_study::input::Stopping;
+use perirobot_study::sensor::Cost;
 
 /// The answer; `judged` is the recommended set, if there is one, with how fast the robot may run with it.
 pub fn render(
@@ -15,13 +16,17 @@ pub fn render(
     let main = report.main();
     for reason in &main.reasons {
         text += &format!("  {}: {}\n", reason.requirement, reason.why);
+        let asked = report.asked.require.iter().find(|asked| asked.name == reason.requirement);
+        if let Some(words) = asked.and_then(|asked| asked.safety_function.as_ref()) {
+            text += &format!("      for {words}\n");
+        }
     }
     if let Some(set) = report.recommended() {
-        text += &format!("\n{}", sensors(set).text());
+        text += &format!("\n{}", sensors(report, set).text());
     }
     text += &format!("\n{}\n", proof(report, main));
-    if let Some(front) = front(report) {
-        text += &format!("\n{}", front.text());
+    for table in [front(report), numbers(report)].into_iter().flatten() {
+        text += &format!("\n{}", table.text());
     }
     text
 }
@@ -38,7 +43,8 @@ pub fn sentence(
         };
     };
     let count = set.sensors.len();
-    let size = format!("{count} {} for {}", if count == 1 { "sensor" } else { "sensors" }, set.cost);
+    let sensors = if count == 1 { "sensor" } else { "sensors" };
+    let size = format!("{count} {sensors} for {}", amount(report, set.cost));
     let verdicts = judged.map_or(String::new(), |(judged, ..)| {
         let passed = judged.judgements.iter().filter(|judgement| judgement.is_met).count();
         format!(" pass {passed} of {} verdicts", judged.judgements.len())
@@ -71,6 +77,11 @@ fn impossible_speed(report: &PurchaseReport) -> Option<(f64, &str)> {
     })
 }
 
+/// An amount of money in the study's currency.
+fn amount(report: &PurchaseReport, cost: Cost) -> String {
+    cost.to_text(report.asked.currency.as_deref())
+}
+
 /// What is proven of the answer.
 fn proof(report: &PurchaseReport, main: &PurchasePoint) -> String {
     let PurchasePoint { tested, proven, .. } = main;
@@ -82,23 +93,25 @@ fn proof(report: &PurchaseReport, main: &PurchasePoint) -> String {
         }
         (Some(set), Some(bound), false) => {
             format!(
-                "stopped: a cheaper set may pass, but none below {bound}; this one costs {} ({by})",
-                set.cost
+                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({by})",
+                amount(report, bound),
+                amount(report, set.cost)
             )
         }
         (None, _, true) => {
             format!("proven: no allowed set of the {} listed places passes ({by})", report.candidates)
         }
-        (_, Some(bound), _) => format!("stopped: no set below {bound} passes ({by})"),
+        (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", amount(report, bound)),
         (_, None, _) => format!("stopped ({by})"),
     }
 }
 
 /// The sensors of a set.
-fn sensors(set: &PurchasedSet) -> Table {
+fn sensors(report: &PurchaseReport, set: &PurchasedSet) -> Table {
     let mut table = Table::new(&["<sensor", "<pose", "cost", "<place"]);
     for one in &set.sensors {
-        table.row([one.sensor.clone(), one.pose.clone(), one.cost.to_string(), one.place.clone()]);
+        let cost = amount(report, one.cost);
+        table.row([one.sensor.clone(), one.pose.clone(), cost, one.place.clone()]);
     }
     table
 }
@@ -118,24 +131,46 @@ fn front(report: &PurchaseReport) -> Option<Table> {
         let aim = match &point.aim {
             AimReport::Speed(speed) => speed.to_string(),
             AimReport::Without(name) => name.clone(),
-            AimReport::All | AimReport::Nearest(_) => continue,
+            AimReport::All | AimReport::Number(_) | AimReport::Nearest(_) => continue,
         };
-        let (cost, count, set) = match &point.set {
-            Some(set) => (set.cost.to_string(), set.sensors.len().to_string(), set.poses()),
-            None => {
-                let why: Vec<&str> = point.reasons.iter().map(|reason| reason.why.as_str()).collect();
-                (String::new(), String::new(), why.join("; "))
-            }
-        };
-        let proven = match (&point.set, point.proven) {
-            (Some(_), true) => "proven".to_string(),
-            (Some(_), false) => {
-                point.no_set_below.map_or(String::new(), |bound| format!("none below {bound}"))
-            }
-            (None, true) => "no set".into(),
-            (None, false) => "none found".into(),
-        };
+        let [cost, count, proven, set] = found(report, point);
         table.row([aim, cost, count, proven, set]);
     }
     Some(table)
+}
+
+/// The cheapest set that meets each number of requirements, and what it misses.
+fn numbers(report: &PurchaseReport) -> Option<Table> {
+    let number = |point: &PurchasePoint| match point.aim {
+        AimReport::Number(least) => Some(least),
+        _ => None,
+    };
+    report.points.iter().find_map(number)?;
+    let mut table = Table::new(&["at least", "cost", "sensors", "<", "<missed", "<set"]);
+    for (point, least) in report.points.iter().filter_map(|point| Some((point, number(point)?))) {
+        let [cost, count, proven, set] = found(report, point);
+        let least = format!("{least} of {}", report.asked.require.len());
+        table.row([least, cost, count, proven, point.missed.join("; "), set]);
+    }
+    Some(table)
+}
+
+/// Cost and size of the set of a point, how sure that is, and the set; if there is none, why.
+fn found(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
+    let (cost, count, set) = match &point.set {
+        Some(set) => (amount(report, set.cost), set.sensors.len().to_string(), set.poses()),
+        None => {
+            let why: Vec<&str> = point.reasons.iter().map(|reason| reason.why.as_str()).collect();
+            (String::new(), String::new(), why.join("; "))
+        }
+    };
+    let proven = match (&point.set, point.proven) {
+        (Some(_), true) => "proven".to_string(),
+        (Some(_), false) => {
+            point.no_set_below.map_or(String::new(), |bound| format!("none below {}", amount(report, bound)))
+        }
+        (None, true) => "no set".into(),
+        (None, false) => "none found".into(),
+    };
+    [cost, count, proven, set]
 }

@@ -26,17 +26,19 @@ pub fn overview(chosen: &Chosen) -> String {
 
 /// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
 pub fn render(chosen: &Chosen) -> String {
-    let score = chosen.asked.objective.title();
     let mut text = overview(chosen);
     text += &places(chosen).text();
     if let Some(best) = chosen.report.best() {
-        text +=
-            &format!("\nbest set: {}\n{}", describe_score(&best.best, score), set(&best.best, score).text());
+        text += &format!(
+            "\nbest set: {}\n{}",
+            describe_score(chosen, &best.best),
+            set(chosen, &best.best).text()
+        );
     }
     for refined in chosen.report.refined.iter().flatten() {
-        text += &format!("\n{}\n", refined_words(refined, score));
+        text += &format!("\n{}\n", refined_words(chosen, refined));
         if let Some(best) = &refined.best {
-            text += &set(best, score).text();
+            text += &set(chosen, best).text();
         }
     }
     if chosen.report.refined.iter().flatten().any(|refined| refined.best.is_some()) {
@@ -45,8 +47,8 @@ pub fn render(chosen: &Chosen) -> String {
     for tie in &chosen.report.ties {
         text += &format!(
             "\nnearly as good elsewhere: {}\n{}",
-            describe_score(tie, score),
-            set(tie, score).text()
+            describe_score(chosen, tie),
+            set(chosen, tie).text()
         );
     }
     text

@@ -7,7 +7,7 @@ use crate::report::apart::Writing;
 use crate::report::table::{NONE, Table};
 use crate::report::wording::{describe_moments, whereabouts, words};
 use perirobot_decide::judge::{JudgedSet, Judgement, Summed, Value, spreads};
-use perirobot_study::input::{Counted, Limit, Measure, Nearness};
+use perirobot_study::input::{Counted, Limit, Measure, Nearness, Requirement};
 use perirobot_sweep::results::Subject;
 
 /// Writes the command that draws the worst moment of a judgement, if there is one.
@@ -29,8 +29,14 @@ pub fn render(subject: &Subject, set: &JudgedSet, picture: Picture) -> String {
 pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String {
     let place = if set.place.is_empty() { String::new() } else { format!("{}\n", set.place) };
     let mut text = format!("\n{} · {} · {}\n{place}", set.poses, set.combination, set.representation);
+    let mut last = None;
     for judgement in &set.judgements {
+        let Requirement { name, safety_function, .. } = judgement.requirement;
         text += &format!("{}\n", line(subject, set, judgement));
+        if let Some(words) = safety_function.as_ref().filter(|_| last != Some(name)) {
+            text += &format!("      for {words}\n");
+        }
+        last = Some(name);
         if let Some(bound) = &judgement.out_of_reach {
             let bound = told_apart(bound, &judgement.requirement.limit, Writing::Plain);
             text +=

@@ -12,6 +12,9 @@ use perirobot_march::error::Issue;
 use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::{Error, Result};
 
+/// Most characters of the words for a safety function.
+const MOST_WORDS: usize = 200;
+
 /// The farthest and largest that a limit on approaches may be, in metres and square metres.
 const FARTHEST: f64 = 1e4;
 
@@ -41,6 +44,11 @@ pub(crate) struct RequirementFile {
     /// Under which conditions. Default ["as_planned"].
     #[serde(default = "planned_condition")]
     under: Vec<Condition>,
+    /// The safety function that it stands for, in the words of a risk assessment: a line of at most 200 characters, which
+    /// answers repeat. It decides nothing.
+    #[serde(rename = "for")]
+    #[cfg_attr(test, schemars(length(min = 1, max = 200)))]
+    safety_function: Option<String>,
 }
 
 /// A score that may be required, to the schema.
@@ -136,7 +144,22 @@ fn one(at: &Place, mut entry: RequirementFile, known: &RequirementNames) -> Resu
         }
     }
     let under = Condition::ALL.into_iter().filter(|condition| under.contains(condition)).collect();
-    Ok(Requirement { name: entry.name, measure, limit, under })
+    check_safety_function(at, entry.safety_function.as_deref())?;
+    Ok(Requirement { name: entry.name, measure, limit, under, safety_function: entry.safety_function })
+}
+
+fn check_safety_function(at: &Place, words: Option<&str>) -> Result<()> {
+    let Some(words) = words else { return Ok(()) };
+    let is_line = !words.trim().is_empty() && !words.contains(char::is_control);
+    match is_line && words.chars().count() <= MOST_WORDS {
+        true => Ok(()),
+        false => {
+            let rule = format!(
+                "must be a line of 1 to {MOST_WORDS} characters, as in \"SF3: stop before a person reaches the gripper\""
+            );
+            Err(at.wrong("for", format!("{words:?}"), &rule))
+        }
+    }
 }
 
 fn counted_in(

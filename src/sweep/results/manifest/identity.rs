@@ -143,7 +143,7 @@ fn says(text: &str) -> Value {
         .map_or_else(|_| text.into(), |study| serde_json::json!(catalogue::written_out(study)));
     if let Some(keys) = says.as_object_mut() {
         let floor_m = keys.get("approach").and_then(|approach| approach.get("floor_m")).cloned();
-        for asked in ["choose", "require", "mounting_error", "postures", "approach", "stopping"] {
+        for asked in ["choose", "currency", "require", "mounting_error", "postures", "approach", "stopping"] {
             keys.remove(asked);
         }
         keys.extend(floor_m.map(|z| ("approach".into(), serde_json::json!({ "floor_m": z }))));
@@ -197,7 +197,7 @@ mod tests {
         assert_eq!(
             says(sensor),
             says(&format!(
-                "{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nmin_voxels = 2\n[stopping]\nformula = \"iso13855\""
+                "currency = \"EUR\"\n{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nmin_voxels = 2\n[stopping]\nformula = \"iso13855\""
             ))
         );
         let floor = |z: &str| says(&format!("{sensor}[approach]\nmin_voxels = 2\nfloor_m = {z}"));

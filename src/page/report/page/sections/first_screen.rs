@@ -73,12 +73,16 @@ impl FirstScreen {
         let plans: Vec<(FloorPlan, ShownPlan)> =
             [recommended.scene].into_iter().chain(others).map(plan).collect();
         let asked = &study.combinations[series.combination];
+        let currency = study.currency.as_deref();
         let named = asked.members.iter().zip(combination.poses(choice)).zip(&plans[0].0.sensors);
         let sensors = named.map(|((member, (of, pose)), (letter, _))| RecommendedSensor {
             letter: letter.map_or(String::new(), String::from),
             name: of.sensor.clone(),
             place: if pose.place.is_empty() { pose.name.clone() } else { pose.place.clone() },
-            cost: study.sensors[member.sensor].terms.cost.map_or(String::new(), |cost| cost.to_string()),
+            cost: study.sensors[member.sensor]
+                .terms
+                .cost
+                .map_or(String::new(), |cost| cost.to_text(currency)),
         });
         let members = asked.members.iter().map(|member| &study.sensors[member.sensor]);
         let mut thinned: Vec<String> = members
@@ -132,7 +136,10 @@ impl FirstScreen {
                         @for one in &good.required {
                             li.(one.verdict()) {
                                 b { (one.verdict()) }
-                                span { strong { (one.name) } " " span.note { (one.asked) ": " (one.describe_found()) } }
+                                span {
+                                    strong { (one.name) } " " span.note { (one.asked) ": " (one.describe_found()) }
+                                    (one.view_safety_function())
+                                }
                             }
                         }
                     }

@@ -203,10 +203,12 @@ fn judged_good(one: &JudgedChoice) -> (String, Good) {
 fn verdicts(good: &Good) -> Markup {
     html! {
         ul.verdicts {
-            @for verdict in good.required.iter().flat_map(|one| &one.verdicts) {
-                li.(verdict.verdict) {
-                    b { (verdict.verdict) }
-                    span { strong { (verdict.name) } " " (verdict.words) }
+            @for one in &good.required {
+                @for verdict in &one.verdicts {
+                    li.(verdict.verdict) {
+                        b { (verdict.verdict) }
+                        span { strong { (verdict.name) } " " (verdict.words) (one.view_safety_function()) }
+                    }
                 }
             }
         }
@@ -229,7 +231,7 @@ mod tests {
                 brief: String::new(),
             };
             let verdicts = verdicts.iter().map(one).collect();
-            ShownRequirement { name: String::new(), asked: String::new(), verdicts }
+            ShownRequirement { name: String::new(), asked: String::new(), safety_function: None, verdicts }
         };
         let good = Good { required: requirements.iter().map(of).collect(), ..Good::default() };
         assert_eq!((good.verdict(), good.overall().as_str()), (verdict, words));

@@ -114,20 +114,19 @@ struct BestRow {
 
 /// The best set, what refining found around sets, and sets that are nearly as good elsewhere.
 fn best_sets(chosen: &Chosen) -> Vec<Titled> {
-    let score = chosen.asked.objective.title();
     let mut sets = Vec::new();
     if let Some(best) = chosen.report.best() {
-        let title = format!("The best set: {}", chosen_sets::describe_score(&best.best, score));
-        sets.push((title, chosen_sets::set(&best.best, score)));
+        let title = format!("The best set: {}", chosen_sets::describe_score(chosen, &best.best));
+        sets.push((title, chosen_sets::set(chosen, &best.best)));
     }
     for refined in chosen.report.refined.iter().flatten() {
         if let Some(best) = &refined.best {
-            sets.push((chosen_sets::refined_words(refined, score), chosen_sets::set(best, score)));
+            sets.push((chosen_sets::refined_words(chosen, refined), chosen_sets::set(chosen, best)));
         }
     }
     for tie in &chosen.report.ties {
-        let title = format!("Nearly as good elsewhere: {}", chosen_sets::describe_score(tie, score));
-        sets.push((title, chosen_sets::set(tie, score)));
+        let title = format!("Nearly as good elsewhere: {}", chosen_sets::describe_score(chosen, tie));
+        sets.push((title, chosen_sets::set(chosen, tie)));
     }
     sets
 }

@@ -100,7 +100,7 @@ fn sensors(sweep: &ReportedSweep) -> Titled {
             sensor.poses.to_string(),
             sensor.rays_per_pose.to_string(),
             sensor.representations.join(", "),
-            keys_of(&sweep.study.text, &sensor.name),
+            keys_of(sweep.study, &sensor.name),
         ]
     });
     let columns = ["sensor", "kind", "poses", "rays a pose", "representations", "as the study says"];

@@ -133,10 +133,13 @@ fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) 
         };
     };
     let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
-    let meaning = budget.map_or("of all sensors, in the study’s currency".into(), |budget| {
-        format!("of a budget of {budget}")
-    });
-    BigNumber { name, value: sum.to_string(), meaning, notes: Vec::new() }
+    let currency = sweep.study.currency.as_deref();
+    let meaning = match (budget, currency) {
+        (Some(budget), _) => format!("of a budget of {}", budget.to_text(currency)),
+        (None, Some(_)) => "of all sensors".into(),
+        (None, None) => "of all sensors, in the study’s currency".into(),
+    };
+    BigNumber { name, value: sum.to_text(currency), meaning, notes: Vec::new() }
 }
 
 /// A share, rounded, but not to nothing or all unless it is.

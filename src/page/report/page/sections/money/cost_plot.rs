@@ -82,7 +82,11 @@ fn draw(chosen: &Chosen) -> String {
         false => AxisScale::from_whole_numbers([0.5, highest.max(1.0) + 0.5], [left, right]),
     };
     let up = AxisScale::new([low, low + room(high - low)], [bottom, top]);
-    let name = if priced { "cost" } else { "sensors" };
+    let name = match (priced, &chosen.asked.currency) {
+        (true, Some(currency)) => &format!("cost, {currency}"),
+        (true, None) => "cost",
+        (false, _) => "sensors",
+    };
     let mut sheet = Sheet::new(&format!("{name} against {score}"));
     sheet.words("", [6.0, 16.0], score);
     up.draw_beside(&mut sheet, [left, right]);
@@ -103,7 +107,7 @@ fn draw(chosen: &Chosen) -> String {
             let path = format!("M{x} {y}V{}H{}", up.position(bound), across.position(until));
             sheet.line("bound", (colour, dashes), &path);
         }
-        let words = format!("{}: {}", chosen_sets::describe_score(&step.best, score), step.best.name());
+        let words = format!("{}: {}", chosen_sets::describe_score(chosen, &step.best), step.best.name());
         sheet.point(fill, [x, y], colour, &words);
         sheet.words("mid over", [x, y - 9.0], &step.at_most.to_string());
     }
