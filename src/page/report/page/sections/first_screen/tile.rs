@@ -132,7 +132,8 @@ fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) 
             notes: Vec::new(),
         };
     };
-    let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
+    let of_chosen = sweep.chosen.and_then(|chosen| chosen.asked.budget);
+    let budget = of_chosen.or_else(|| sweep.purchase?.asked.budget);
     let meaning = budget.map_or("of all sensors, in the study’s currency".into(), |budget| {
         format!("of a budget of {budget}")
     });
