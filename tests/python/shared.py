@@ -15,6 +15,7 @@ STUDIES = {
     "quick.toml": 0.1,
     "sensors.toml": None,
     "tiny.toml": None,
+    "palletiser/study.toml": 0.1,
     "tutorial/study.toml": 0.2,
     "paper/exp1-choose.toml": 0.25,
     "paper/exp1.toml": 0.25,
