@@ -54,6 +54,14 @@ def scenes(folder: str) -> pathlib.Path:
     return copy
 
 
+def priced(folder: str, at_least: float) -> pathlib.Path:
+    """The study of verdicts with a cost, and a requirement of this height."""
+    study = scenes(folder) / "judge.toml"
+    text = study.read_text().replace('kind = "rgbd"\n', 'kind = "rgbd"\ncost = 450.5\n')
+    study.write_text(text.replace("at_least = 0.7", f"at_least = {at_least}"))
+    return study
+
+
 def program(*words: object) -> subprocess.CompletedProcess:
     """Runs the command `perirobot` that was installed with the package, in the project's folder."""
     command = [str(pathlib.Path(sys.executable).with_name("perirobot")), *map(str, words)]
