@@ -1,12 +1,14 @@
 //! `perirobot report`: the folder of a sweep as one page to read, click through, mail and print.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use perirobot_decide::cheapest::{PurchaseReport, ReasonReport};
 use perirobot_decide::choose::Chosen;
 use perirobot_march::{Error, Result};
 use perirobot_page::report::page::{self, ReportPage};
+use perirobot_page::report::purchased;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::files::{WholeFile, cannot_write};
 use perirobot_sweep::results::manifest::Manifest;
@@ -21,7 +23,8 @@ use super::swept::SweptArgs;
 /// The page holds everything and needs no network: what was assumed, the best placements with a mounting
 /// sheet for each sensor, distributions of the scores, maps of walls and ceiling, a table of the poses, and a
 /// 3D view of the cell with what the selected pose gets right, wrong and does not know. Where sets of sensors
-/// were chosen, it begins with their front: cost against score, and what no set is above. It opens from a
+/// were chosen, it has their front: cost against score, and what no set is above; or, after one sentence that
+/// is the answer, the cheapest set that passes, at each speed or without each requirement. It opens from a
 /// mail attachment and prints to PDF.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -55,7 +58,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if out.is_dir() {
         return Err(Error::input(format!("--out {}", out.display()), "is a folder: name a file"));
     }
-    let (results, warnings) = Results::read(folder)?;
+    let purchase = PurchaseReport::read(folder)?;
+    let (results, warnings) = match (Results::read(folder), &purchase) {
+        (Err(_), Some(purchase)) if purchase.sets().is_empty() => return Err(without_set(folder, purchase)),
+        (read, _) => read?,
+    };
     for warning in warnings {
         say!("warning: {warning}");
     }
@@ -63,6 +70,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut file = WholeFile::create(&out)?;
     let manifest = Manifest::read(folder)?;
     let chosen = Chosen::read(folder)?.filter(|chosen| chosen.is_of(&results));
+    let purchase = purchase.filter(|purchase| purchase.is_of(&results));
     let (study, worlds) = args.swept.load()?;
     let mut backend = args.backend.open()?;
     let words = args.swept.words();
@@ -73,6 +81,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         worlds: &worlds,
         folder,
         chosen: chosen.as_ref(),
+        purchase: purchase.as_ref(),
         words: &words,
     };
     let page = ReportPage::new(sweep, args.best)?;
@@ -87,4 +96,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     file.commit()?;
     super::print(&format!("{} ({:.1} MB)\n", out.display(), html.len() as f64 / 1e6))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Why there is no page of an answer without a set.
+fn without_set(folder: &Path, purchase: &PurchaseReport) -> Error {
+    let mut what = format!("there is no set to show: {}", purchased::sentence(purchase, None));
+    for ReasonReport { requirement, why } in &purchase.main().reasons {
+        what += &format!("; {requirement:?}: {why}");
+    }
+    Error::input(folder, what)
 }

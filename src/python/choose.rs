@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use perirobot_decide::cheapest::PurchaseReport;
 use perirobot_decide::choose::{Choosing, Found, MEMORY_BYTES, SearchEnding, Verified};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
@@ -23,6 +24,7 @@ pub(crate) fn search(
 ) -> Result<()> {
     let begin = Instant::now();
     let choosing = Choosing::new(study, worlds, MEMORY_BYTES)?;
+    PurchaseReport::forget(out)?;
     let folder = choosing.open(out)?;
     let casting = choosing.begin_casting(None, false)?;
     let mut backends = open(words, listener)?;

@@ -37,5 +37,5 @@ pub(crate) fn judge(
     listener.begins("cases", judging.total());
     let judged = judging.judge(&|| open(words, listener), listener)?;
     judged.warnings.iter().for_each(|warning| listener.warns_of_study(warning.clone()));
-    judging.write(folder, &judged)
+    judging.write(folder, &judged).map(drop)
 }

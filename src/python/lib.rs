@@ -4,6 +4,7 @@
 mod arrow;
 mod backends;
 mod cell;
+mod cheapest;
 mod choose;
 mod error;
 mod evaluate;
@@ -39,6 +40,8 @@ mod _perirobot {
     use super::open_drivers;
     #[pymodule_export]
     use super::origin_of;
+    #[pymodule_export]
+    use super::purchase_sentence;
     #[pymodule_export]
     use super::results;
     #[pymodule_export]
@@ -81,6 +84,12 @@ fn arrow_stream<'py>(
 #[pyfunction]
 fn results(py: Python<'_>, folder: PathBuf) -> PyResult<table::Columns> {
     watch::run(py, None, |listener| folder::results(&folder, listener))
+}
+
+/// The answer of a folder with the cheapest set that passes, in one sentence.
+#[pyfunction]
+fn purchase_sentence(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
+    watch::run(py, None, |_| cheapest::sentence(&folder))
 }
 
 /// The study file of a folder of results, and how it was changed: edge of a voxel in metres, whether without noise.

@@ -25,7 +25,7 @@ use crate::origin::{FileOrigin, MemoryFile, table};
 use crate::recorded::{AskedWords, RecordedWords};
 use crate::table::{Columns, columns};
 use crate::watch::{run, warn};
-use crate::{choose, evaluate, folder, judge, labels, recorded};
+use crate::{cheapest, choose, evaluate, folder, judge, labels, recorded};
 
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
@@ -135,6 +135,32 @@ impl Study {
     ) -> PyResult<[usize; 4]> {
         let worlds = self.worlds(py)?;
         run(py, progress.as_ref(), |listener| choose::check(&self.study, worlds, &backend, listener, &folder))
+    }
+
+    /// Finds the cheapest set that passes, and writes it into a folder.
+    fn cheapest(
+        &self,
+        py: Python<'_>,
+        out: PathBuf,
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let worlds = self.worlds(py)?;
+        run(py, progress.as_ref(), |listener| cheapest::search(&self.study, worlds, &backend, listener, &out))
+    }
+
+    /// Checks what [`Study::cheapest`] wrote: sets judged again, ways in followed again, claims searched again, open.
+    fn verify_cheapest(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<[usize; 4]> {
+        let worlds = self.worlds(py)?;
+        run(py, progress.as_ref(), |listener| {
+            cheapest::check(&self.study, worlds, &backend, listener, &folder)
+        })
     }
 
     /// Judges what [`Study::choose`] wrote, and writes the verdicts beside it.

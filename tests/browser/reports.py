@@ -53,6 +53,9 @@ def look(browser, report, name, size, pictures):
     open_whole(browser, report)
     print(f"{report}, {name}: ready after {time.monotonic() - begin:.1f} s", flush=True)
     quiet(browser)
+    if browser.run("return !!document.getElementById('purchase')"):
+        the_cheapest_sets_are_shown(browser, size)
+        return
     all_plots_are_drawn(browser)
     a_missing_plot_is_found(browser)
     nothing_sticks_out(browser, size[0])
@@ -276,6 +279,39 @@ def the_front_is_drawn(browser):
     for (left, right, top, dashes), (x, y, kind, _) in zip(bounds, points):
         assert abs(left - x) < 3 and right > x and top <= y + 3, (left, right, top, x, y)
         assert (dashes == "none") == (kind == "proven"), (dashes, kind)
+
+
+def the_cheapest_sets_are_shown(browser, size):
+    """The answer is the first of all, and nothing sticks out; each set opens."""
+    box = browser.run("const { top, bottom } = document.querySelector('main .sentence').getBoundingClientRect(); return [top, bottom]")
+    assert 0 < box[0] < 200 and box[1] < size[1] / 2, box
+    nothing_sticks_out(browser, size[0])
+    nothing_is_cut_off(browser, size[0])
+    colours_follow_the_scheme(browser)
+    a_cheapest_set_opens(browser)
+    quiet(browser)
+
+
+def a_cheapest_set_opens(browser):
+    """A click on a point of the chart and on a row of the table selects its set and opens what the page tells of it."""
+    links = "[...document.querySelectorAll('#purchase figure .spot, #purchase table .choose')]"
+    opened = browser.run(f"return {links}.map(link => link.dataset.opens)")
+    # Of several speeds the cheapest set may be the same; without a requirement it is another one.
+    has_chart = browser.run("return !!document.querySelector('#purchase figure svg.chart')")
+    assert len(opened) >= 3 and (has_chart or len(set(opened)) >= 2), opened
+    for number, opens in enumerate(opened):
+        browser.run("document.querySelectorAll('#purchase details').forEach(part => { part.open = false; })")
+        browser.run(f"{links}[{number}].dispatchEvent(new MouseEvent('click', {{ bubbles: true }}))")
+        browser.until("return !document.body.dataset.waits", "the cell")
+        [shown, plan, name, selected, view] = browser.run(
+            """const all = [...document.querySelectorAll('#purchase details[open]')], sheet = document.querySelector('#sheet caption');
+            return [all.map(one => one.id), all[0]?.querySelector('.plan').getBoundingClientRect().height,
+                all[0]?.querySelector('summary').textContent, document.querySelector('#selected strong').textContent, sheet.textContent];"""
+        )
+        assert shown == [opens] and plan > 100, (number, shown, plan)
+        poses = name.rsplit(": ", 1)[1]
+        assert selected in (poses, poses.split(":")[-1]), (selected, poses)
+        assert view.startswith("Mounting sheet: ") and view.split(", ")[-1] in poses, (view, poses)
 
 
 # What the 3D view shows, as a number that changes when it does.

@@ -5,8 +5,9 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use super::cheapest::{folder, json};
+use super::cheapest::json;
 use crate::common::program::{Folder, Outcome, choose, perirobot, text};
+use crate::common::purchase::folder;
 
 fn verify(folder: &Folder, out: &str) -> Outcome {
     let (study, out) = (folder.path("study.toml"), folder.path(out));

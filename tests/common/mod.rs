@@ -8,6 +8,7 @@ pub(crate) mod glb;
 pub(crate) mod palletiser;
 pub(crate) mod place;
 pub(crate) mod program;
+pub(crate) mod purchase;
 pub(crate) mod python;
 #[cfg(unix)]
 pub(crate) mod running;

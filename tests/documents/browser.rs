@@ -1,5 +1,5 @@
 //! Reports of the paper's three experiments, with fewer poses and coarse, one of ten thousand poses, one of
-//! 262,144 choices, and the front of sets that were chosen, in a real browser: `browser/reports.py` opens and uses
+//! 262,144 choices, and the fronts of sets that were chosen, in a real browser: `browser/reports.py` opens and uses
 //! them, and holds them to three megabytes. Not run by default, as it needs Debian's chromium
 //! and chromium-driver, python3, and minutes: `cargo test --test documents browser -- --ignored`.
 //! `PERIROBOT_PICTURES=FOLDER` keeps pictures of every section.
@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::program::{perirobot, text};
+use crate::common::purchase;
 
 /// Fewer rays and poses: what to look for, and what stands there instead.
 const FEWER: [(&str, &str); 4] = [
@@ -73,6 +74,13 @@ fn studies(folder: &Path) {
         fs::copy(&path, folder.join("tiny").join(path.file_name().unwrap())).unwrap();
     }
     fs::write(folder.join("three.toml"), three_at_64()).unwrap();
+    let purchase = purchase::STUDY.replace("\"cell.toml\"", "\"buy/cell.toml\"");
+    for front in ["speed", "requirements"] {
+        let study = format!("{purchase}[choose]\nfront = \"{front}\"\n");
+        fs::write(folder.join(format!("cheapest-{front}.toml")), study).unwrap();
+    }
+    fs::create_dir(folder.join("buy")).unwrap();
+    fs::copy(scenes.join("approach/cell.toml"), folder.join("buy/cell.toml")).unwrap();
 }
 
 /// Sweeps a study, or chooses its sets, and reports it; the page.
@@ -95,10 +103,11 @@ fn reports_of_the_paper_open_and_are_used_offline() {
     let folder = tempfile::tempdir().unwrap();
     studies(folder.path());
     let swept = ["exp1", "exp2", "exp3", "many", "three"].map(|name| page(folder.path(), "sweep", name));
-    let chosen = page(folder.path(), "choose", "choose");
+    let chosen =
+        ["choose", "cheapest-speed", "cheapest-requirements"].map(|name| page(folder.path(), "choose", name));
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/reports.py");
     let mut command = Command::new("python3");
-    command.arg(script).args(swept).arg(chosen);
+    command.arg(script).args(swept).args(chosen);
     if let Some(pictures) = std::env::var_os("PERIROBOT_PICTURES") {
         command.arg("--pictures").arg(pictures);
     }

@@ -13,6 +13,7 @@ mod licences;
 mod measured;
 #[cfg(unix)]
 mod pages;
+mod purchase;
 mod render;
 mod report;
 mod versions;

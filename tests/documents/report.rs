@@ -315,7 +315,7 @@ fn after(folder: &Folder, command: &[&str]) -> String {
 
 /// Changes something in a file of JSON.
 #[track_caller]
-fn edit_json(path: &Path, edit: impl Fn(&mut Value)) {
+pub(super) fn edit_json(path: &Path, edit: impl Fn(&mut Value)) {
     let before: Value = serde_json::from_slice(&fs::read(path).unwrap()).unwrap();
     let mut after = before.clone();
     edit(&mut after);

@@ -15,6 +15,7 @@ STUDIES = {
     "quick.toml": 0.1,
     "sensors.toml": None,
     "tiny.toml": None,
+    "palletiser/study.toml": 0.1,
     "tutorial/study.toml": 0.2,
     "paper/exp1-choose.toml": 0.25,
     "paper/exp1.toml": 0.25,
@@ -51,6 +52,14 @@ def scenes(folder: str) -> pathlib.Path:
     for study in copy.glob("paper/*.toml"):
         study.write_text(study.read_text().replace("resolution_px = [1280, 720]", "resolution_px = [80, 45]"))
     return copy
+
+
+def priced(folder: str, at_least: float) -> pathlib.Path:
+    """The study of verdicts with a cost, and a requirement of this height."""
+    study = scenes(folder) / "judge.toml"
+    text = study.read_text().replace('kind = "rgbd"\n', 'kind = "rgbd"\ncost = 450.5\n')
+    study.write_text(text.replace("at_least = 0.7", f"at_least = {at_least}"))
+    return study
 
 
 def program(*words: object) -> subprocess.CompletedProcess:

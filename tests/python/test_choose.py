@@ -1,12 +1,13 @@
 """The best sets from Python are those of `perirobot choose`, and their proof is checked."""
 
+import json
 import pathlib
 import tempfile
 import tomllib
 import unittest
 
 import perirobot as pr
-from shared import ROOT, program
+from shared import ROOT, priced, program
 
 
 class Choose(unittest.TestCase):
@@ -91,6 +92,79 @@ class Choose(unittest.TestCase):
             results.write_text(table[: table.rindex(",") + 1] + "7\n")
             with self.assertRaisesRegex(ValueError, "results.csv"):
                 best.verify("cpu")
+
+
+class Cheapest(unittest.TestCase):
+    def test_the_answer_is_that_of_the_command_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = priced(folder, 0.5)
+            # Draws of mounts are judged elsewhere; they take the oracle long.
+            text = file.read_text().replace(', "mounting_error"', "")
+            file.write_text(f'{text}\n[choose]\nfront = "requirements"\n')
+            out = pathlib.Path(folder) / "out"
+            done = program("choose", file, "--out", out, "--backend", "cpu")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            study = pr.Study.load(file)
+            found = study.cheapest(backend="cpu", progress=False)
+            names = ["cheapest.json", "cheapest.csv", "requirements.csv", "judge.json", "results.csv", "scores.csv"]
+            for name in names:
+                self.assertEqual((pathlib.Path(found.folder) / name).read_text(), (out / name).read_text(), name)
+            self.assertEqual(found.sentence, done.stdout.splitlines()[0])
+            front = found.front()
+            self.assertEqual(front["aim"].tolist(), ["all"] + ["without"] * 3)
+            self.assertTrue(found.passes and found.proven)
+            self.assertEqual((found.cost, found.bound, found.reasons), (front.cost[0], front.cost[0], []))
+            first = found.sets[0]
+            self.assertEqual((first.name, first.cost, first.poses), ("cheapest", found.cost, front.poses[0]))
+            self.assertEqual(sum(one.cost for one in first.sensors), found.cost)
+            self.assertIn("wall, x ", first.sensors[0].place)
+            self.assertEqual({one.poses for one in found.sets}, set(front.poses))
+            verdicts = found.verdicts()
+            self.assertEqual(set(verdicts[verdicts.combination == "cheapest"].verdict), {"PASS"})
+            self.assertIn("without", found._repr_html_())
+            # A folder opens again, and other keys ask something else.
+            again = pr.Purchase.load(out)
+            self.assertEqual((again.sentence, again.sets), (found.sentence, found.sets))
+            checked = again.verify("cpu", progress=False)
+            self.assertEqual((checked["sets"], checked["open"]), (front.cost.count(), 0))
+            self.assertGreaterEqual(checked["proven"], 1)
+            one = study.cheapest(at_most=1, then="f1", region="robot", backend="cpu", progress=False)
+            self.assertTrue(all(len(each.sensors) == 1 for each in one.sets))
+
+    def test_why_nothing_passes_is_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            found = pr.Study.load(priced(folder, 0.7)).cheapest(backend="cpu", progress=False)
+            self.assertEqual((found.passes, found.cost, found.bound, found.proven), (False, None, None, True))
+            [reason] = found.reasons
+            self.assertEqual(reason.requirement, "7 of 10 body parts are seen")
+            self.assertIn("list another place", reason.why)
+            self.assertEqual(found.sets[0].name, "nearest")
+            self.assertTrue(found.sentence.startswith("no allowed set passes all; "), found.sentence)
+
+    def test_a_stopped_answer_has_its_bound(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "out"
+            pr.Study.load(priced(folder, 0.5)).cheapest(out, backend="cpu", progress=False)
+            file = out / "cheapest.json"
+            report = json.loads(file.read_text())
+            report["points"][0].update(proven=False, no_set_below=450.5)
+            file.write_text(json.dumps(report))
+            found = pr.Purchase.load(out)
+            self.assertEqual((found.proven, found.bound), (False, 450.5))
+            with self.assertRaisesRegex(ValueError, "cheapest"):
+                found.verify("cpu", progress=False)
+
+    def test_what_cannot_be_asked_is_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            study = pr.Study.load(priced(folder, 0.5))
+            with self.assertRaisesRegex(ValueError, r"asks for the cheapest set that passes"):
+                study.choose(objective="cost")
+            with self.assertRaisesRegex(ValueError, r"(?s)judge\.toml: .*at_mots"):
+                study.cheapest(at_mots=1)
+            with self.assertRaisesRegex(ValueError, "has no cheapest.json: name a folder that"):
+                pr.Purchase.load(folder)
+        with self.assertRaisesRegex(ValueError, r"tiny\.toml"):
+            pr.Study.load(ROOT / "scenes/tiny.toml").cheapest(progress=False)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import tqdm.auto
 
 import perirobot as pr
-from shared import ROOT, scenes
+from shared import ROOT, priced, scenes
 
 # Presses Ctrl-C when a part of a job has begun, and tells of each part what there was to do and what was done when the job
 # ended: one that did not stop has done all of it, or begun the next.
@@ -78,6 +78,12 @@ class Stops(unittest.TestCase):
         keys = "at_most=8, budget=100000.0, over='mean', objective='kappa', require=[]"
         self.stops("sets", True, ROOT / "scenes/choose.toml", 0.1, f"study.choose(backend='cpu', {keys})")
 
+    def test_cheapest_while_it_searches(self):
+        with tempfile.TemporaryDirectory() as folder:
+            study = priced(folder, 0.5)
+            study.write_text(re.sub(r"(?m)^draws = .*$", "draws = 1000", study.read_text()))
+            self.stops("sets", True, study, 0.1, "study.cheapest(backend='cpu')")
+
     def test_verify(self):
         job = "best = study.choose(backend='cpu', at_most=4, progress=False)\nbest.verify('cpu')"
         with tempfile.TemporaryDirectory() as folder:
@@ -129,6 +135,10 @@ class TellsHowFar(unittest.TestCase):
             for part, total, done in parts:
                 # How long a search takes nobody knows.
                 self.assertEqual(done, total or 0, part)
+        with tempfile.TemporaryDirectory() as folder:
+            costs = pr.Study.load(priced(folder, 0.5))
+            parts = self.parts(lambda: costs.cheapest(backend="cpu"))
+        self.assertEqual([part for part, _, _ in parts], ["poses", "sets", "sets", "cases"])
         one = pr.Study.load(ROOT / "scenes/tiny.toml")
         rows = len(one.poses("camera")[0])
         labels = self.parts(lambda: list(one.each_labels(combination="camera", backend="cpu")))

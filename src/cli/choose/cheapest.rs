@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use perirobot_decide::cheapest::{PurchaseOutcome, PurchaseVerified, Purchasing};
-use perirobot_decide::judge::{Judging, Speeds};
+use perirobot_decide::judge::Judging;
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
@@ -77,14 +77,8 @@ pub(super) fn search(
             let judged = judging.judge(&|| args.backend.backends(), &onlooker)?;
             onlooker.finish();
             outcome.agrees(&judged.sets)?;
-            judging.write(out, &judged)?;
-            let speeds = judging.speeds(&judged.sets);
-            let first = judged.sets.first().map(|set| {
-                let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
-                let own: Option<&Speeds> = own.map(|(_, speeds)| speeds);
-                (set, own, study.stopping.as_ref())
-            });
-            super::super::print(&terminal::cheapest::render(report, first))?;
+            let verdicts = judging.write(out, &judged)?;
+            super::super::print(&terminal::cheapest::render(report, verdicts.sets.first()))?;
         }
     }
     super::super::print(&format!("\nresults in {}\n", out.display()))?;

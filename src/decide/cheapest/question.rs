@@ -110,13 +110,26 @@ impl PurchaseQuestion {
             front: purchase.front,
             fusion: purchase.fusion,
             sensors: study.sensors.iter().zip(&purchase.representations).map(sensor).collect(),
-            require: study.requirements.iter().map(|one| AskedRequirement::new(study, one)).collect(),
+            require: AskedRequirement::from_study(study),
             tables_sha256: deciding_tables_sha256(study),
         }
+    }
+
+    /// Whether a study requires the same now, and its sensors cost the same.
+    pub(super) fn is_current(&self, study: &Study) -> bool {
+        let cost_of = |sensor: &Sensor| self.sensors.get(&sensor.name).map(|asked| asked.cost);
+        self.require.iter().eq(&AskedRequirement::from_study(study))
+            && self.tables_sha256 == deciding_tables_sha256(study)
+            && study.sensors.iter().all(|sensor| cost_of(sensor) == Some(sensor.terms.cost))
     }
 }
 
 impl AskedRequirement {
+    /// All that a study requires.
+    fn from_study(study: &Study) -> Vec<AskedRequirement> {
+        study.requirements.iter().map(|one| AskedRequirement::new(study, one)).collect()
+    }
+
     fn new(study: &Study, requirement: &Requirement) -> AskedRequirement {
         let (body, entry) = match &requirement.measure {
             Measure::Nearness(nearness) => (nearness.body.clone(), nearness.entry.clone()),

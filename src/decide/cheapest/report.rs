@@ -13,6 +13,7 @@ use perirobot_march::Result;
 use perirobot_study::input::{Combination, Member, Overrides, Purchase, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
+use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 use perirobot_sweep::results::files::{JOURNAL, remove_files, write_whole};
 
@@ -183,6 +184,22 @@ impl PurchaseReport {
     /// What the command line overrode of the study.
     pub fn overrides(&self) -> Overrides {
         Overrides { voxel_size_m: Some(self.voxel_size_m), noiseless: self.noiseless }
+    }
+
+    /// Whether results are those of its sets: a sweep may have taken their place in the folder.
+    pub fn is_of(&self, subject: &Subject) -> bool {
+        let swept = subject.combinations.iter().map(|one| (one.choices(), one.name_of(0)));
+        self.sets().into_iter().map(|set| (1, set.poses())).eq(swept)
+    }
+
+    /// Whether a study requires now what its sets were to pass, and its sensors cost what they did.
+    pub fn is_current(&self, study: &Study) -> bool {
+        self.asked.is_current(study)
+    }
+
+    /// An amount of money in the study's currency.
+    pub fn amount(&self, cost: Cost) -> String {
+        cost.to_text(self.asked.currency.as_deref())
     }
 
     /// The answer for all requirements.

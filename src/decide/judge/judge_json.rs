@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cases::{Moment, Passage};
 use super::judged::JudgedSet;
+use super::speed::Speeds;
 use super::spread::{ScoreSpread, Summed, spreads};
 use super::tables::tables_sha256;
 use super::verdict::{CasePart, Judgement, Where, word};
@@ -45,6 +46,16 @@ pub struct SetVerdicts {
     pub requirements: Vec<RequirementVerdict>,
     /// Each score under each condition: the rows of `conditions.csv`.
     pub conditions: Vec<ConditionScore>,
+    /// How fast the robot may run, if something is asked at its speeds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allowed_speed: Option<AllowedSpeed>,
+}
+
+/// How fast the robot may run with a set of sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AllowedSpeed {
+    /// The highest speed of the study that is fast enough, in metres a second; `None` if the slowest is not.
+    pub m_s: Option<f64>,
 }
 
 /// The verdict on a requirement under a condition. Scores that end in `_m` are in metres, in `_m2` in square metres; all
@@ -175,8 +186,18 @@ impl From<WrittenNumber> for JsonNumber {
 }
 
 impl Verdicts {
-    /// What was found of sets that were judged; the study is the one that was judged.
-    pub(super) fn new(study: &Study, subject: &Subject, sets: &[JudgedSet]) -> Verdicts {
+    /// What was found of sets that were judged, some of them with their speeds; the study is the one that was judged.
+    pub(super) fn new(
+        study: &Study,
+        subject: &Subject,
+        sets: &[JudgedSet],
+        speeds: &[(&JudgedSet, Speeds)],
+    ) -> Verdicts {
+        let allowed_speed = |set: &JudgedSet| {
+            let (_, own) = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set))?;
+            let stopping = study.stopping.as_ref()?;
+            Some(AllowedSpeed { m_s: own.fastest.map(|fastest| stopping.speeds[fastest].speed_m_s) })
+        };
         let of_set = |set: &JudgedSet| SetVerdicts {
             combination: set.combination.clone(),
             poses: set.poses.clone(),
@@ -186,6 +207,7 @@ impl Verdicts {
                 .iter()
                 .map(|spread| condition_score(study, subject, set, spread))
                 .collect(),
+            allowed_speed: allowed_speed(set),
         };
         Verdicts {
             format: FILE.format,
@@ -348,6 +370,7 @@ mod tests {
             representation: "points;points".into(),
             requirements: vec![missed.clone(), RequirementVerdict { value: None, is_met: true, ..missed }],
             conditions: vec![score],
+            allowed_speed: Some(AllowedSpeed { m_s: None }),
         };
         Verdicts { format: FILE.format, perirobot: "0.1.0".into(), sets: vec![set] }
     }

@@ -148,27 +148,28 @@ impl<'a> Judging<'a> {
         sets.iter().filter_map(|set| Some((set, Speeds::new(&self.at_speeds, self.results, set)?))).collect()
     }
 
-    /// Writes the files into the folder of the sweep.
+    /// Writes the files into the folder of the sweep; the verdicts as `judge.json` has them.
     ///
     /// # Errors
     /// When one cannot be written.
-    pub fn write(&self, folder: &Path, judged: &JudgeResult<'_>) -> Result<()> {
+    pub fn write(&self, folder: &Path, judged: &JudgeResult<'_>) -> Result<Verdicts> {
         let JudgeResult { sets, draws, .. } = judged;
         // A file of poses is of one choice.
         if let ([draws], [_]) = (draws.as_slice(), self.choices) {
             draws.write(folder)?;
         }
-        let verdicts = Verdicts::new(self.study, self.results, sets);
+        let speeds = self.speeds(sets);
+        let verdicts = Verdicts::new(self.study, self.results, sets, &speeds);
         verdicts.write(folder)?;
         requirements_csv(folder, &verdicts.sets)?;
         conditions_csv(folder, &verdicts.sets)?;
-        let Some(stopping) = &self.study.stopping else { return Ok(()) };
-        let speeds = self.speeds(sets);
+        let Some(stopping) = &self.study.stopping else { return Ok(verdicts) };
         if !speeds.is_empty() {
             speeds_csv(folder, self.results, &speeds, stopping)?;
         }
         let moments = sets.iter().flat_map(|set| self.measured_moments(set));
-        separation_csv(folder, moments, stopping, self.study.voxel_size_m)
+        separation_csv(folder, moments, stopping, self.study.voxel_size_m)?;
+        Ok(verdicts)
     }
 
     /// What is measured of the plan of a set.

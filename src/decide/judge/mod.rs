@@ -49,7 +49,9 @@ pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
 pub use cheapest::cheapest;
 pub use draws::Draws;
-pub use judge_json::{ConditionScore, JsonNumber, RequirementVerdict, SetVerdicts, Verdicts, WorstPlace};
+pub use judge_json::{
+    AllowedSpeed, ConditionScore, JsonNumber, RequirementVerdict, SetVerdicts, Verdicts, WorstPlace,
+};
 pub use judged::JudgedSet;
 pub use judging::{JudgeResult, Judging, forget, requires_something};
 pub use junit::junit_xml;

@@ -1,6 +1,7 @@
 //! The best sets of sensors: the question in words, and the tables of the front, of a set and of places.
 
 use super::table::{NONE, Table};
+use super::wording::count;
 use perirobot_decide::choose::{AskedScore, ChooseQuestion, Chosen, RefinedReport, SetReport, StepReport};
 use perirobot_march::metrics::{Across, Score};
 
@@ -18,19 +19,10 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     let (Chosen { candidates, asked, .. }, currency) = (chosen, currency(chosen));
     let ChooseQuestion { objective, over, region, at_most, .. } = asked;
     let (score, over) = ((spelling.score)(*objective), (spelling.over)(*over));
-    let mut text = format!(
-        "the highest {score} ({over}) in region {region}, by at most {at_most} {}",
-        if *at_most == 1 { "sensor" } else { "sensors" }
-    );
-    if let Some(budget) = asked.budget {
-        text += &format!(" for {} together", budget.to_text(currency));
-    }
-    if asked.apart_m > 0.0 {
-        text += &format!(", {} m apart", asked.apart_m);
-    }
-    if !asked.always.is_empty() {
-        text += &format!(", always with {}", asked.always.join(", "));
-    }
+    let mut text =
+        format!("the highest {score} ({over}) in region {region}, by at most {}", count(*at_most, "sensor"));
+    text +=
+        &describe_limits(asked.budget.map(|budget| budget.to_text(currency)), asked.apart_m, &asked.always);
     for AskedScore { score, over, at_least } in &asked.require {
         let (name, over, least) =
             ((spelling.score)(*score), (spelling.over)(*over), (spelling.least)(*score, *at_least));
@@ -38,6 +30,18 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     }
     let sensors: Vec<&str> = asked.sensors.keys().map(String::as_str).collect();
     text + &format!("; among {candidates} poses of {}", sensors.join(", "))
+}
+
+/// What every allowed set keeps to, in words.
+pub(super) fn describe_limits(budget: Option<String>, apart_m: f64, always: &[String]) -> String {
+    let mut text = budget.map_or(String::new(), |budget| format!(" for {budget} together"));
+    if apart_m > 0.0 {
+        text += &format!(", {apart_m} m apart");
+    }
+    if !always.is_empty() {
+        text += &format!(", always with {}", always.join(", "));
+    }
+    text
 }
 
 /// What the front's columns say, and what is certified.

@@ -1,6 +1,7 @@
 //! Results presented to people: tables for a terminal, the report as a page, and figures for print. What they share is
 //! beside them: which results are meant (`selection`, `series`), what is computed of them (`maximum`, `bounds`,
-//! `quartiles`, `explained`), how charts are drawn (`charts`, `colours`), where places come to lie on paper (`unfolded`), and how it is written (`table`, `apart`, `chosen_sets`, `wording`).
+//! `quartiles`, `explained`), how charts are drawn (`charts`, `colours`), where places come to lie on paper (`unfolded`),
+//! and how it is written (`table`, `apart`, `chosen_sets`, `purchased`, `wording`).
 
 mod apart;
 #[cfg(feature = "report")]
@@ -16,6 +17,7 @@ pub mod figures;
 mod maximum;
 #[cfg(feature = "report")]
 pub mod page;
+pub mod purchased;
 mod quartiles;
 pub mod reasons_file;
 mod selection;

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import os
-import shutil
-import tempfile
-import weakref
-from collections.abc import Mapping
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from . import _perirobot
-from .checks import json_of, needed
+from .answer import Answer, missing_file
 from .device import Backend, words
-from .page import table
 from .progress import shown
 
 if TYPE_CHECKING:
@@ -24,23 +16,10 @@ if TYPE_CHECKING:
     from .study import Study
 
 
-def _remove(folder: str, process: int) -> None:
-    if os.getpid() == process:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-class Best:
+class Best(Answer):
     """What :meth:`Study.choose` found: a front of sets, by size and cost."""
 
-    def __init__(self, study: Study | None, keys: Mapping[str, Any], folder: str | PathLike[str] | None) -> None:
-        self._study, self._keys = study, keys
-        if folder is None:
-            self.folder = tempfile.mkdtemp(prefix="perirobot-")
-            # It is there as long as this object, in the process that made it: a child that was forked has a copy of both.
-            weakref.finalize(self, _remove, self.folder, os.getpid())
-        else:
-            self.folder = os.fspath(folder)
-            os.makedirs(self.folder, exist_ok=True)
+    _SHOWN = "front.csv"
 
     @classmethod
     def load(cls, folder: str | PathLike[str], study: Study | None = None, **keys: Any) -> Best:
@@ -50,27 +29,15 @@ class Best:
         :param keys: keys of ``[choose]`` with which the search was asked instead of the study's.
         :raises ValueError: if the folder is not one of these.
         """
-        missing = [name for name in ("choose.json", "front.csv", "sets.csv") if not os.path.isfile(os.path.join(folder, name))]
-        if missing:
+        if name := missing_file(folder, ["choose.json", "front.csv", "sets.csv"]):
             cure = "name a folder that Study.choose or `perirobot choose` wrote"
-            raise ValueError(f"{os.fspath(folder)}: has no {missing[0]}: {cure}")
+            raise ValueError(f"{os.fspath(folder)}: has no {name}: {cure}")
         return cls(study, keys, folder)
-
-    def __repr__(self) -> str:
-        return f"<perirobot.Best in {self.folder}>"
-
-    def _repr_html_(self) -> str:
-        """The front, as notebooks show it."""
-        with open(os.path.join(self.folder, "front.csv"), newline="", encoding="utf-8") as file:
-            header, *rows = csv.reader(file)
-        return table(repr(self)[1:-1], header, rows)
 
     @property
     def currency(self) -> str | None:
         """The unit of all costs, if the study has a ``currency``."""
-        with open(os.path.join(self.folder, "choose.json"), encoding="utf-8") as file:
-            found: str | None = json.load(file)["asked"].get("currency")
-        return found
+        return self._currency("choose.json")
 
     def front(self) -> pandas.DataFrame:
         """The best set of each size and step of cost, with its score and the score that no set is above: the columns of
@@ -104,19 +71,3 @@ class Best:
         with shown(progress) as bars:
             counts = asking.verify(self.folder, words(backend, adapter, threads), bars)
         return dict(zip(("sets", "proven", "bound", "open"), counts))
-
-    def _asking(self) -> _perirobot.Study:
-        """The study with the question of the search."""
-        if self._study is None:
-            from .study import Study
-
-            file, voxel_size_m, noiseless = _perirobot.origin_of(self.folder)
-            if not os.path.exists(file):
-                raise ValueError(f"{file}: the study of this folder is not there: name it, as in Best.load(folder, study)")
-            self._study = Study.load(file, voxel_size_m=voxel_size_m, noiseless=noiseless)
-        native = self._study._native
-        return native.asking(json_of("choose", self._keys)) if self._keys else native
-
-    def _table(self, name: str) -> pandas.DataFrame:
-        rows: pandas.DataFrame = needed("pandas", "tables").read_csv(os.path.join(self.folder, name))
-        return rows

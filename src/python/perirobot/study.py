@@ -21,6 +21,7 @@ from .memory import in_memory
 from .page import table
 from .poses import Frame, each
 from .progress import Bars, shown
+from .purchase import Purchase
 from .result import Result
 
 if TYPE_CHECKING:
@@ -319,12 +320,35 @@ class Study:
 
         :param out: folder for the files that ``perirobot choose`` writes; a temporary one by default. Other commands take it.
         :param keys: keys of ``[choose]`` instead of the study's: ``at_most=3``, ``objective="f1"``, ``region="robot"``, ``refine=True``.
-        :raises ValueError: if nothing is asked, or what is asked is wrong.
+        :raises ValueError: if nothing is asked, what is asked is wrong, or the cheapest set is asked for (see :meth:`cheapest`).
         """
         best = Best(self, keys, out)
         with shown(progress) as bars:
             best._asking().choose(best.folder, words(backend, adapter, threads), bars)
         return best
+
+    def cheapest(
+        self,
+        out: str | PathLike[str] | None = None,
+        *,
+        backend: Backend = "auto",
+        adapter: str | None = None,
+        threads: int | None = None,
+        progress: bool = True,
+        **keys: Any,
+    ) -> Purchase:
+        """Finds the cheapest set of the listed poses that passes all ``[[require]]``, and proves that no cheaper one does.
+
+        All sensors need a cost. If nothing passes, that is no error: :attr:`Purchase.reasons` says why.
+
+        :param out: folder for the files that ``perirobot choose`` writes; a temporary one by default. Other commands take it.
+        :param keys: keys of ``[choose]`` instead of the study's: ``at_most=4``, ``budget=5000``, ``front="speed"``, ``then="f1"``.
+        :raises ValueError: if nothing is required, or what is asked is wrong.
+        """
+        purchase = Purchase(self, {"objective": "cost", **keys}, out)
+        with shown(progress) as bars:
+            purchase._asking().cheapest(purchase.folder, words(backend, adapter, threads), bars)
+        return purchase
 
     def judge(
         self,

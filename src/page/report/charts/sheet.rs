@@ -79,6 +79,11 @@ impl Sheet {
         self.svg.add_titled("circle", &point, title);
     }
 
+    /// Adds a line or an outline that tells something under the mouse; its class says how it looks.
+    pub(crate) fn mark(&mut self, class: &str, path: &str, title: &str) {
+        self.svg.add_titled("path", &[("class", &class), ("d", &path)], title);
+    }
+
     /// Adds a rectangle (left, upper edge, width, height), filled as its class says.
     pub(crate) fn rectangle(&mut self, class: &str, [x, y, width, height]: [f64; 4]) {
         let path =

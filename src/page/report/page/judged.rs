@@ -3,7 +3,7 @@
 use super::ReportedSweep;
 use super::verdicts::{ShownRequirement, current_verdicts};
 use crate::report::series::choice_names;
-use perirobot_decide::judge::{ConditionScore, SetVerdicts, Verdicts};
+use perirobot_decide::judge::{SetVerdicts, Verdicts};
 use perirobot_decide::view::Choice;
 use perirobot_decide::view::names::find_choices;
 use perirobot_march::Result;
@@ -19,8 +19,8 @@ pub(super) struct JudgedChoice {
     pub(super) note: String,
     /// What is required, with its verdicts.
     pub(super) required: Vec<ShownRequirement>,
-    /// What scores are under each condition.
-    pub(super) conditions: Vec<ConditionScore>,
+    /// All that was decided.
+    pub(super) verdicts: SetVerdicts,
 }
 
 impl JudgedChoice {
@@ -39,7 +39,7 @@ pub(super) fn judged_choices(sweep: &ReportedSweep) -> Result<Vec<JudgedChoice>>
     let of_one = |set: SetVerdicts| {
         let names = set.names().map(String::from);
         let (note, required) = current_verdicts(sweep, &set.requirements);
-        JudgedChoice { choice: swept(sweep, &names), names, note, required, conditions: set.conditions }
+        JudgedChoice { choice: swept(sweep, &names), names, note, required, verdicts: set }
     };
     Ok(sets.into_iter().map(of_one).collect())
 }

@@ -41,6 +41,7 @@ use document::Document;
 use judged::JudgedChoice;
 use packed::{NumberTable, pack};
 use perirobot_decide::approach::Way;
+use perirobot_decide::cheapest::PurchaseReport;
 use perirobot_decide::choose::Chosen;
 use perirobot_decide::view::View;
 use perirobot_march::backend::Backend;
@@ -81,6 +82,8 @@ pub struct ReportedSweep<'a> {
     pub folder: &'a Path,
     /// What was asked and found where sets of sensors were chosen.
     pub chosen: Option<&'a Chosen>,
+    /// What was asked and found where the cheapest set that passes was chosen.
+    pub purchase: Option<&'a PurchaseReport>,
     /// Words of the command line besides the study that are needed to read the same files.
     pub words: &'a [String],
 }

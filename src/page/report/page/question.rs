@@ -3,6 +3,7 @@
 use crate::report::apart::Writing;
 use crate::report::chosen_sets::{self, Spelling};
 use crate::report::page::{ReportedSweep, measure};
+use crate::report::purchased;
 use crate::report::wording::describe_moments;
 
 /// Most sensors, combinations or scenes that are called by their names.
@@ -13,6 +14,9 @@ pub(super) fn question(sweep: &ReportedSweep) -> String {
     let results = sweep.results;
     if let Some(chosen) = sweep.chosen {
         return format!("Asked: {}.", chosen_sets::question(chosen, &IN_WORDS));
+    }
+    if let Some(purchase) = sweep.purchase {
+        return format!("Asked: {}.", purchased::question(purchase, &IN_WORDS));
     }
     let all: Vec<(&str, usize)> =
         results.combinations.iter().map(|one| (one.name.as_str(), one.choices())).collect();
@@ -64,8 +68,8 @@ pub(super) fn title(sweep: &ReportedSweep) -> String {
     let scenes: Vec<&str> = sweep.results.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scenes =
         if scenes.len() > MOST_NAMED { format!("{} scenes", scenes.len()) } else { join_words(&scenes) };
-    match sweep.chosen {
-        Some(_) => format!("Which sensors, and where, in {scenes}"),
-        None => format!("Where to put {sensors} in {scenes}"),
+    match sweep.chosen.is_some() || sweep.purchase.is_some() {
+        true => format!("Which sensors, and where, in {scenes}"),
+        false => format!("Where to put {sensors} in {scenes}"),
     }
 }

@@ -4,14 +4,15 @@ use super::judged::JudgedChoice;
 use super::measure::BESTS;
 use super::ranking::Ranking;
 use super::{ReportedSweep, measure};
+use crate::report::purchased;
 use crate::report::series::{Series, worst_snapshot};
-use perirobot_decide::choose::Chosen;
+use perirobot_decide::cheapest::PurchasedSet;
 use perirobot_decide::judge::{LeaderScope, cheapest, leaders};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_study::input::{Counted, Requirement};
-use perirobot_sweep::results::Results;
+use perirobot_sweep::results::{Results, RowKey};
 
 /// A choice of poses, and in which region it is the best.
 #[derive(Clone, Debug)]
@@ -49,7 +50,8 @@ impl Recommended {
     }
 }
 
-/// What is recommended: the cheapest of the choices that were judged and meet all requirements; else of sets that were
+/// What is recommended: the cheapest set that passes, or comes nearest, where that was chosen; else the cheapest of the
+/// choices that were judged and meet all requirements; else of sets that were
 /// chosen the best one; else the choice that meets the most requirements of the
 /// study as planned; else that which detects most body parts in the region with people at most moments, then has the highest F1;
 /// where there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
@@ -58,7 +60,8 @@ pub(super) fn recommend(
     rankings: &[Ranking],
     judged: &[JudgedChoice],
 ) -> Result<Option<Recommended>> {
-    let found = match recommend_judged(sweep, rankings, judged)
+    let found = match recommend_purchased(sweep, rankings)
+        .or_else(|| recommend_judged(sweep, rankings, judged))
         .or_else(|| recommend_chosen(sweep, rankings, judged))
     {
         Some(found) => Some(found),
@@ -78,9 +81,17 @@ pub(super) fn recommend(
              see it here"
         );
     }
+    let (moments, scene) = worst_moments(sweep, rankings[series].series.key(choice, region), score)?;
+    Ok(Some(Recommended { series, choice, region, score, why, moments, scene }))
+}
+
+/// For each scene the moment at which a score is the worst, and the scene in which it is the worst of all.
+///
+/// # Errors
+/// Those of a journal that cannot be read.
+pub(super) fn worst_moments(sweep: &ReportedSweep, key: RowKey, score: Score) -> Result<(Vec<usize>, usize)> {
     let (mut moments, mut worst) = (Vec::new(), None);
     for (scene, of_scene) in sweep.results.scenes.iter().enumerate() {
-        let key = rankings[series].series.key(choice, region);
         let snapshot = worst_snapshot(sweep.results, of_scene, key, score)?.unwrap_or(0);
         let moment = of_scene.moments.start + snapshot;
         moments.push(moment);
@@ -90,8 +101,7 @@ pub(super) fn recommend(
             worst = Some((scene, merit));
         }
     }
-    let scene = worst.map_or(0, |(scene, _)| scene);
-    Ok(Some(Recommended { series, choice, region, score, why, moments, scene }))
+    Ok((moments, worst.map_or(0, |(scene, _)| scene)))
 }
 
 /// Ranking, choice, region, score, and why.
@@ -103,7 +113,7 @@ fn count(results: &Results) -> usize {
 }
 
 /// The number of the ranking of a combination in a representation.
-fn series_of(rankings: &[Ranking], combination: usize, representation: usize) -> Option<usize> {
+pub(super) fn series_of(rankings: &[Ranking], combination: usize, representation: usize) -> Option<usize> {
     rankings
         .iter()
         .position(|one| (one.series.combination, one.series.representation) == (combination, representation))
@@ -115,11 +125,9 @@ fn recommend_judged(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judge
     let combinations: Vec<usize> = passing.iter().map(|choice| choice.combination).collect();
     let choice = passing[cheapest(sweep.study, &combinations)?];
     let series = series_of(rankings, choice.combination, choice.representation)?;
-    let counted = sweep.study.requirements.iter().find_map(Requirement::counted_score);
-    let (region, score) = match (sweep.chosen, counted) {
-        (Some(chosen), _) => (region_of(sweep, chosen)?, chosen.asked.objective),
-        (None, Some(counted)) => (counted.region, counted.score),
-        (None, None) => (0, Score::F1),
+    let (region, score) = match sweep.chosen {
+        Some(chosen) => (region_of(sweep, &chosen.asked.region)?, chosen.asked.objective),
+        None => required_score(sweep),
     };
     let why = match (judged.len(), passing.len()) {
         (1, _) => "the choice that was judged, and meets all requirements".into(),
@@ -129,15 +137,36 @@ fn recommend_judged(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judge
     Some((series, choice.choice, region, score, why))
 }
 
-fn region_of(sweep: &ReportedSweep, chosen: &Chosen) -> Option<usize> {
-    sweep.results.regions.iter().position(|name| *name == chosen.asked.region)
+fn region_of(sweep: &ReportedSweep, region: &str) -> Option<usize> {
+    sweep.results.regions.iter().position(|name| name == region)
+}
+
+/// The first score that is required, and its region; else F1.
+fn required_score(sweep: &ReportedSweep) -> (usize, Score) {
+    let counted = sweep.study.requirements.iter().find_map(Requirement::counted_score);
+    counted.map_or((0, Score::F1), |counted| (counted.region, counted.score))
+}
+
+fn recommend_purchased(sweep: &ReportedSweep, rankings: &[Ranking]) -> Option<Found> {
+    let report = sweep.purchase?;
+    let combination = purchased_set(sweep, report.recommended()?)?;
+    let series = series_of(rankings, combination, 0)?;
+    let then = report.asked.then.as_ref();
+    let decided = then.and_then(|then| Some((region_of(sweep, &then.region)?, then.score)));
+    let (region, score) = decided.unwrap_or_else(|| required_score(sweep));
+    Some((series, 0, region, score, purchased::describe_recommended(report)))
+}
+
+/// The combination of a set among what was swept.
+pub(super) fn purchased_set(sweep: &ReportedSweep, set: &PurchasedSet) -> Option<usize> {
+    sweep.results.combinations.iter().position(|one| one.name_of(0) == set.poses())
 }
 
 fn recommend_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[JudgedChoice]) -> Option<Found> {
     let chosen = sweep.chosen?;
     let (best, combination) = (chosen.report.best()?, chosen.report.best_set()?);
     let series = rankings.iter().position(|one| one.series.combination == combination)?;
-    let region = region_of(sweep, chosen)?;
+    let region = region_of(sweep, &chosen.asked.region)?;
     let proof = match best.proven {
         true => "no other set of the listed poses is better",
         false => "the best that was found; it is not proven",

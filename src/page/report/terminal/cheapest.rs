@@ -1,20 +1,15 @@
 //! The cheapest set that passes, as text: one sentence first, then where its sensors are, what proves it, and what else
 //! was asked.
 
+use crate::report::purchased::{describe_bound, describe_proof, sentence};
 use crate::report::table::Table;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
-use perirobot_decide::judge::{JudgedSet, Speeds};
-use perirobot_study::input::Stopping;
-use perirobot_study::sensor::Cost;
+use perirobot_decide::judge::SetVerdicts;
 
-/// The answer; `judged` is the recommended set, if there is one, with how fast the robot may run with it.
-pub fn render(
-    report: &PurchaseReport,
-    judged: Option<(&JudgedSet, Option<&Speeds>, Option<&Stopping>)>,
-) -> String {
+/// The answer; `judged` has the verdicts on the recommended set, if there is one.
+pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     let mut text = format!("{}\n", sentence(report, judged));
-    let main = report.main();
-    for reason in &main.reasons {
+    for reason in &report.main().reasons {
         text += &format!("  {}: {}\n", reason.requirement, reason.why);
         let asked = report.asked.require.iter().find(|asked| asked.name == reason.requirement);
         if let Some(words) = asked.and_then(|asked| asked.safety_function.as_ref()) {
@@ -24,93 +19,18 @@ pub fn render(
     if let Some(set) = report.recommended() {
         text += &format!("\n{}", sensors(report, set).text());
     }
-    text += &format!("\n{}\n", proof(report, main));
+    text += &format!("\n{}\n", describe_proof(report));
     for table in [front(report), numbers(report)].into_iter().flatten() {
         text += &format!("\n{}", table.text());
     }
     text
 }
 
-/// The answer in one sentence.
-pub fn sentence(
-    report: &PurchaseReport,
-    judged: Option<(&JudgedSet, Option<&Speeds>, Option<&Stopping>)>,
-) -> String {
-    let Some(set) = report.recommended() else {
-        return match report.main().proven {
-            true => "no allowed set of the listed places passes, nor does any come near".into(),
-            false => "no set that passes was found so far".into(),
-        };
-    };
-    let count = set.sensors.len();
-    let sensors = if count == 1 { "sensor" } else { "sensors" };
-    let size = format!("{count} {sensors} for {}", amount(report, set.cost));
-    let verdicts = judged.map_or(String::new(), |(judged, ..)| {
-        let passed = judged.judgements.iter().filter(|judgement| judgement.is_met).count();
-        format!(" pass {passed} of {} verdicts", judged.judgements.len())
-    });
-    let speed = judged.map_or(String::new(), |(_, speeds, stopping)| at_speed(speeds, stopping));
-    let nearest = match report.main().set {
-        Some(_) => "",
-        None if report.main().proven => "no allowed set passes all; ",
-        None => "no set that passes all was found so far; ",
-    };
-    let next = impossible_speed(report).map_or(String::new(), |(speed, why)| {
-        format!("; {speed} m/s is impossible with these places: {why}")
-    });
-    format!("{nearest}{size}{verdicts}{speed}{next}")
-}
-
-fn at_speed(speeds: Option<&Speeds>, stopping: Option<&Stopping>) -> String {
-    let (Some(speeds), Some(stopping)) = (speeds, stopping) else { return String::new() };
-    match speeds.fastest {
-        Some(fastest) => format!("; the robot may run at {} m/s", stopping.speeds[fastest].speed_m_s),
-        None => "; the robot may run at none of the listed speeds".into(),
-    }
-}
-
-/// The lowest speed at which no set passes, with the first reason.
-fn impossible_speed(report: &PurchaseReport) -> Option<(f64, &str)> {
-    report.points.iter().find_map(|point| match (&point.aim, point.reasons.first()) {
-        (AimReport::Speed(speed), Some(reason)) => Some((*speed, reason.why.as_str())),
-        _ => None,
-    })
-}
-
-/// An amount of money in the study's currency.
-fn amount(report: &PurchaseReport, cost: Cost) -> String {
-    cost.to_text(report.asked.currency.as_deref())
-}
-
-/// What is proven of the answer.
-fn proof(report: &PurchaseReport, main: &PurchasePoint) -> String {
-    let PurchasePoint { tested, proven, .. } = main;
-    let ways = report.ways_in.len();
-    let by = format!("{tested} sets tested, {ways} ways in");
-    match (&main.set, main.no_set_below, proven) {
-        (Some(_), _, true) => {
-            format!("proven: no cheaper set of the {} listed places passes ({by})", report.candidates)
-        }
-        (Some(set), Some(bound), false) => {
-            format!(
-                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({by})",
-                amount(report, bound),
-                amount(report, set.cost)
-            )
-        }
-        (None, _, true) => {
-            format!("proven: no allowed set of the {} listed places passes ({by})", report.candidates)
-        }
-        (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", amount(report, bound)),
-        (_, None, _) => format!("stopped ({by})"),
-    }
-}
-
 /// The sensors of a set.
 fn sensors(report: &PurchaseReport, set: &PurchasedSet) -> Table {
     let mut table = Table::new(&["<sensor", "<pose", "cost", "<place"]);
     for one in &set.sensors {
-        let cost = amount(report, one.cost);
+        let cost = report.amount(one.cost);
         table.row([one.sensor.clone(), one.pose.clone(), cost, one.place.clone()]);
     }
     table
@@ -118,23 +38,16 @@ fn sensors(report: &PurchaseReport, set: &PurchasedSet) -> Table {
 
 /// What else was asked: the cheapest set at each speed, or without each requirement.
 fn front(report: &PurchaseReport) -> Option<Table> {
-    let (is_speed, is_without) = (
-        |point: &&PurchasePoint| matches!(point.aim, AimReport::Speed(_)),
-        |point: &&PurchasePoint| matches!(point.aim, AimReport::Without(_)),
-    );
-    let points: Vec<&PurchasePoint> =
-        report.points.iter().filter(|point| is_speed(point) || is_without(point)).collect();
-    let first = points.first()?;
-    let heading = if is_speed(first) { ">m/s" } else { "<without" };
-    let mut table = Table::new(&[heading, "cost", "sensors", "<", "<set"]);
-    for point in points {
-        let aim = match &point.aim {
-            AimReport::Speed(speed) => speed.to_string(),
-            AimReport::Without(name) => name.clone(),
-            AimReport::All | AimReport::Number(_) | AimReport::Nearest(_) => continue,
-        };
-        let [cost, count, proven, set] = found(report, point);
-        table.row([aim, cost, count, proven, set]);
+    let aim = |point: &PurchasePoint| match &point.aim {
+        AimReport::Speed(speed) => Some((">m/s", speed.to_string())),
+        AimReport::Without(name) => Some(("<without", name.clone())),
+        AimReport::All | AimReport::Number(_) | AimReport::Nearest(_) => None,
+    };
+    let (heading, _) = report.points.iter().find_map(aim)?;
+    let mut table = Table::new(&[heading, "cost", "sensors", "<proof", "<set"]);
+    for (point, (_, aim)) in report.points.iter().filter_map(|point| Some((point, aim(point)?))) {
+        let [cost, count, proof, set] = found(report, point);
+        table.row([aim, cost, count, proof, set]);
     }
     Some(table)
 }
@@ -146,11 +59,11 @@ fn numbers(report: &PurchaseReport) -> Option<Table> {
         _ => None,
     };
     report.points.iter().find_map(number)?;
-    let mut table = Table::new(&["at least", "cost", "sensors", "<", "<missed", "<set"]);
+    let mut table = Table::new(&["at least", "cost", "sensors", "<proof", "<missed", "<set"]);
     for (point, least) in report.points.iter().filter_map(|point| Some((point, number(point)?))) {
-        let [cost, count, proven, set] = found(report, point);
+        let [cost, count, proof, set] = found(report, point);
         let least = format!("{least} of {}", report.asked.require.len());
-        table.row([least, cost, count, proven, point.missed.join("; "), set]);
+        table.row([least, cost, count, proof, point.missed.join("; "), set]);
     }
     Some(table)
 }
@@ -158,19 +71,11 @@ fn numbers(report: &PurchaseReport) -> Option<Table> {
 /// Cost and size of the set of a point, how sure that is, and the set; if there is none, why.
 fn found(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
     let (cost, count, set) = match &point.set {
-        Some(set) => (amount(report, set.cost), set.sensors.len().to_string(), set.poses()),
+        Some(set) => (report.amount(set.cost), set.sensors.len().to_string(), set.poses()),
         None => {
             let why: Vec<&str> = point.reasons.iter().map(|reason| reason.why.as_str()).collect();
             (String::new(), String::new(), why.join("; "))
         }
     };
-    let proven = match (&point.set, point.proven) {
-        (Some(_), true) => "proven".to_string(),
-        (Some(_), false) => {
-            point.no_set_below.map_or(String::new(), |bound| format!("none below {}", amount(report, bound)))
-        }
-        (None, true) => "no set".into(),
-        (None, false) => "none found".into(),
-    };
-    [cost, count, proven, set]
+    [cost, count, describe_bound(report, point), set]
 }

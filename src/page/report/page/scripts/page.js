@@ -58,10 +58,12 @@ function draw(changes) {
   }
 }
 
-/** Chooses a row of the best placements. */
-function chooseRow({ dataset }) {
+/** Chooses what a button or a point of a chart stands for, and shows it: what the page tells of it, else the cell. */
+function chooseNamed({ dataset }) {
   choose({ series: Number(dataset.series), region: Number(dataset.region), choice: Number(dataset.choice) });
-  element("cell").scrollIntoView();
+  const own = element(dataset.opens);
+  if (own) own.open = true;
+  (own ?? element("cell")).scrollIntoView();
 }
 
 fill("extent", extents, "extent");
@@ -70,7 +72,7 @@ fill("series", data.series.map(one => one.title), "series");
 SCORE_SELECTORS.forEach(id => fill(id, data.measures.map(one => one.title), "measure"));
 fill("member", [], "member");
 makeLayers();
-document.querySelectorAll("#instead .choose").forEach(button => button.addEventListener("click", () => chooseRow(button)));
+document.querySelectorAll("[data-choice]").forEach(named => named.addEventListener("click", () => chooseNamed(named)));
 // Paper has nothing to click on.
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => { part.open = !part.matches(".aside"); }));
 Object.assign(chosen, data.recommended ?? {});

@@ -1,6 +1,7 @@
 //! The first screen: what was asked, what is recommended, a few large numbers with what is possible at most, and the
 //! floor plan.
 
+mod answer;
 mod tile;
 
 use maud::{Markup, PreEscaped, html};
@@ -11,6 +12,7 @@ use crate::report::page::question::question;
 use crate::report::page::recommended::Recommended;
 use crate::report::page::{Findings, ReportedSweep};
 use crate::report::wording::extent;
+use answer::PurchaseAnswer;
 use perirobot_decide::approach::Way;
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
@@ -19,6 +21,8 @@ use tile::{BigNumber, tiles};
 /// The first screen.
 #[derive(Debug)]
 pub(super) struct FirstScreen {
+    /// Where the cheapest set that passes was chosen, the answer.
+    answer: Option<PurchaseAnswer>,
     /// What was asked, as a sentence.
     asked: String,
     /// The names of the recommended choice, of which all numbers are.
@@ -68,7 +72,8 @@ impl FirstScreen {
         let combination = &results.combinations[series.combination];
         let (choice, region) = (recommended.choice, recommended.region);
         let looked = recommended.choice(rankings);
-        let plan = |scene: usize| plan(sweep, looked, (scene, recommended.moments[scene]), ways.get(scene));
+        let plan =
+            |scene: usize| draw_plan(sweep, looked, (scene, recommended.moments[scene]), ways.get(scene));
         let others = (0..results.scenes.len()).filter(|scene| *scene != recommended.scene);
         let plans: Vec<(FloorPlan, ShownPlan)> =
             [recommended.scene].into_iter().chain(others).map(plan).collect();
@@ -92,6 +97,7 @@ impl FirstScreen {
         thinned.dedup();
         Ok(FirstScreen {
             thinned,
+            answer: PurchaseAnswer::from_findings(findings),
             asked: question(sweep),
             set: format!("{} ({})", combination.name, combination.name_of(choice)),
             why: recommended.why.clone(),
@@ -112,6 +118,7 @@ impl FirstScreen {
     pub(super) fn view(&self, good: &Good) -> Markup {
         html! {
             section #answer {
+                @if let Some(answer) = &self.answer { (answer.view()) }
                 (self.render_text(good))
                 @if let Some(plan) = self.plans.first() { (plan.view()) }
             }
@@ -161,8 +168,8 @@ pub(super) fn render_empty() -> Markup {
 }
 
 impl ShownPlan {
-    /// The plan of the first screen, with its legend.
-    fn view(&self) -> Markup {
+    /// The plan with its legend.
+    pub(super) fn view(&self) -> Markup {
         html! {
             figure.floor-plan {
                 (PreEscaped(&self.svg))
@@ -182,7 +189,8 @@ impl ShownPlan {
     }
 }
 
-fn plan(
+/// The plan of a choice in a scene at a moment, with the ways in if they are known.
+pub(super) fn draw_plan(
     sweep: &ReportedSweep,
     looked: Choice,
     (scene, moment): (usize, usize),

@@ -14,6 +14,7 @@ use crate::report::page::{Findings, ReportedSweep};
 use crate::report::table::Table;
 use near::read_approach;
 use perirobot_decide::judge::{ConditionScore, JsonNumber};
+use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_scene::shell;
@@ -48,6 +49,18 @@ impl Good {
         Ok(good)
     }
 
+    /// The verdicts alone on a choice, and where they are from.
+    ///
+    /// # Errors
+    /// When a journal cannot be read.
+    pub(super) fn from_verdicts(findings: &Findings, looked: Choice, names: &[String; 3]) -> Result<Good> {
+        let (note, required) = match findings.judged.iter().find(|one| one.names == *names) {
+            Some(one) => (one.note.clone(), one.required.clone()),
+            None => not_judged(&findings.sweep, &looked)?,
+        };
+        Ok(Good { notes: vec![note], required, ..Good::default() })
+    }
+
     /// The section; `set` is the name of the choice.
     pub(super) fn view(&self, set: Option<&str>) -> Markup {
         html! {
@@ -57,14 +70,14 @@ impl Good {
                 @for note in &self.notes { p { (note) } }
                 @if !self.required.is_empty() {
                     p.overall.(self.verdict()) { "By what the study requires, " (self.overall()) "." }
-                    (verdicts(self))
+                    (self.view_verdicts())
                 }
                 @if !self.judged.is_empty() {
                     h3 { "All choices that were judged" }
                     @for (name, one) in &self.judged {
                         details.judged {
                             summary { b.(one.verdict()) { (one.verdict()) } " " (name) ": " (one.overall()) }
-                            (verdicts(one))
+                            (one.view_verdicts())
                         }
                     }
                 }
@@ -73,6 +86,22 @@ impl Good {
                     figure.picture { img src=(address) alt=(name); figcaption { (name) } }
                 }
                 ul { @for (what, command) in &self.commands { li { "To " (what) ": " code { (command) } } } }
+            }
+        }
+    }
+
+    /// What is required, and whether it is met.
+    pub(super) fn view_verdicts(&self) -> Markup {
+        html! {
+            ul.verdicts {
+                @for one in &self.required {
+                    @for verdict in &one.verdicts {
+                        li.(verdict.verdict) {
+                            b { (verdict.verdict) }
+                            span { strong { (verdict.name) } " " (verdict.words) (one.view_safety_function()) }
+                        }
+                    }
+                }
             }
         }
     }
@@ -122,14 +151,10 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     let looked = recommended.choice(rankings);
     let own = recommended.names(results, rankings);
     let of_own = judged.iter().find(|one| one.names == own);
-    let (note, required) = match of_own {
-        Some(one) => (one.note.clone(), one.required.clone()),
-        None => not_judged(sweep, &looked)?,
-    };
-    let mut good = Good { notes: vec![note], required, ..Good::default() };
+    let mut good = Good::from_verdicts(findings, looked, &own)?;
     let others = judged.iter().any(|one| one.names != own);
     good.judged = judged.iter().filter(|_| others).map(judged_good).collect();
-    let [conditions, old] = parted_by_now(study, of_own.map_or(&[], |one| &one.conditions));
+    let [conditions, old] = parted_by_now(study, of_own.map_or(&[], |one| &one.verdicts.conditions));
     if !old.is_empty() {
         good.notes.push(format!(
             "Rows of {CONDITIONS} rest on tables of the study that have changed since perirobot judge ran, and are not \
@@ -198,21 +223,6 @@ fn judged_good(one: &JudgedChoice) -> (String, Good) {
     let [combination, poses, representation] = &one.names;
     let good = Good { required: one.required.clone(), ..Good::default() };
     (format!("{combination} · {poses} · {representation}"), good)
-}
-
-fn verdicts(good: &Good) -> Markup {
-    html! {
-        ul.verdicts {
-            @for one in &good.required {
-                @for verdict in &one.verdicts {
-                    li.(verdict.verdict) {
-                        b { (verdict.verdict) }
-                        span { strong { (verdict.name) } " " (verdict.words) (one.view_safety_function()) }
-                    }
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ pub(super) struct Sections<'a> {
 impl<'a> Sections<'a> {
     /// Of what was found; `picture` is the address of what is recommended at its worst moment.
     pub(super) fn new(findings: &Findings<'a>, picture: Option<String>) -> Result<Sections<'a>> {
-        let money = Money::new(findings);
+        let money = Money::new(findings)?;
         Ok(Sections {
             first_screen: FirstScreen::from_recommended(findings)?,
             instead: Instead::new(findings)?,

@@ -2,6 +2,7 @@
 
 mod cost_plot;
 mod maxima_chart;
+mod purchase_front;
 
 use maud::{Markup, html};
 
@@ -14,12 +15,16 @@ use crate::report::page::{Findings, ReportedSweep};
 use crate::report::table::Table;
 use cost_plot::CostPlot;
 use maxima_chart::maxima_chart;
+use perirobot_march::Result;
 use perirobot_march::metrics::Score;
+use purchase_front::ShownPurchase;
 
 /// What there is to spend on.
 pub(super) struct Money<'a> {
     /// Of sets that were chosen.
     cost_plot: Option<CostPlot>,
+    /// Of the cheapest sets that pass.
+    purchase: Option<ShownPurchase>,
     charts: ScoreCharts,
     maxima: Vec<Titled>,
     /// Whose maximum the numbers in brackets are a part of.
@@ -28,7 +33,10 @@ pub(super) struct Money<'a> {
 
 impl<'a> Money<'a> {
     /// `None` where there is one way to spend.
-    pub(super) fn new(findings: &Findings<'a>) -> Option<Money<'a>> {
+    ///
+    /// # Errors
+    /// When a journal cannot be read.
+    pub(super) fn new(findings: &Findings<'a>) -> Result<Option<Money<'a>>> {
         let Findings { sweep, rankings, .. } = *findings;
         let (results, maxima) = (sweep.results, maxima_tables(&sweep, rankings));
         let parts = scores_in_regions(&sweep).filter(|_| !maxima.is_empty());
@@ -38,8 +46,10 @@ impl<'a> Money<'a> {
             first: &[Score::F1],
         };
         let full = most_sensors(results).map(|full| results.combinations[full].name.as_str());
-        let money = Money { cost_plot: sweep.chosen.map(CostPlot::new), charts, maxima, full };
-        (money.cost_plot.is_some() || !money.maxima.is_empty()).then_some(money)
+        let cost_plot = sweep.chosen.map(CostPlot::new);
+        let purchase = ShownPurchase::from_findings(findings)?;
+        let is_empty = cost_plot.is_none() && purchase.is_none() && maxima.is_empty();
+        Ok((!is_empty).then_some(Money { cost_plot, purchase, charts, maxima, full }))
     }
 
     /// Whether combinations are compared.
@@ -58,6 +68,7 @@ impl<'a> Money<'a> {
             section #money {
                 h2 { "What does more money buy?" }
                 @if let Some(plot) = &self.cost_plot { (plot.view()) }
+                @if let Some(purchase) = &self.purchase { (purchase.view()) }
                 @if !self.maxima.is_empty() {
                     div #combinations {
                         h3 { "Combinations of sensors" }

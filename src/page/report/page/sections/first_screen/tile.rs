@@ -132,7 +132,8 @@ fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) 
             notes: Vec::new(),
         };
     };
-    let budget = sweep.chosen.and_then(|chosen| chosen.asked.budget);
+    let of_chosen = sweep.chosen.and_then(|chosen| chosen.asked.budget);
+    let budget = of_chosen.or_else(|| sweep.purchase?.asked.budget);
     let currency = sweep.study.currency.as_deref();
     let meaning = match (budget, currency) {
         (Some(budget), _) => format!("of a budget of {}", budget.to_text(currency)),

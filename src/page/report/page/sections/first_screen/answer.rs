@@ -1,0 +1,52 @@
+//! The cheapest set that passes, in a sentence, with what proves it or why there is none.
+
+use maud::{Markup, html};
+
+use crate::report::page::Findings;
+use crate::report::purchased::{describe_proof, sentence};
+use perirobot_decide::cheapest::ReasonReport;
+
+/// The answer, of which the page tells before all else.
+#[derive(Debug)]
+pub(super) struct PurchaseAnswer {
+    sentence: String,
+    proof: String,
+    /// Why nothing passes.
+    reasons: Vec<ReasonReport>,
+    /// Whether the study requires now what it did.
+    is_current: bool,
+}
+
+impl PurchaseAnswer {
+    /// `None` where something else was asked.
+    pub(super) fn from_findings(findings: &Findings) -> Option<PurchaseAnswer> {
+        let report = findings.sweep.purchase?;
+        let poses = report.recommended()?.poses();
+        let judged = findings.judged.iter().find(|judged| judged.verdicts.poses == poses);
+        Some(PurchaseAnswer {
+            sentence: sentence(report, judged.map(|judged| &judged.verdicts)),
+            proof: describe_proof(report),
+            reasons: report.main().reasons.clone(),
+            is_current: report.is_current(findings.sweep.study),
+        })
+    }
+
+    /// Across the first screen.
+    pub(super) fn view(&self) -> Markup {
+        html! {
+            div.found {
+                p.sentence { (self.sentence) "." }
+                @if !self.is_current {
+                    p.warning {
+                        "The study has other requirements or costs now than when this was found: run "
+                        code { "perirobot choose" } " again."
+                    }
+                }
+                @if !self.reasons.is_empty() {
+                    ul { @for reason in &self.reasons { li { strong { (reason.requirement) } ": " (reason.why) } } }
+                }
+                p.note { (self.proof) ". " a href="#money" { "What does more money buy?" } }
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! The cheapest set that passes, in words: the answer in one sentence, what proves it, and the set of each question.
+
+use super::chosen_sets::{Spelling, describe_limits};
+use super::wording::count;
+use perirobot_decide::cheapest::{AimReport, AskedThen, PurchasePoint, PurchaseQuestion, PurchaseReport};
+use perirobot_decide::judge::{AllowedSpeed, SetVerdicts};
+use perirobot_study::input::PurchaseFront;
+
+/// What was asked, in a sentence.
+pub(super) fn question(report: &PurchaseReport, spelling: &Spelling) -> String {
+    let PurchaseQuestion { at_most, budget, apart_m, always, then, front, sensors, require, .. } =
+        &report.asked;
+    let budget = budget.map(|budget| report.amount(budget));
+    let mut text = format!(
+        "the cheapest set that passes {}, by at most {}{}",
+        count(require.len(), "requirement"),
+        count(*at_most, "sensor"),
+        describe_limits(budget, *apart_m, always)
+    );
+    if let Some(AskedThen { score, over, region }) = then {
+        let (score, over) = ((spelling.score)(*score), (spelling.over)(*over));
+        text += &format!(", of equally cheap ones the one with the best {score} ({over}) in region {region}");
+    }
+    let sensors: Vec<&str> = sensors.keys().map(String::as_str).collect();
+    text += &format!("; among {} poses of {}", report.candidates, sensors.join(", "));
+    text + match front {
+        Some(PurchaseFront::Speed) => "; and the same at each speed of the robot",
+        Some(PurchaseFront::Requirements) => {
+            "; and the same without each requirement, and for each number of them"
+        }
+        None => "",
+    }
+}
+
+/// The answer in one sentence; `judged` has the verdicts on the recommended set, if it was judged.
+pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
+    let Some(set) = report.recommended() else {
+        return match report.main().proven {
+            true => "no allowed set of the listed places passes, nor does any come near".into(),
+            false => "no set that passes was found so far".into(),
+        };
+    };
+    let size = format!("{} for {}", count(set.sensors.len(), "sensor"), report.amount(set.cost));
+    let verdicts = judged.map_or(String::new(), |judged| {
+        let passed = judged.requirements.iter().filter(|verdict| verdict.is_met).count();
+        format!(" pass {passed} of {} verdicts", judged.requirements.len())
+    });
+    let speed = judged
+        .and_then(|judged| judged.allowed_speed)
+        .map_or(String::new(), |speed| format!("; {}", describe_speed(speed)));
+    let nearest = match report.main().set {
+        Some(_) => "",
+        None if report.main().proven => "no allowed set passes all; ",
+        None => "no set that passes all was found so far; ",
+    };
+    let next = impossible_speed(report).map_or(String::new(), |(speed, why)| {
+        format!("; {speed} m/s is impossible with these places: {why}")
+    });
+    format!("{nearest}{size}{verdicts}{speed}{next}")
+}
+
+/// How fast the robot may run, in words.
+pub(super) fn describe_speed(speed: AllowedSpeed) -> String {
+    match speed.m_s {
+        Some(fastest) => format!("the robot may run at {fastest} m/s"),
+        None => "the robot may run at none of the listed speeds".into(),
+    }
+}
+
+/// The lowest speed at which no set passes, with the first reason.
+fn impossible_speed(report: &PurchaseReport) -> Option<(f64, &str)> {
+    report.points.iter().find_map(|point| match (&point.aim, point.reasons.first()) {
+        (AimReport::Speed(speed), Some(reason)) => Some((*speed, reason.why.as_str())),
+        _ => None,
+    })
+}
+
+/// What is proven of the answer, and what is not.
+pub fn describe_proof(report: &PurchaseReport) -> String {
+    let PurchasePoint { set, no_set_below, proven, tested, .. } = report.main();
+    let ways = report.ways_in.len();
+    let by = format!("{tested} sets tested, {ways} ways in");
+    match (set, no_set_below, proven) {
+        (Some(_), _, true) => {
+            format!("proven: no cheaper set of the {} listed places passes ({by})", report.candidates)
+        }
+        (Some(set), Some(bound), false) => {
+            format!(
+                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({by})",
+                report.amount(*bound),
+                report.amount(set.cost)
+            )
+        }
+        (None, _, true) => {
+            format!("proven: no allowed set of the {} listed places passes ({by})", report.candidates)
+        }
+        (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", report.amount(*bound)),
+        (_, None, _) => format!("stopped ({by})"),
+    }
+}
+
+/// What is known of the cheapest set for one aim, in a word or a few.
+pub(super) fn describe_bound(report: &PurchaseReport, point: &PurchasePoint) -> String {
+    match (&point.set, point.proven) {
+        (Some(_), true) => "proven".into(),
+        (Some(_), false) => {
+            point.no_set_below.map_or(String::new(), |bound| format!("none below {}", report.amount(bound)))
+        }
+        (None, true) => "no set".into(),
+        (None, false) => "none found".into(),
+    }
+}
+
+/// Of what the recommended set is the best, in words.
+pub(super) fn describe_recommended(report: &PurchaseReport) -> String {
+    let main = report.main();
+    match (&main.set, &main.no_set_below) {
+        (Some(_), _) if main.proven => "the cheapest set that passes all requirements".into(),
+        (Some(_), Some(bound)) => {
+            let bound = report.amount(*bound);
+            format!("the cheapest set that was found to pass all requirements; none below {bound} passes")
+        }
+        (Some(_), None) => "the cheapest set that was found to pass all requirements".into(),
+        (None, _) => match report.points.iter().find(|point| matches!(point.aim, AimReport::Nearest(_))) {
+            Some(point) => {
+                format!("the set that comes nearest: the cheapest for {}", describe_aim(&point.aim))
+            }
+            None => "the set that comes nearest".into(),
+        },
+    }
+}
+
+/// What a set is to pass, in words.
+pub(super) fn describe_aim(aim: &AimReport) -> String {
+    match aim {
+        AimReport::All => "all requirements".into(),
+        AimReport::Speed(speed) => format!("{speed} m/s"),
+        AimReport::Without(name) => format!("all but “{name}”"),
+        AimReport::Number(least) => format!("at least {least} requirements"),
+        AimReport::Nearest(names) => format!("all but “{}”", names.join("”, “")),
+    }
+}
