@@ -3,6 +3,7 @@
 use super::table::{NONE, Table};
 use perirobot_decide::choose::{AskedScore, ChooseQuestion, Chosen, RefinedReport, SetReport, StepReport};
 use perirobot_march::metrics::{Across, Score};
+use perirobot_study::input::Disturb;
 
 /// How scores are called.
 pub(super) struct Spelling {
@@ -28,6 +29,9 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     if asked.apart_m > 0.0 {
         text += &format!(", {} m apart", asked.apart_m);
     }
+    if let Some(disturb) = asked.disturb {
+        text += &format!(", {}", undisturbed(disturb));
+    }
     if !asked.always.is_empty() {
         text += &format!(", always with {}", asked.always.join(", "));
     }
@@ -38,6 +42,18 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     }
     let sensors: Vec<&str> = asked.sensors.keys().map(String::as_str).collect();
     text + &format!("; among {candidates} poses of {}", sensors.join(", "))
+}
+
+/// What sensors that emit one kind of light must keep.
+fn undisturbed(Disturb { apart_deg, overlap }: Disturb) -> String {
+    let lens = match apart_deg {
+        Some(0.0) => None,
+        Some(most) => Some(format!("looks into another's lens within {most} degrees of its view")),
+        None => Some("looks into another's lens".into()),
+    };
+    let share = overlap.map(|most| format!("sees more than {most} of what another sees"));
+    let rules: Vec<String> = lens.into_iter().chain(share).collect();
+    format!("where no sensor {} that emits the same light", rules.join(" or "))
 }
 
 /// What the front's columns say, and what is certified.

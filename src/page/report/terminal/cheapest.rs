@@ -20,6 +20,7 @@ pub fn render(
         text += &format!("\n{}", sensors(set).text());
     }
     text += &format!("\n{}\n", proof(report, main));
+    text += &disturb(report);
     if let Some(front) = front(report) {
         text += &format!("\n{}", front.text());
     }
@@ -94,6 +95,28 @@ fn proof(report: &PurchaseReport, main: &PurchasePoint) -> String {
     }
 }
 
+/// Whether a better set would pass if sensors might disturb each other, and which of its sensors do.
+fn disturb(report: &PurchaseReport) -> String {
+    let Some(if_disturbed) = report.points.iter().find(|point| point.aim == AimReport::Disturbed) else {
+        return String::new();
+    };
+    match (report.bound_by_disturb(), &if_disturbed.set) {
+        (Some(point), Some(set)) => {
+            let pairs: Vec<String> = point.disturbed.iter().map(|[a, b]| format!("{a} and {b}")).collect();
+            format!(
+                "disturb binds: if sensors might disturb each other, {} for {} would pass; in it {} do\n",
+                set.poses(),
+                set.cost,
+                pairs.join(", ")
+            )
+        }
+        _ if if_disturbed.proven && if_disturbed.best_of_cost => {
+            "disturb does not bind: no set that it forbids is better\n".into()
+        }
+        _ => "whether disturb binds is open: the search was stopped\n".into(),
+    }
+}
+
 /// The sensors of a set.
 fn sensors(set: &PurchasedSet) -> Table {
     let mut table = Table::new(&["<sensor", "<pose", "cost", "<place"]);
@@ -118,7 +141,7 @@ fn front(report: &PurchaseReport) -> Option<Table> {
         let aim = match &point.aim {
             AimReport::Speed(speed) => speed.to_string(),
             AimReport::Without(name) => name.clone(),
-            AimReport::All | AimReport::Nearest(_) => continue,
+            AimReport::All | AimReport::Disturbed | AimReport::Nearest(_) => continue,
         };
         let (cost, count, set) = match &point.set {
             Some(set) => (set.cost.to_string(), set.sensors.len().to_string(), set.poses()),
