@@ -264,6 +264,7 @@ fn a_study_that_asks_for_something_else_is_noticed() {
     for asked in [
         "front = \"speed\"",
         "apart_m = 0.5",
+        "disturb = { overlap = 0.5 }",
         "at_most = 3",
         "budget = 2000",
         "then = \"f1\"\nregion = \"robot\"",
