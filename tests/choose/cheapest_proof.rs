@@ -128,7 +128,10 @@ fn find_leaves(value: &Value, at: String, all: &mut Vec<String>) {
 #[test]
 fn every_single_alteration_is_refused() {
     let folder = folder();
-    folder.edit("study.toml", "", "[choose]\nfront = \"speed\"\nthen = \"f1\"\nregion = \"robot\"\n");
+    folder.edit("study.toml", "cost = 250.5", "cost = 250.5\nemits = \"tof\"");
+    let disturb = "disturb = { apart_deg = 40, overlap = 0.3 }";
+    let asked = format!("[choose]\n{disturb}\nfront = \"speed\"\nthen = \"f1\"\nregion = \"robot\"\n");
+    folder.edit("study.toml", "", &asked);
     assert_eq!(choose(&folder, "out", &[]).code, Some(0));
     holds(&folder, "out");
     let path = folder.path("out").join("cheapest.json");
@@ -248,8 +251,10 @@ fn a_dearer_set_is_not_the_cheapest() {
 #[test]
 fn a_study_that_asks_for_something_else_is_noticed() {
     let folder = folder();
+    folder.edit("study.toml", "cost = 250.5", "cost = 250.5\nemits = \"tof\"");
     assert_eq!(choose(&folder, "out", &[]).code, Some(0));
     for (from, to, words) in [
+        ("emits = \"tof\"", "emits = \"laser\"", "asked.sensors.narrow.emits"),
         ("at_most = 0.9", "at_most = 0.91", "asked.require[1].at_most"),
         ("at_least = 1.2", "at_least = 1.1", "asked.require[0].at_least"),
         ("cost = 450", "cost = 451", "asked.sensors.camera.cost"),

@@ -573,11 +573,13 @@ fn wrong_keys_are_refused_even_by_a_sweep() {
         ),
         (
             "apart_m = 0.1",
-            "disturb = { apart_deg = 181, overlap = 1.5 }",
-            &[
-                "choose.disturb.apart_deg = 181: must be an angle from 0 to 180 degrees",
-                "choose.disturb.overlap = 1.5: must be a share from 0 to 1",
-            ],
+            "disturb = { apart_deg = 181 }",
+            &["choose.disturb.apart_deg = 181: must be an angle from 0 to 180 degrees"],
+        ),
+        (
+            "apart_m = 0.1",
+            "disturb = { overlap = 1.5 }",
+            &["choose.disturb.overlap = 1.5: must be a share from 0 to 1"],
         ),
         (
             "apart_m = 0.1",
