@@ -91,7 +91,9 @@ impl<'g> NearFacts<'g> {
                     let way = cell.follow(input, (&format!("ways_in[{number}]"), &ways[number]), &watched);
                     way.map(|way| FollowedWay { cell: place, ..way }).map_err(Error::from)
                 };
-                let found: Vec<FollowedWay> = own.par_iter().map(follow).collect::<Result<_>>()?;
+                // The first way that is wrong is told, whichever thread ends first.
+                let found: Vec<Result<FollowedWay>> = own.par_iter().map(follow).collect();
+                let found = found.into_iter().collect::<Result<Vec<_>>>()?;
                 own.into_iter().zip(found).for_each(|(number, way)| followed[number] = Some(way));
             }
         }
