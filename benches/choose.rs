@@ -91,6 +91,7 @@ fn measure(
             at_most,
             budget: None,
             apart_m: 0.0,
+            disturb: None,
             always: Vec::new(),
             require: Vec::new(),
             representations: representations.clone(),

@@ -224,6 +224,7 @@ fn one(study: &Study, objective: Score, over: Across, region: usize, representat
         at_most: 1,
         budget: None,
         apart_m: 0.0,
+        disturb: None,
         always: Vec::new(),
         require: Vec::new(),
         representations,

@@ -185,3 +185,39 @@ fn what_cannot_be_asked_is_refused() {
         refused(&folder, &[], &[words]);
     }
 }
+
+/// The two narrow cameras pass together, and see much of the same.
+#[test]
+fn sensors_that_disturb_each_other_are_not_bought_together_and_named() {
+    let folder = folder();
+    folder.edit("study.toml", "cost = 250.5", "cost = 250.5\nemits = \"tof\"");
+    let ask = |asked: &str| {
+        folder.edit("study.toml", "", &format!("[choose]\n{asked}\n"));
+        let found = choose(&folder, "out", &[]);
+        let (study, out) = (folder.path("study.toml"), folder.path("out"));
+        let verified = ["choose", text(&study), "--verify", text(&out), "--progress", "none"];
+        let verified = perirobot(&verified);
+        folder.edit("study.toml", &format!("[choose]\n{asked}\n"), "");
+        assert_eq!(found.code, Some(0), "{asked}: {}", found.stderr);
+        assert!(verified.stdout.contains("all of it holds"), "{asked}: {}", verified.stderr);
+        found.stdout
+    };
+    let free = ask("at_most = 4");
+    assert!(free.starts_with("2 sensors for 501 pass") && !free.contains("disturb"), "{free}");
+    // Neither is in the other's field of view, but they see the same.
+    let loose = ask("disturb = {}");
+    assert!(loose.starts_with("2 sensors for 501 pass"), "{loose}");
+    assert!(loose.contains("disturb does not bind: no set that it forbids is better"), "{loose}");
+    let bound = ask("disturb = { overlap = 0.3 }");
+    assert!(bound.starts_with("2 sensors for 700.5 pass"), "{bound}");
+    let named = "disturb binds: if sensors might disturb each other, narrow:corner/ne;narrow:corner/se for 501 would \
+                 pass; in it narrow:corner/ne and narrow:corner/se do";
+    assert!(bound.contains(named), "{bound}");
+    let points = &json(&folder, "out", "cheapest.json")["points"];
+    assert_eq!(points[1]["aim"], "disturbed");
+    assert_eq!(points[1]["disturbed"], serde_json::json!([["narrow:corner/ne", "narrow:corner/se"]]));
+    assert_eq!(rows(&folder.path("out").join("cheapest.csv"))[1]["aim"], "disturbed");
+    // What hangs there already may.
+    let there = ask("disturb = { overlap = 0.3 }\nalways = [\"narrow:corner/ne\", \"narrow:corner/se\"]");
+    assert!(there.starts_with("2 sensors for 501 pass"), "{there}");
+}

@@ -140,7 +140,9 @@ fn every_single_alteration_of_numbers_of_requirements_is_refused() {
 #[track_caller]
 fn alter_each_value(front: &str) {
     let folder = folder();
-    let asked = format!("[choose]\nfront = \"{front}\"\nthen = \"f1\"\nregion = \"robot\"\n");
+    folder.edit("study.toml", "cost = 250.5", "cost = 250.5\nemits = \"tof\"");
+    let disturb = "disturb = { apart_deg = 40, overlap = 0.3 }";
+    let asked = format!("[choose]\n{disturb}\nfront = \"{front}\"\nthen = \"f1\"\nregion = \"robot\"\n");
     folder.edit("study.toml", "", &asked);
     folder.edit("study.toml", "at_most = 0.9", "at_most = 0.9\nfor = \"SF2: what is around the robot\"");
     folder.edit("study.toml", "[grid]", "currency = \"EUR\"\n[grid]");
@@ -263,8 +265,10 @@ fn a_dearer_set_is_not_the_cheapest() {
 #[test]
 fn a_study_that_asks_for_something_else_is_noticed() {
     let folder = folder();
+    folder.edit("study.toml", "cost = 250.5", "cost = 250.5\nemits = \"tof\"");
     assert_eq!(choose(&folder, "out", &[]).code, Some(0));
     for (from, to, words) in [
+        ("emits = \"tof\"", "emits = \"laser\"", "asked.sensors.narrow.emits"),
         ("at_most = 0.9", "at_most = 0.91", "asked.require[1].at_most"),
         ("at_most = 0.9", "at_most = 0.9\nfor = \"SF2\"", "asked.require[1]"),
         ("[grid]", "currency = \"EUR\"\n[grid]", "asked.currency"),
@@ -281,6 +285,7 @@ fn a_study_that_asks_for_something_else_is_noticed() {
     for asked in [
         "front = \"speed\"",
         "apart_m = 0.5",
+        "disturb = { overlap = 0.5 }",
         "at_most = 3",
         "budget = 2000",
         "then = \"f1\"\nregion = \"robot\"",

@@ -602,6 +602,33 @@ fn wrong_keys_are_refused_even_by_a_sweep() {
         ),
         (
             "apart_m = 0.1",
+            "disturb = { apart_deg = 30 }",
+            &["choose: disturb is about sensors that emit light, and no sensor does: add emits = \"tof\""],
+        ),
+        (
+            "apart_m = 0.1",
+            "disturb = { apart_deg = 181 }",
+            &["choose.disturb.apart_deg = 181: must be an angle from 0 to 180 degrees"],
+        ),
+        (
+            "apart_m = 0.1",
+            "disturb = { overlap = 1.5 }",
+            &["choose.disturb.overlap = 1.5: must be a share from 0 to 1"],
+        ),
+        (
+            "apart_m = 0.1",
+            "disturb = { apart_deg = 0 }",
+            &["choose.disturb.apart_deg = 0: forbids nothing: ask for more than 0, or add overlap = 0.2"],
+        ),
+        ("apart_m = 0.1", "disturb = { apart = 30 }", &["unknown field `apart`", "`apart_deg` or `overlap`"]),
+        (
+            "cost = 250.0",
+            "cost = 250.0\nemits = \"ToF\"",
+            &["sensor \"camera\".emits = \"ToF\": must name a kind of light by small letters"],
+        ),
+        ("cost = 250.0", "cost = 250.0\nemits = \"\"", &["\"none\" if it emits none"]),
+        (
+            "apart_m = 0.1",
             "always = [\"camera\"]",
             &["always = \"camera\": must be a sensor and one of its poses"],
         ),

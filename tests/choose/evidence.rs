@@ -234,6 +234,7 @@ const NOT_DECIDING: &[(&str, &str, &str)] = &[
     ("choose", "objective = \"f1\"", "objective = \"human_seen\""),
     ("choose", "region = \"box\"", "region = \"human\""),
     ("choose", "at_most = 2", "at_most = 1\nover = \"worst\"\napart_m = 0.5\nrefine = true"),
+    ("sensor", "name = \"camera\"", "name = \"camera\"\nemits = \"tof\""),
     ("choose", "at_most = 2", "at_most = 2\nalways = [\"lidar:posts/upright\"]"),
     ("choose", "at_most = 2", "at_most = 2\nrequire = [{ score = \"human_seen\", at_least = 0.5 }]"),
     ("sensor", "[[sensor.poses]]\nname = \"posts\"", "at_most = 1\n[[sensor.poses]]\nname = \"posts\""),

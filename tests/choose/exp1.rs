@@ -63,6 +63,7 @@ fn compare(study: &Study) -> usize {
                             at_most: 1,
                             budget: None,
                             apart_m: 0.0,
+                            disturb: None,
                             always: Vec::new(),
                             require: Vec::new(),
                             representations: vec![way],

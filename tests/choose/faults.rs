@@ -128,6 +128,7 @@ fn study() -> (Folder, Study, Vec<World>, Choose) {
         at_most: 1,
         budget: None,
         apart_m: 0.0,
+        disturb: None,
         always: Vec::new(),
         require: Vec::new(),
         representations: vec![0; study.sensors.len()],

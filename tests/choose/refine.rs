@@ -397,3 +397,37 @@ fn failures_of_a_device_are_counted_over_all_rounds() {
     let given_up = format!("{small}, and from then on the CPU");
     assert_eq!(instead, [small, small, &given_up], "in {rounds} rounds");
 }
+
+/// Of the best sets by a score, and of those that refining finds, no two sensors disturb each other.
+#[test]
+fn no_two_sensors_of_the_best_sets_disturb_each_other() {
+    let folder = folder();
+    folder.edit(STUDY, "name = \"camera\"", "name = \"camera\"\nemits = \"tof\"");
+    let (_, free) = chosen(&folder, "out", &[]);
+    let verify = || {
+        let (study, out) = (folder.path(STUDY), folder.path("out"));
+        perirobot(&["choose", text(&study), "--verify", text(&out), "--progress", "none"])
+    };
+    let disturb = "disturb = { overlap = 0.1 }";
+    folder.edit(STUDY, "apart_m = 0.1", &format!("apart_m = 0.1\n{disturb}"));
+    // An answer to the question without it is not one to the question with it.
+    assert_eq!(verify().code, Some(2));
+    let proof = folder.path("out").join("choose.json");
+    let mut json: serde_json::Value = serde_json::from_str(&fs::read_to_string(&proof).unwrap()).unwrap();
+    json["asked"]["disturb"] = serde_json::json!({ "overlap": 0.1 });
+    fs::write(&proof, json.to_string()).unwrap();
+    let refused = verify();
+    assert_eq!(refused.code, Some(2), "{}", refused.stdout);
+    assert!(refused.stderr.contains("steps[1].best: has camera:"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("which disturb each other"), "{}", refused.stderr);
+    let (said, kept) = chosen(&folder, "out", &[]);
+    assert!(said.stdout.contains("sees more than 0.1 of what another sees"), "{}", said.stdout);
+    let score = |chosen: &Chosen| chosen.report.best().unwrap().best.score;
+    assert!(score(&kept) < score(&free), "{} and {}", score(&kept), score(&free));
+    assert!(
+        kept.report.refined.iter().flatten().any(|refined| refined.best.is_some()),
+        "nothing was refined"
+    );
+    let holds = verify();
+    assert_eq!(holds.code, Some(0), "{}", holds.stderr);
+}

@@ -12,7 +12,7 @@ use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::progress::Progress;
-use perirobot_study::input::{ApproachScore, Measure, Purchase, PurchaseFront, Requirement, Study};
+use perirobot_study::input::{ApproachScore, Disturb, Measure, Purchase, PurchaseFront, Requirement, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
@@ -29,7 +29,7 @@ use super::terms::{PurchaseAim, Terms, bounding, dead_in, is_counted};
 use super::verify::{ProofInput, PurchaseClaims, PurchaseVerified, verify};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
-use crate::choose::{Casting, candidates_of, odds_of, pose_name, rules_of};
+use crate::choose::{Casting, DisturbedPairs, PairTerms, candidates_of, odds_of, pose_name, rules_of};
 use crate::view::watched::Watcher;
 
 /// A search for the cheapest set.
@@ -60,6 +60,7 @@ impl<'a> Purchasing<'a> {
         memory_bytes: u64,
     ) -> Result<Purchasing<'a>> {
         let mut asked = vec![(PurchaseAim::All, Terms::from_study(study))];
+        asked.extend(purchase.disturb.map(|_| (PurchaseAim::Disturbed, Terms::from_study(study))));
         match purchase.front {
             Some(PurchaseFront::Speed) => {
                 let speeds = study.stopping.iter().flat_map(|stopping| 0..stopping.speeds.len());
@@ -128,7 +129,7 @@ impl<'a> Purchasing<'a> {
         open: &dyn Fn() -> Result<ChosenBackends>,
         progress: &dyn Progress,
     ) -> Result<PurchaseReport> {
-        let rules = self.rules();
+        let [rules, if_disturbed] = [self.purchase.disturb, None].map(|disturb| self.rules(disturb));
         let problems = self.regions.iter().zip(evidence);
         let problems: Vec<(usize, Problem)> =
             problems.map(|(&region, evidence)| (region, self.problem(evidence, &rules))).collect();
@@ -151,11 +152,12 @@ impl<'a> Purchasing<'a> {
             if is_cut {
                 break;
             }
+            search.rules = if *aim == PurchaseAim::Disturbed { &if_disturbed } else { &rules };
             let all = 0..terms.requirements.len();
             let (found, missed) = match *aim {
                 PurchaseAim::All => (search.cheapest_of(&all.collect::<Vec<_>>())?, Vec::new()),
                 PurchaseAim::Without(one) => (search.cheapest_of(&search.all.others(one))?, Vec::new()),
-                PurchaseAim::Speed(_) => (search.cheapest(terms)?, Vec::new()),
+                PurchaseAim::Speed(_) | PurchaseAim::Disturbed => (search.cheapest(terms)?, Vec::new()),
                 PurchaseAim::Number(least) => {
                     let then = self.purchase.then.map(|then| then.score);
                     NumberQuestion { count: all.len(), least, then }.answer(&mut search)?
@@ -165,9 +167,12 @@ impl<'a> Purchasing<'a> {
             let reasons = if is_explained { search.reasons(terms, &found)? } else { Vec::new() };
             is_cut |= is_explained && found.is_proven && found.best.is_none() && reasons.is_empty();
             let name = |place: usize| terms.requirements[place].name.clone();
-            let missed = missed.into_iter().map(name).collect();
-            let point = self.point(AimReport::new(self.study, *aim), &found, reasons);
-            points.push(PurchasePoint { missed, ..point });
+            let mut point = self.point(AimReport::new(self.study, *aim), &found, reasons);
+            point.missed = missed.into_iter().map(name).collect();
+            if let (PurchaseAim::Disturbed, Some(best)) = (aim, &found.best) {
+                point.disturbed = self.forbidden(&best.set, &rules);
+            }
+            points.push(point);
             if points.len() == 1 && !points[0].reasons.is_empty() {
                 let nearest = self.nearest(&mut search, &points[0].reasons)?;
                 is_cut |= nearest.is_none() && progress.stops();
@@ -208,7 +213,8 @@ impl<'a> Purchasing<'a> {
         progress: &'p dyn Progress,
     ) -> ProofInput<'p> {
         let Purchasing { study, purchase, worlds, items, grounds, asked, regions, .. } = self;
-        ProofInput { study, purchase, worlds, items, grounds, asked, regions, evidence, progress }
+        let disturbed = DisturbedPairs::none();
+        ProofInput { study, purchase, worlds, items, grounds, asked, regions, disturbed, evidence, progress }
     }
 
     /// The cheapest set that meets all requirements but those that cannot be met, if there are any.
@@ -260,9 +266,22 @@ impl<'a> Purchasing<'a> {
             proven: found.is_proven,
             best_of_cost: found.is_best_of_cost,
             tested: found.tested,
+            disturbed: Vec::new(),
             reasons,
             missed: Vec::new(),
         }
+    }
+
+    /// Pairs of a set that some rules forbid, by their names.
+    fn forbidden(&self, set: &[usize], rules: &SetRules) -> Vec<[String; 2]> {
+        let is_always = |item: usize| rules.always.contains(&item);
+        let is_forbidden =
+            |&(a, b): &(usize, usize)| a < b && !(is_always(a) && is_always(b)) && !rules.may_join(&[a], b);
+        let mut set = set.to_vec();
+        set.sort_unstable();
+        let pairs = set.iter().flat_map(|&a| set.iter().map(move |&b| (a, b)));
+        let name = |item: usize| pose_name(self.study, self.items[item]);
+        pairs.filter(is_forbidden).map(|(a, b)| [name(a), name(b)]).collect()
     }
 
     fn sensor(&self, [sensor, candidate]: [usize; 2]) -> PurchasedSensor {
@@ -304,10 +323,11 @@ impl<'a> Purchasing<'a> {
         })
     }
 
-    /// Which candidates a set may have together, and what they cost.
-    pub(super) fn rules(&self) -> SetRules {
+    /// Which candidates a set may have together, and what they cost, if some may not disturb each other.
+    fn rules(&self, disturb: Option<Disturb>) -> SetRules {
         let Purchase { always, apart_m, .. } = self.purchase;
-        rules_of(self.study, &self.items, self.worlds, always, *apart_m)
+        let terms = PairTerms { apart_m: *apart_m, disturb };
+        rules_of(self.study, &self.items, self.worlds, always, terms)
     }
 
     pub(super) fn limits(&self) -> SetLimits {

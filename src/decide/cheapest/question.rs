@@ -9,7 +9,7 @@ use crate::judge::deciding_tables_sha256;
 use perirobot_march::backend::Fusion;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_study::input::{
-    Condition, Counted, Limit, Measure, Purchase, PurchaseFront, Requirement, Study,
+    Condition, Counted, Disturb, Limit, Measure, Purchase, PurchaseFront, Requirement, Study,
 };
 use perirobot_study::sensor::{Cost, Sensor};
 
@@ -25,6 +25,9 @@ pub struct PurchaseQuestion {
     pub currency: Option<String>,
     /// How far two sensors must be from each other.
     pub apart_m: f64,
+    /// When sensors disturb each other that may not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disturb: Option<Disturb>,
     /// What is in every set.
     pub always: Vec<String>,
     /// What is to be high among sets that pass and cost the same.
@@ -91,11 +94,7 @@ impl PurchaseQuestion {
             let sensor = &study.sensors[sensor];
             format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
         };
-        let sensor = |(sensor, &way): (&Sensor, &usize)| {
-            let representation = sensor.kind.representations()[way].into();
-            let terms = sensor.terms;
-            (sensor.name.clone(), AskedSensor { representation, cost: terms.cost, at_most: terms.at_most })
-        };
+        let sensor = |(sensor, &way): (&Sensor, &usize)| (sensor.name.clone(), AskedSensor::new(sensor, way));
         let then = |Counted { score, over, region }: Counted| {
             let region = study.regions[region].0.clone();
             AskedThen { score, over, region }
@@ -105,6 +104,7 @@ impl PurchaseQuestion {
             budget: purchase.budget,
             currency: study.currency.clone(),
             apart_m: purchase.apart_m,
+            disturb: purchase.disturb,
             always: purchase.always.iter().map(pose).collect(),
             then: purchase.then.map(then),
             front: purchase.front,

@@ -69,6 +69,9 @@ pub struct PurchasePoint {
     pub best_of_cost: bool,
     /// How many sets were tested.
     pub tested: u64,
+    /// Which two sensors of the set disturb each other, each as in `camera:wall/8/1`, if sensors might.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub disturbed: Vec<[String; 2]>,
     /// Why nothing passes: all of these together, and not fewer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reasons: Vec<ReasonReport>,
@@ -83,6 +86,8 @@ pub struct PurchasePoint {
 pub enum AimReport {
     /// All requirements.
     All,
+    /// All requirements, if sensors might disturb each other.
+    Disturbed,
     /// All requirements at a speed of the robot, in metres a second.
     Speed(f64),
     /// All requirements but the one of this name.
@@ -207,6 +212,21 @@ impl PurchaseReport {
         &self.points[0]
     }
 
+    /// What would be the answer if sensors might disturb each other, if that is asked and is better: that they may not is then
+    /// what the answer costs more, or why nothing passes.
+    pub fn bound_by_disturb(&self) -> Option<&PurchasePoint> {
+        let if_disturbed = self.points.iter().find(|point| point.aim == AimReport::Disturbed)?;
+        let is_better = match (&self.main().set, &if_disturbed.set) {
+            // Among more sets none is worse.
+            (Some(own), Some(other)) if own.cost == other.cost => {
+                own.score != other.score && if_disturbed.best_of_cost
+            }
+            (Some(own), Some(other)) => other.cost < own.cost,
+            (own, other) => own.is_none() && other.is_some(),
+        };
+        (is_better && !if_disturbed.disturbed.is_empty()).then_some(if_disturbed)
+    }
+
     /// The set that is recommended: the one that passes all, or comes nearest.
     pub fn recommended(&self) -> Option<&PurchasedSet> {
         let is_first = |point: &&PurchasePoint| matches!(point.aim, AimReport::All | AimReport::Nearest(_));
@@ -302,6 +322,7 @@ impl AimReport {
     pub(super) fn new(study: &Study, aim: PurchaseAim) -> AimReport {
         match aim {
             PurchaseAim::All => AimReport::All,
+            PurchaseAim::Disturbed => AimReport::Disturbed,
             PurchaseAim::Speed(speed) => {
                 let speeds = study.stopping.as_ref().map(|stopping| stopping.speeds[speed].speed_m_s);
                 AimReport::Speed(speeds.unwrap_or_default())
@@ -314,6 +335,7 @@ impl AimReport {
     fn columns(&self) -> (&'static str, String) {
         match self {
             AimReport::All => ("all", String::new()),
+            AimReport::Disturbed => ("disturbed", String::new()),
             AimReport::Speed(speed) => ("speed", speed.to_string()),
             AimReport::Without(name) => ("without", name.clone()),
             AimReport::Number(least) => ("number", least.to_string()),
@@ -325,6 +347,7 @@ impl AimReport {
     pub(super) fn title(&self) -> String {
         match self {
             AimReport::All => "cheapest".into(),
+            AimReport::Disturbed => "cheapest if disturbed".into(),
             AimReport::Speed(speed) => format!("cheapest at {speed} m/s"),
             AimReport::Without(name) => format!("cheapest without {name}"),
             AimReport::Number(least) => format!("cheapest that meets {least}"),

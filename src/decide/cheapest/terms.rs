@@ -10,6 +10,8 @@ use crate::judge::requirements_at_speeds;
 pub(super) enum PurchaseAim {
     /// All requirements.
     All,
+    /// All requirements, if sensors might disturb each other.
+    Disturbed,
     /// All requirements, so that the robot may run at the speed of this number.
     Speed(usize),
     /// All requirements but the one of this number.

@@ -9,7 +9,7 @@ use super::remaining::combination;
 use super::report::{AimReport, PurchasePoint, PurchasedSet};
 use super::verify::verify_points;
 use super::{PurchaseClaims, PurchaseReport, PurchasedSensor, Purchasing};
-use crate::choose::pose_name;
+use crate::choose::{PlainCamera, pose_name};
 use crate::judge::judge_alone;
 use crate::thorough::cases;
 use crate::view::Choice;
@@ -47,18 +47,23 @@ fn made_up_study(random: &mut Random) -> String {
         true => ("noise = { std_m = 0.15 }\n", format!("seed = 3\nrepeats = 2\nfusion = \"{fusion}\"\n")),
         false => ("", String::new()),
     };
+    // Some emit light, and may not disturb each other.
+    let light = |number: u32| ["", "emits = \"tof\"\n", "emits = \"structured_light\"\n"][number as usize];
+    let lights = [[0, 0], [1, 1], [1, 1], [1, 2]][random.below(4) as usize];
     let mut text = begin
         + "[grid]\nvoxel_size_m = 0.2\nbounds_m = { min = [-2, -1.5, 0], max = [2, 1.5, 2.2] }\n\
          [[scene]]\nfile = \"cell.toml\"\n\
          [[region]]\nname = \"robot\"\nsphere = { center_m = [-1, 0, 0.6], radius_m = 0.8 }\n\
          [[region]]\nname = \"shelf\"\nbox = { min_m = [-0.3, -0.6, 0], max_m = [0.9, 1, 2] }\n";
-    for (sensor, count) in [("wide", 3 + random.below(2)), ("narrow", 2 + random.below(2))] {
+    for ((sensor, count), emits) in
+        [("wide", 3 + random.below(2)), ("narrow", 2 + random.below(2))].into_iter().zip(lights.map(light))
+    {
         let fov = if sensor == "wide" { "[110, 90]" } else { "[60, 45]" };
         let cost = [100, 100, 150, 250, 0][random.below(5) as usize];
         write!(
             text,
             "[[sensor]]\nname = \"{sensor}\"\nkind = \"rgbd\"\nfov_deg = {fov}\nresolution_px = [48, 36]\n\
-             range_m = [0.1, 6.0]\n{noise}cost = {cost}\n[[sensor.poses]]\nname = \"wall\"\nlist = [\n"
+             range_m = [0.1, 6.0]\n{noise}{emits}cost = {cost}\n[[sensor.poses]]\nname = \"wall\"\nlist = [\n"
         )
         .unwrap();
         for number in 0..count {
@@ -124,7 +129,16 @@ fn made_up_study(random: &mut Random) -> String {
     let budget = if random.below(3) == 0 { "budget = 400\n" } else { "" };
     let apart = if random.below(3) == 0 { "apart_m = 0.8\n" } else { "" };
     let then = if random.below(2) == 0 { "then = \"f1\"\nregion = \"robot\"\n" } else { "" };
-    text + "[choose]\nobjective = \"cost\"\nat_most = 3\n" + budget + apart + then
+    let disturb = match lights {
+        [0, 0] => "",
+        _ => [
+            "disturb = {}\n",
+            "disturb = { apart_deg = 40 }\n",
+            "disturb = { apart_deg = 0, overlap = 0.2 }\n",
+            "disturb = { apart_deg = 30, overlap = 0.4 }\n",
+        ][random.below(4) as usize],
+    };
+    text + "[choose]\nobjective = \"cost\"\nat_most = 3\n" + budget + apart + disturb + then
 }
 
 fn open() -> Result<ChosenBackends> {
@@ -132,27 +146,40 @@ fn open() -> Result<ChosenBackends> {
     ChosenBackends::open(&choice).map(|(backends, _)| backends)
 }
 
+fn cost(study: &Study, items: &[[usize; 2]], set: &[usize]) -> u64 {
+    set.iter().map(|&item| study.sensors[items[item][0]].terms.cost.unwrap().thousandths()).sum()
+}
+
 /// All allowed sets, by the numbers of their candidates.
-fn allowed_sets(purchasing: &Purchasing) -> Vec<Vec<usize>> {
-    let (rules, limits) = (purchasing.rules(), purchasing.limits());
-    let mut all = vec![Vec::new()];
-    let mut last = all.clone();
-    for _ in 0..limits.at_most {
-        let more = |set: &Vec<usize>| {
-            let first = set.last().map_or(0, |last| last + 1);
-            let fits = |item: &usize| {
-                limits.afford(rules.cost_of(set) + rules.cost[*item]) && rules.may_join(set, *item)
-            };
-            (first..rules.cost.len())
-                .filter(fits)
-                .map(|item| [&set[..], &[item]].concat())
-                .collect::<Vec<_>>()
-        };
-        last = last.iter().flat_map(more).collect();
-        all.extend(last.clone());
-    }
-    all.remove(0);
-    all
+fn allowed_sets(
+    study: &Study,
+    purchase: &Purchase,
+    worlds: &[World],
+    items: &[[usize; 2]],
+) -> Vec<Vec<usize>> {
+    let walls_m = PlainCamera::walls_m(&worlds[0].grid);
+    let camera = |item: usize| {
+        let sensor = &study.sensors[items[item][0]];
+        let fov_deg = if sensor.name == "wide" { [110.0, 90.0] } else { [60.0, 45.0] };
+        let pose = sensor.candidates[items[item][1]].setting.pose();
+        (PlainCamera { pose, fov_deg, far_m: 6.0, is_depth: false, walls_m }, &sensor.emits)
+    };
+    let go_together = |a: usize, b: usize| {
+        let ((one, light), (other, other_light)) = (camera(a), camera(b));
+        let is_near = one.pose.position_m.distance(other.pose.position_m) < purchase.apart_m;
+        let is_same_light = light.is_some() && light == other_light;
+        !is_near && !purchase.disturb.is_some_and(|rule| is_same_light && one.disturbs(&other, &rule))
+    };
+    let together: Vec<Vec<bool>> =
+        (0..items.len()).map(|a| (0..items.len()).map(|b| go_together(a, b)).collect()).collect();
+    let is_allowed = |set: &Vec<usize>| {
+        let is_affordable =
+            purchase.budget.is_none_or(|budget| cost(study, items, set) <= budget.thousandths());
+        let each = (0..set.len()).all(|b| (0..b).all(|a| together[set[a]][set[b]]));
+        (1..=purchase.at_most).contains(&set.len()) && is_affordable && each
+    };
+    let subset = |bits: usize| (0..items.len()).filter(|item| bits >> item & 1 == 1).collect::<Vec<usize>>();
+    (0..1 << items.len()).map(subset).filter(is_allowed).collect()
 }
 
 /// The names of the requirements that a set misses, and its F1 in the robot's region, as judge has them.
@@ -198,7 +225,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
-    let (mut some, mut none, mut refused, mut cheaper, mut dear) = (0, 0, 0, 0, 0);
+    let (mut some, mut none, mut refused, mut cheaper, mut dear, mut bound) = (0, 0, 0, 0, 0, 0);
     for case in 0..cases(12, 500) {
         let text = made_up_study(&mut Random(case as u32 * 7919)) + "front = \"requirements\"\n";
         std::fs::write(&path, &text).unwrap();
@@ -211,22 +238,30 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let ways = purchasing.look(&|| None).unwrap();
         let report = purchasing.search(&evidence, &ways, &open, &|| None).unwrap();
         let found = report.main();
-        let rules = purchasing.rules();
+        let cost_of = |set: &[usize]| cost(&study, purchasing.items(), set);
         let judged = |set: &Vec<usize>| judged(&study, purchase, &worlds, purchasing.items(), set);
-        let judged = allowed_sets(&purchasing).into_iter().map(|set| (judged(&set), set));
-        let judged: Vec<JudgedSet> =
+        let allowed = |purchase: &Purchase| allowed_sets(&study, purchase, &worlds, purchasing.items());
+        let all = allowed(&Purchase { disturb: None, ..purchase.clone() });
+        let judged = all.into_iter().map(|set| (judged(&set), set));
+        let mut judged: Vec<JudgedSet> =
             judged.map(|((missed, f1), set)| JudgedSet { set, missed, f1 }).collect();
+        let lowest = |judged: &[JudgedSet]| {
+            judged.iter().filter(|one| one.missed.is_empty()).map(|one| cost_of(&one.set)).min()
+        };
+        let cost_if_disturbed = lowest(&judged);
+        let allowed = allowed(purchase);
+        judged.retain(|one| allowed.contains(&one.set));
+        let cost = lowest(&judged);
         let passing = judged.iter().filter(|one| one.missed.is_empty());
         let passing: Vec<(Vec<usize>, Option<Worth>)> =
             passing.map(|one| (one.set.clone(), one.f1)).collect();
-        let cost = passing.iter().map(|(set, _)| rules.cost_of(set)).min();
         if let Some(set) = &found.set {
             let items = numbers_of(&study, purchasing.items(), set);
             assert!(
                 passing.iter().any(|(set, _)| *set == items),
                 "case {case}: {items:?} does not pass\n{text}"
             );
-            let of_cost = passing.iter().filter(|(set, _)| Some(rules.cost_of(set)) == cost);
+            let of_cost = passing.iter().filter(|(set, _)| Some(cost_of(set)) == cost);
             let most = of_cost.filter_map(|(_, f1)| *f1).max().filter(|_| purchase.then.is_some());
             assert_eq!(set.score, most.map(Worth::value), "case {case}\n{text}");
         }
@@ -240,7 +275,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let AimReport::Number(least) = point.aim else { continue };
             assert_eq!(Some(least), numbers.next(), "case {case}");
             let enough = || judged.iter().filter(|one| one.missed.len() <= count - least);
-            let lowest = enough().map(|one| rules.cost_of(&one.set)).min();
+            let lowest = enough().map(|one| cost_of(&one.set)).min();
             let best = point.set.as_ref().map(|set| set.cost.thousandths());
             assert_eq!(best, lowest, "case {case}, {least} of {count}\n{text}");
             assert!(point.proven && point.best_of_cost, "case {case}");
@@ -249,11 +284,25 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let items = numbers_of(&study, purchasing.items(), set);
             let own = enough().find(|one| one.set == items).unwrap();
             assert_eq!(own.missed, point.missed, "case {case}");
-            let of_cost = enough().filter(|one| Some(rules.cost_of(&one.set)) == lowest);
+            let of_cost = enough().filter(|one| Some(cost_of(&one.set)) == lowest);
             let most = of_cost.filter_map(|one| one.f1).max().filter(|_| purchase.then.is_some());
             assert_eq!(set.score, most.map(Worth::value), "case {case}, {least} of {count}\n{text}");
         }
         assert_eq!(numbers.next(), None, "case {case}");
+        let if_disturbed = report.points.iter().find(|point| point.aim == AimReport::Disturbed);
+        assert_eq!(if_disturbed.is_some(), purchase.disturb.is_some(), "case {case}");
+        if let Some(point) = if_disturbed {
+            let found = point.set.as_ref().map(|set| set.cost.thousandths());
+            assert_eq!(found, cost_if_disturbed, "case {case}\n{text}");
+            let is_broken = point
+                .set
+                .as_ref()
+                .is_some_and(|set| !allowed.contains(&numbers_of(&study, purchasing.items(), set)));
+            assert_eq!(is_broken, !point.disturbed.is_empty(), "case {case}: {point:?}\n{text}");
+            let has_cost_bound = cost_if_disturbed != cost;
+            assert!(!has_cost_bound || report.bound_by_disturb() == Some(point), "case {case}\n{text}");
+            bound += usize::from(report.bound_by_disturb().is_some());
+        }
         // Other code says the same, and refuses what is not so.
         let input = purchasing.proof_input(&evidence, &|| None);
         let verify = |report: PurchaseReport| {
@@ -264,9 +313,25 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         // No set costs less than nothing.
         let is_searched = verified.proven > 0 || cost == Some(0);
         assert!(is_searched && verified.open == 0, "case {case}: {verified:?}");
-        let dearer = passing.iter().map(|(set, _)| set).find(|set| Some(rules.cost_of(set)) > cost);
+        if let Some(point) = report.bound_by_disturb() {
+            let mut wrong = report.clone();
+            let set = point.set.clone().map(|set| PurchasedSet { name: "cheapest".into(), ..set });
+            wrong.points.retain(|point| !matches!(point.aim, AimReport::Nearest(_)));
+            wrong.points[0] =
+                PurchasePoint { aim: AimReport::All, set, disturbed: Vec::new(), ..point.clone() };
+            let error = verify(wrong).unwrap_err().to_string();
+            let [a, b] = &point.disturbed[0];
+            let what = format!("points[0].set: has {a} and {b}, which disturb each other");
+            let back = format!("points[0].set: has {b} and {a}, which disturb each other");
+            assert!(error.contains(&what) || error.contains(&back), "case {case}: {error}");
+            let mut wrong = report.clone();
+            wrong.points.last_mut().unwrap().disturbed.pop();
+            let error = verify(wrong).unwrap_err().to_string();
+            assert!(error.contains("].disturbed: is ["), "case {case}: {error}");
+        }
+        let dearer = passing.iter().map(|(set, _)| set).find(|set| Some(cost_of(set)) > cost);
         if let Some(dearer) = dearer.filter(|_| purchase.then.is_none()) {
-            let cost = rules.cost_of(dearer);
+            let cost = cost_of(dearer);
             let best = Some(FoundPurchase { set: dearer.clone(), cost, worth: None });
             let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
             let mut wrong = report.clone();
@@ -295,10 +360,10 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             };
             refuse(PurchasePoint { missed, ..point.clone() }, "missed");
             let is_dearer = |one: &&JudgedSet| {
-                one.missed.len() <= count - least && rules.cost_of(&one.set) > set.cost.thousandths()
+                one.missed.len() <= count - least && cost_of(&one.set) > set.cost.thousandths()
             };
             if let Some(dearer) = judged.iter().find(is_dearer).filter(|_| purchase.then.is_none()) {
-                let cost = rules.cost_of(&dearer.set);
+                let cost = cost_of(&dearer.set);
                 let best = Some(FoundPurchase { set: dearer.set.clone(), cost, worth: None });
                 let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
                 let wrong = purchasing.point(point.aim.clone(), &answer, Vec::new());
@@ -312,6 +377,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
     }
     assert!(some > 2 && none > 2 && refused > 0, "{some} passed, {none} did not, {refused} were refused");
     assert!(cheaper > 2 && dear > 2, "{cheaper} cost less by a number of requirements, {dear} were refused");
+    assert!(bound > 0, "{bound} were bound by disturb");
 }
 
 /// Wherever a search is stopped, it reports that it is not complete, or has found everything.

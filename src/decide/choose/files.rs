@@ -10,7 +10,7 @@ use perirobot_march::backend::Fusion;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::hex;
-use perirobot_study::input::{Choose, Study};
+use perirobot_study::input::{Choose, Disturb, Study};
 use perirobot_study::sensor::{Cost, Sensor};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
@@ -74,6 +74,9 @@ pub struct ChooseQuestion {
     pub currency: Option<String>,
     /// How far two sensors must be from each other.
     pub apart_m: f64,
+    /// When sensors disturb each other that may not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disturb: Option<Disturb>,
     /// What is in every set.
     pub always: Vec<String>,
     /// What every set must reach.
@@ -108,6 +111,21 @@ pub struct AskedSensor {
     pub cost: Option<Cost>,
     /// How many a set may have.
     pub at_most: Option<u32>,
+    /// The kind of light that it emits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub emits: Option<String>,
+}
+
+impl AskedSensor {
+    /// What a study says of a sensor in a representation.
+    pub(crate) fn new(sensor: &Sensor, representation: usize) -> AskedSensor {
+        AskedSensor {
+            representation: sensor.kind.representations()[representation].into(),
+            cost: sensor.terms.cost,
+            at_most: sensor.terms.at_most,
+            emits: sensor.emits.clone(),
+        }
+    }
 }
 
 impl ChooseQuestion {
@@ -117,11 +135,7 @@ impl ChooseQuestion {
             let sensor = &study.sensors[sensor];
             format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
         };
-        let sensor = |(sensor, &way): (&Sensor, &usize)| {
-            let representation = sensor.kind.representations()[way].into();
-            let terms = sensor.terms;
-            (sensor.name.clone(), AskedSensor { representation, cost: terms.cost, at_most: terms.at_most })
-        };
+        let sensor = |(sensor, &way): (&Sensor, &usize)| (sensor.name.clone(), AskedSensor::new(sensor, way));
         let require = choose.require.iter();
         ChooseQuestion {
             objective: choose.objective,
@@ -131,6 +145,7 @@ impl ChooseQuestion {
             budget: choose.budget,
             currency: study.currency.clone(),
             apart_m: choose.apart_m,
+            disturb: choose.disturb,
             always: choose.always.iter().map(pose).collect(),
             require: require
                 .map(|one| AskedScore { score: one.score, over: one.over, at_least: one.at_least })

@@ -5,7 +5,7 @@
 //! # Practice
 //! `planes` are what a sensor says voxel by voxel, and `layout` which bits of a region they become. `evidence` has what each
 //! candidate says (`evidence/casting` casts it, `evidence/file` keeps it on disk for `evidence/deciding`, `check` counts some
-//! of it again), `problem` what is asked for. `report` has the answer
+//! of it again), `problem` what is asked for, with `pairs` that no set may have. `report` has the answer
 //! in names and numbers, with `ties`, `files` writes and reads it, `sets` makes combinations of it, and `outcome` scores
 //! them in the folder as a sweep; `refine` looks between the listed poses, and `verify` checks what was written.
 //! `choosing` runs these stages for the command line and Python.
@@ -16,6 +16,7 @@ mod evidence;
 mod files;
 mod layout;
 mod outcome;
+mod pairs;
 mod planes;
 mod problem;
 mod refine;
@@ -31,9 +32,14 @@ pub(crate) use files::fingerprint;
 pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
 pub(crate) use outcome::sweep_sets;
 pub use outcome::{Outcome, as_swept};
+pub(crate) use pairs::PairTerms;
+#[cfg(test)]
+pub(crate) use pairs::plain_camera::PlainCamera;
 pub use problem::{answer, problem_of, progress_of, wanted_counts};
 pub(crate) use problem::{candidates_of, odds_of, rules_of};
 pub use refine::{Refinement, refine};
 pub use report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport};
-pub(crate) use verify::{AllowedSets, SweptSets, is_written, pose_name, sweep_again, thousandths};
+pub(crate) use verify::{
+    AllowedSets, DisturbedPairs, SweptSets, is_written, pose_name, sweep_again, thousandths,
+};
 pub use verify::{Claims, Verified};

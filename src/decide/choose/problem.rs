@@ -1,6 +1,7 @@
 //! What a study asks for, as a problem for the solver, and why it has no answer.
 
 use super::layout::layout_of;
+use super::pairs::{PairTerms, forbidden_pairs};
 use perirobot_cover::layout::{MomentBits, WantedCounts};
 use perirobot_cover::{
     CandidateEvidence, FrontAnswer, MOST_VOXELS, NoAnswer, Odds, Problem, Ratio, SetLimits, SetRules,
@@ -11,12 +12,8 @@ use perirobot_march::metrics::Score;
 use perirobot_march::progress::{Progress, SearchState};
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Choose, Study};
-use perirobot_study::sensor::{Cost, Setting};
+use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
-
-/// Two sensors are as far apart as they should be if this little is missing: lattices are made in floating
-/// point.
-const NEARLY_M: f64 = 1e-9;
 
 /// The region of a question, and the counts that its scores are made of.
 pub fn wanted_counts(choose: &Choose) -> (usize, WantedCounts) {
@@ -32,12 +29,13 @@ pub fn problem_of<'a>(
     evidence: &'a CandidateEvidence,
 ) -> Problem<'a> {
     let items = &evidence.items;
+    let terms = PairTerms { apart_m: choose.apart_m, disturb: choose.disturb };
     Problem {
         evidence,
         goal: (choose.objective, choose.over),
         require: choose.require.iter().map(|r| (r.score, r.over, Ratio::from_f64(r.at_least))).collect(),
         limits: SetLimits { at_most: choose.at_most, budget: choose.budget.map(Cost::thousandths) },
-        rules: rules_of(study, items, worlds, &choose.always, choose.apart_m),
+        rules: rules_of(study, items, worlds, &choose.always, terms),
         odds: odds_of(study, choose.fusion, &choose.representations, evidence),
     }
     .drop_idle_odds()
@@ -72,7 +70,7 @@ pub(crate) fn rules_of(
     items: &[[usize; 2]],
     worlds: &[World],
     always: &[[usize; 2]],
-    apart_m: f64,
+    terms: PairTerms,
 ) -> SetRules {
     let cost = |&[sensor, _]: &[usize; 2]| study.sensors[sensor].terms.cost.map_or(0, Cost::thousandths);
     let number = |wanted: &[usize; 2]| {
@@ -83,7 +81,7 @@ pub(crate) fn rules_of(
         sensor: items.iter().map(|item| item[0]).collect(),
         cost: items.iter().map(cost).collect(),
         always: always.iter().map(number).collect(),
-        near: too_near(items, worlds, apart_m),
+        near: forbidden_pairs(study, items, worlds, terms),
         most: most.map(|most| most.map_or(usize::MAX, |most| most as usize)).collect(),
     }
 }
@@ -184,34 +182,6 @@ pub fn progress_of(state: &SearchState) -> String {
     let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
     let bound = bound.map(|bound| format!(", none is above {bound:.4}"));
     format!("sets of at most {at_most}{}: {best}{}", cost.unwrap_or_default(), bound.unwrap_or_default())
-}
-
-/// For each candidate a bit for each that is too near in some world; nothing where none can be.
-fn too_near(items: &[[usize; 2]], worlds: &[World], apart_m: f64) -> Vec<Vec<u64>> {
-    if apart_m <= NEARLY_M {
-        return Vec::new();
-    }
-    let mut near = vec![vec![0u64; items.len().div_ceil(64)]; items.len()];
-    for (number, world) in worlds.iter().enumerate() {
-        // Most worlds have their sensors where the one before had them.
-        if number > 0 && world.settings == worlds[number - 1].settings {
-            continue;
-        }
-        let place = |&[sensor, candidate]: &[usize; 2]| match world.settings[sensor][candidate] {
-            Setting::Pose(pose) => Some(pose.position_m),
-            _ => None,
-        };
-        let places: Vec<_> = items.iter().map(place).collect();
-        for (a, at) in places.iter().enumerate() {
-            let Some(at) = at else { continue };
-            for (b, other) in places.iter().enumerate().filter(|(b, _)| *b != a) {
-                if other.is_some_and(|other| at.distance(other) < apart_m - NEARLY_M) {
-                    near[a][b / 64] |= 1 << (b % 64);
-                }
-            }
-        }
-    }
-    near
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::table::{NONE, Table};
 use super::wording::count;
 use perirobot_decide::choose::{AskedScore, ChooseQuestion, Chosen, RefinedReport, SetReport, StepReport};
 use perirobot_march::metrics::{Across, Score};
+use perirobot_study::input::Disturb;
 
 /// How scores are called.
 pub(super) struct Spelling {
@@ -21,8 +22,8 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     let (score, over) = ((spelling.score)(*objective), (spelling.over)(*over));
     let mut text =
         format!("the highest {score} ({over}) in region {region}, by at most {}", count(*at_most, "sensor"));
-    text +=
-        &describe_limits(asked.budget.map(|budget| budget.to_text(currency)), asked.apart_m, &asked.always);
+    let budget = asked.budget.map(|budget| budget.to_text(currency));
+    text += &describe_limits(budget, asked.apart_m, asked.disturb, &asked.always);
     for AskedScore { score, over, at_least } in &asked.require {
         let (name, over, least) =
             ((spelling.score)(*score), (spelling.over)(*over), (spelling.least)(*score, *at_least));
@@ -33,15 +34,35 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
 }
 
 /// What every allowed set keeps to, in words.
-pub(super) fn describe_limits(budget: Option<String>, apart_m: f64, always: &[String]) -> String {
+pub(super) fn describe_limits(
+    budget: Option<String>,
+    apart_m: f64,
+    disturb: Option<Disturb>,
+    always: &[String],
+) -> String {
     let mut text = budget.map_or(String::new(), |budget| format!(" for {budget} together"));
     if apart_m > 0.0 {
         text += &format!(", {apart_m} m apart");
+    }
+    if let Some(disturb) = disturb {
+        text += &format!(", {}", undisturbed(disturb));
     }
     if !always.is_empty() {
         text += &format!(", always with {}", always.join(", "));
     }
     text
+}
+
+/// What sensors that emit one kind of light must keep.
+fn undisturbed(Disturb { apart_deg, overlap }: Disturb) -> String {
+    let lens = match apart_deg {
+        Some(0.0) => None,
+        Some(most) => Some(format!("looks into another's lens within {most} degrees of its view")),
+        None => Some("looks into another's lens".into()),
+    };
+    let share = overlap.map(|most| format!("sees more than {most} of what another sees"));
+    let rules: Vec<String> = lens.into_iter().chain(share).collect();
+    format!("where no sensor {} that emits the same light", rules.join(" or "))
 }
 
 /// What the front's columns say, and what is certified.

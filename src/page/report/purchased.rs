@@ -8,14 +8,14 @@ use perirobot_study::input::PurchaseFront;
 
 /// What was asked, in a sentence.
 pub(super) fn question(report: &PurchaseReport, spelling: &Spelling) -> String {
-    let PurchaseQuestion { at_most, budget, apart_m, always, then, front, sensors, require, .. } =
+    let PurchaseQuestion { at_most, budget, apart_m, disturb, always, then, front, sensors, require, .. } =
         &report.asked;
     let budget = budget.map(|budget| report.amount(budget));
     let mut text = format!(
         "the cheapest set that passes {}, by at most {}{}",
         count(require.len(), "requirement"),
         count(*at_most, "sensor"),
-        describe_limits(budget, *apart_m, always)
+        describe_limits(budget, *apart_m, *disturb, always)
     );
     if let Some(AskedThen { score, over, region }) = then {
         let (score, over) = ((spelling.score)(*score), (spelling.over)(*over));
@@ -99,6 +99,28 @@ pub fn describe_proof(report: &PurchaseReport) -> String {
     }
 }
 
+/// Whether a better set would pass if sensors might disturb each other, and which of its sensors do.
+pub(super) fn describe_disturb(report: &PurchaseReport) -> String {
+    let Some(if_disturbed) = report.points.iter().find(|point| point.aim == AimReport::Disturbed) else {
+        return String::new();
+    };
+    match (report.bound_by_disturb(), &if_disturbed.set) {
+        (Some(point), Some(set)) => {
+            let pairs: Vec<String> = point.disturbed.iter().map(|[a, b]| format!("{a} and {b}")).collect();
+            format!(
+                "disturb binds: if sensors might disturb each other, {} for {} would pass; in it {} do\n",
+                set.poses(),
+                report.amount(set.cost),
+                pairs.join(", ")
+            )
+        }
+        _ if if_disturbed.proven && if_disturbed.best_of_cost => {
+            "disturb does not bind: no set that it forbids is better\n".into()
+        }
+        _ => "whether disturb binds is open: the search was stopped\n".into(),
+    }
+}
+
 /// What is known of the cheapest set for one aim, in a word or a few.
 pub(super) fn describe_bound(report: &PurchaseReport, point: &PurchasePoint) -> String {
     match (&point.set, point.proven) {
@@ -136,6 +158,7 @@ pub(super) fn describe_aim(aim: &AimReport) -> String {
         AimReport::All => "all requirements".into(),
         AimReport::Speed(speed) => format!("{speed} m/s"),
         AimReport::Without(name) => format!("all but “{name}”"),
+        AimReport::Disturbed => "all requirements, if sensors may disturb each other".into(),
         AimReport::Number(least) => format!("at least {least} requirements"),
         AimReport::Nearest(names) => format!("all but “{}”", names.join("”, “")),
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::disturb::{self, Disturb};
 use super::stopping::EXAMPLE;
 use super::{Counted, RegionSpec, region};
 use crate::diagnostics::{Place, Problems};
@@ -42,6 +43,8 @@ pub(super) struct ChooseFile {
     /// How far two sensors of a set must be from each other, in metres. Default 0.
     #[serde(default)]
     apart_m: f64,
+    /// Sensors that emit one kind of light may not disturb each other: when they do. Default: they may.
+    disturb: Option<Disturb>,
     /// What hangs there already and is in every set: names of sensors and poses, as in "camera:wall/1/0".
     #[serde(default)]
     always: Vec<String>,
@@ -141,6 +144,8 @@ pub struct Choose {
     pub budget: Option<Cost>,
     /// How far two sensors must be from each other.
     pub apart_m: f64,
+    /// When sensors disturb each other that may not.
+    pub disturb: Option<Disturb>,
     /// Sensor and candidate of what is in every set.
     pub always: Vec<[usize; 2]>,
     /// What every set must reach.
@@ -196,6 +201,8 @@ pub struct Purchase {
     pub budget: Option<Cost>,
     /// How far two sensors must be from each other.
     pub apart_m: f64,
+    /// When sensors disturb each other that may not.
+    pub disturb: Option<Disturb>,
     /// Sensor and candidate of what is in every set.
     pub always: Vec<[usize; 2]>,
     /// The representation in which each sensor is judged.
@@ -236,6 +243,7 @@ pub(super) fn usual(known: &ChooseNames) -> Option<Wanted> {
             at_most: MOST_SENSORS as usize,
             budget: None,
             apart_m: 0.0,
+            disturb: None,
             always: Vec::new(),
             representations: vec![0; known.sensors.len()],
             fusion: known.fusion,
@@ -259,6 +267,8 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
     let region = problems.keep(score_region(&at, &file, known, score));
     let at_most = problems.keep(at_most(&at, file.at_most, is_cheapest));
     problems.keep(at.number("apart_m", file.apart_m, 0.0..1e6, "a distance in metres, 0 or more"));
+    let disturb = file.disturb.map(|disturb| disturb::check(&at, disturb, sensors)).transpose();
+    let disturb = problems.keep_all(disturb);
     let require = file.require.iter().enumerate();
     let require = require.map(|(i, entry)| set_requirement(&at.key(&format!("require[{i}]")), entry));
     let require: Vec<SetRequirement> = require.filter_map(|one| problems.keep(one)).collect();
@@ -277,8 +287,8 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
         false => no_purchase(&at, &file),
     });
     problems.none()?;
-    let (Some(region), Some(at_most), Some(representations), Some(always), Some(budget)) =
-        (region, at_most, representations, always, budget)
+    let (Some(region), Some(at_most), Some(disturb), Some(representations), Some(always), Some(budget)) =
+        (region, at_most, disturb, representations, always, budget)
     else {
         return Err(Vec::new());
     };
@@ -291,6 +301,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
             at_most,
             budget,
             apart_m,
+            disturb,
             always,
             require,
             representations,
@@ -307,6 +318,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
                 at_most,
                 budget,
                 apart_m,
+                disturb,
                 always,
                 representations,
                 fusion,

@@ -10,6 +10,7 @@ mod check;
 mod choices;
 mod choose;
 mod combination;
+mod disturb;
 mod elsewhere;
 mod file;
 mod poses;
@@ -36,6 +37,7 @@ pub use choices::Choices;
 pub use choose::{Choose, Purchase, PurchaseFront, SetRequirement, Wanted};
 pub use combination::{Combination, Member};
 pub use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
+pub use disturb::Disturb;
 use perirobot_march::backend::Fusion;
 use perirobot_march::{Error, Result};
 use perirobot_scene::objects::spec::SceneSpec;
@@ -158,6 +160,7 @@ impl Study {
             noise: SaidOfNoise::Nothing,
             thinned: None,
             terms: CostTerms::default(),
+            emits: None,
             warnings: Vec::new(),
             name,
         };

@@ -7,6 +7,7 @@ mod cost;
 pub mod field_of_view;
 pub mod keypoints;
 pub mod kinds;
+pub mod lens;
 pub mod look;
 pub mod noise;
 pub mod prism;
@@ -58,6 +59,8 @@ pub struct Sensor {
     pub thinned: Option<String>,
     /// What one of them costs, and how many a set may have.
     pub terms: CostTerms,
+    /// The kind of light that it emits, if the study or its device says so.
+    pub emits: Option<String>,
     /// What was assumed about it that the user may not expect.
     pub warnings: Vec<String>,
 }

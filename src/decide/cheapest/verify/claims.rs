@@ -10,7 +10,7 @@ use crate::cheapest::question::PurchaseQuestion;
 use crate::cheapest::remaining::combination;
 use crate::cheapest::report::{AimReport, FILE, PurchasePoint, PurchaseReport, PurchasedSet};
 use crate::cheapest::terms::{PurchaseAim, Terms};
-use crate::choose::fingerprint;
+use crate::choose::{DisturbedPairs, fingerprint, pose_name};
 use crate::json_file::{Difference, first_difference};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
@@ -23,6 +23,8 @@ pub struct PurchaseClaims {
     pub(super) report: PurchaseReport,
     /// What is asked at each of its points.
     pub(super) asked: Vec<AskedPoint>,
+    /// The candidates that disturb each other.
+    pub(super) disturbed: DisturbedPairs,
 }
 
 /// What is asked at a point, and the candidates of its set.
@@ -54,8 +56,10 @@ impl PurchaseClaims {
     /// `Error::Input` that names what is wrong.
     pub(crate) fn new(folder: &Path, report: PurchaseReport, input: ProofInput) -> Result<PurchaseClaims> {
         let in_file = |issue: Issue| Error::from(issue.with_place(folder.join(FILE.name)));
-        let asked = examine(&report, input).map_err(in_file)?;
-        Ok(PurchaseClaims { folder: folder.into(), report, asked })
+        let ProofInput { study, purchase, worlds, items, .. } = input;
+        let disturbed = DisturbedPairs::among(items, (study, worlds), purchase.disturb);
+        let asked = examine(&report, ProofInput { disturbed: &disturbed, ..input }).map_err(in_file)?;
+        Ok(PurchaseClaims { folder: folder.into(), report, asked, disturbed })
     }
 
     /// How many points are claimed; one is reported when it was checked.
@@ -204,14 +208,44 @@ fn examine_point(
     if if decides { *best_of_cost && !proven } else { best_of_cost != proven } {
         return mismatch(format!("{place}.best_of_cost"), "does not go with proven");
     }
-    let Some(set) = set else { return Ok(None) };
+    let Some(set) = set else {
+        return match point.disturbed.is_empty() {
+            true => Ok(None),
+            false => mismatch(format!("{place}.disturbed"), "is told, and there is no set"),
+        };
+    };
     if set.name != aim.title() {
         return mismatch(
             format!("{place}.set.name"),
             format!("is {:?}, and the aim says {:?}", set.name, aim.title()),
         );
     }
-    examine_set(input, &format!("{place}.set"), set).map(Some)
+    let found = examine_set(input.for_aim(aim), &format!("{place}.set"), set)?;
+    let disturbed = match aim {
+        AimReport::Disturbed => disturbed_in(input, &found),
+        _ => Vec::new(),
+    };
+    if point.disturbed != disturbed {
+        let what = format!("is {:?}, and the study says {disturbed:?}", point.disturbed);
+        return mismatch(format!("{place}.disturbed"), what);
+    }
+    Ok(Some(found))
+}
+
+/// Which two of some candidates, in order, disturb each other, but for those that are in every set.
+fn disturbed_in(input: ProofInput, set: &[usize]) -> Vec<[String; 2]> {
+    let ProofInput { study, purchase, items, disturbed, .. } = input;
+    let poses: Vec<[usize; 2]> = set.iter().map(|&item| items[item]).collect();
+    let mut pairs = Vec::new();
+    for (number, &a) in poses.iter().enumerate() {
+        for &b in &poses[number + 1..] {
+            let hang_there = [a, b].iter().all(|pose| purchase.always.contains(pose));
+            if disturbed.has(a, b) && !hang_there {
+                pairs.push([pose_name(study, a), pose_name(study, b)]);
+            }
+        }
+    }
+    pairs
 }
 
 /// The candidates of a set, if the study allows it.

@@ -28,7 +28,7 @@ use super::remaining::OpenBackends;
 use super::report::{AimReport, FILE, PurchasePoint, PurchaseReport, PurchasedSet};
 use super::terms::{PurchaseAim, Terms};
 use crate::approach::Ground;
-use crate::choose::{AllowedSets, pose_name};
+use crate::choose::{AllowedSets, DisturbedPairs, pose_name};
 pub use claims::PurchaseClaims;
 use perirobot_cover::CandidateEvidence;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
@@ -70,6 +70,8 @@ pub(crate) struct ProofInput<'a> {
     pub(super) asked: &'a [(PurchaseAim, Terms)],
     /// The regions in which anything is counted, and what was cast in each.
     pub(super) regions: &'a [usize],
+    /// The candidates that may not be in a set together, since they disturb each other.
+    pub(super) disturbed: &'a DisturbedPairs,
     pub(super) evidence: &'a [CandidateEvidence],
     pub(super) progress: &'a dyn Progress,
 }
@@ -94,14 +96,15 @@ pub(super) fn verify_points(
     input: ProofInput,
     open: OpenBackends,
 ) -> Result<PurchaseVerified> {
-    let PurchaseClaims { folder, report, asked } = claims;
+    let PurchaseClaims { folder, report, asked, disturbed } = claims;
+    let input = ProofInput { disturbed, ..input };
     let path = folder.join(FILE.name);
     let facts = NearFacts::new(input, &report.ways_in).map_err(|error| error.with_place(&path))?;
     let mut verified =
         PurchaseVerified { ways: facts.ways.len(), stopped: report.stopped, ..PurchaseVerified::default() };
     for (number, (point, AskedPoint { terms, least, set })) in report.points.iter().zip(asked).enumerate() {
         let place = format!("points[{number}].");
-        let least = *least;
+        let (least, input) = (*least, input.for_aim(&point.aim));
         let mut check =
             PointCheck { input, open, facts: &facts, place, terms, least, verified: &mut verified };
         check.run(point, set.as_deref()).map_err(|error| error.with_place(&path))?;
@@ -303,10 +306,18 @@ impl PointCheck<'_, '_> {
 }
 
 impl<'a> ProofInput<'a> {
+    /// The same for an aim: which candidates a set may have together.
+    fn for_aim(self, aim: &AimReport) -> ProofInput<'a> {
+        match aim {
+            AimReport::Disturbed => ProofInput { disturbed: DisturbedPairs::none(), ..self },
+            _ => self,
+        }
+    }
+
     fn allowed(self) -> AllowedSets<'a> {
-        let ProofInput { study, purchase, worlds, .. } = self;
+        let ProofInput { study, purchase, worlds, disturbed, .. } = self;
         let Purchase { at_most, budget, ref always, apart_m, .. } = *purchase;
-        AllowedSets { study, worlds, at_most, budget, always, apart_m }
+        AllowedSets { study, worlds, at_most, budget, always, apart_m, disturbed }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Whether a set is one that a study allows, judged from the study.
 
+use super::disturbed::DisturbedPairs;
 use crate::choose::problem::candidates_of;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -31,12 +32,17 @@ pub(crate) struct AllowedSets<'a> {
     pub(crate) budget: Option<Cost>,
     pub(crate) always: &'a [[usize; 2]],
     pub(crate) apart_m: f64,
+    pub(crate) disturbed: &'a DisturbedPairs,
 }
 
 impl<'a> AllowedSets<'a> {
-    pub(super) fn from_choose(study: &'a Study, choose: &'a Choose, worlds: &'a [World]) -> AllowedSets<'a> {
+    pub(super) fn from_choose(
+        study: &'a Study,
+        (choose, disturbed): (&'a Choose, &'a DisturbedPairs),
+        worlds: &'a [World],
+    ) -> AllowedSets<'a> {
         let Choose { at_most, budget, ref always, apart_m, .. } = *choose;
-        AllowedSets { study, worlds, at_most, budget, always, apart_m }
+        AllowedSets { study, worlds, at_most, budget, always, apart_m, disturbed }
     }
 
     /// Why a set that is told within some limits, with a cost, is not allowed.
@@ -69,7 +75,7 @@ impl<'a> AllowedSets<'a> {
 
     /// Why some candidates cannot be in a set together.
     pub(crate) fn clash(&self, set: &[[usize; 2]]) -> Option<String> {
-        let AllowedSets { study, worlds, always, apart_m, .. } = *self;
+        let AllowedSets { study, worlds, always, apart_m, disturbed, .. } = *self;
         for (number, &a) in set.iter().enumerate() {
             let most = study.sensors[a[0]].terms.at_most.map_or(usize::MAX, |most| most as usize);
             if set.iter().filter(|other| other[0] == a[0]).count() > most {
@@ -97,6 +103,10 @@ impl<'a> AllowedSets<'a> {
                         pose_name(study, a),
                         pose_name(study, b)
                     ));
+                }
+                if disturbed.has(a, b) {
+                    let [a, b] = [a, b].map(|item| pose_name(study, item));
+                    return Some(format!("has {a} and {b}, which disturb each other"));
                 }
             }
         }

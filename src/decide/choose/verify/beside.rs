@@ -24,7 +24,7 @@ pub(super) fn check(
     counts: &[Vec<Confusion>],
     recounter: &mut dyn Backend,
 ) -> Result<()> {
-    let Claims { folder, chosen, sets } = claims;
+    let Claims { folder, chosen, sets, .. } = claims;
     let Chosen { report, .. } = chosen;
     let path = folder.join(PROOF);
     let at_path = |why: Issue| Error::from(why.with_place(&path));
@@ -98,7 +98,7 @@ fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
 /// What is said of each sensor of each set: the scores without them are counted again.
 fn sensors(claims: &Claims, given: ProofInput, recounter: &mut dyn Backend) -> Result<()> {
     let ProofInput { study, choose, worlds, progress, .. } = given;
-    let Claims { folder, chosen: Chosen { report, .. }, sets } = claims;
+    let Claims { folder, chosen: Chosen { report, .. }, sets, .. } = claims;
     let all: Vec<&SetReport> = report.steps.iter().map(|step| &step.best).chain(&report.ties).collect();
     let without = |set: &Vec<[usize; 2]>| {
         let rest = |out: usize| (0..set.len()).filter(|i| *i != out).map(|i| set[i]).collect::<Vec<_>>();

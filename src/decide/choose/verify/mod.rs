@@ -9,6 +9,7 @@
 mod allowed;
 mod beside;
 mod counted;
+mod disturbed;
 mod mean;
 mod plain;
 mod refined;
@@ -20,11 +21,13 @@ use std::path::{Path, PathBuf};
 pub(crate) use self::allowed::{AllowedSets, find_named, pose_name, thousandths};
 pub(super) use self::counted::recount;
 use self::counted::{exact, value, value_reaches};
+pub(crate) use self::disturbed::DisturbedPairs;
 use self::plain::{Plain, Threshold};
 use self::refined::{refine_again, verify_refined};
 use self::tables::verify_tables;
 pub(crate) use self::tables::{SweptSets, is_written, sweep_again};
 use super::files::{ChooseQuestion, Chosen, PROOF, fingerprint};
+use super::problem::candidates_of;
 use super::report::{SetReport, StepReport};
 use perirobot_cover::layout::{FALSE, MISSED};
 use perirobot_cover::{CandidateEvidence, CutLimits, check_cuts};
@@ -63,6 +66,7 @@ struct ProofInput<'a> {
     study: &'a Study,
     choose: &'a Choose,
     worlds: &'a [World],
+    disturbed: &'a DisturbedPairs,
     evidence: &'a CandidateEvidence,
     /// Counts bits without the vector instructions of the search.
     ones: Ones,
@@ -73,6 +77,8 @@ struct ProofInput<'a> {
 pub struct Claims {
     folder: PathBuf,
     chosen: Chosen,
+    /// The poses of the study that disturb each other.
+    disturbed: DisturbedPairs,
     /// Sensor and candidate of each in the best set of each step, and then in those that are nearly as good.
     sets: Vec<Vec<[usize; 2]>>,
 }
@@ -104,7 +110,8 @@ impl Claims {
         let ties = told.ties.iter().enumerate();
         let ties =
             ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
-        let allowed = AllowedSets::from_choose(study, choose, worlds);
+        let disturbed = DisturbedPairs::among(&candidates_of(study), (study, worlds), choose.disturb);
+        let allowed = AllowedSets::from_choose(study, (choose, &disturbed), worlds);
         let read = |(place, limits): (String, (usize, Option<Cost>, &SetReport))| {
             let set = find_named(study, &limits.2.poses).and_then(|set| {
                 match allowed.not_allowed((limits.0, limits.1), limits.2.cost, &set) {
@@ -115,7 +122,7 @@ impl Claims {
             set.map_err(|issue| issue.with_place(place).with_place(&path).into())
         };
         let sets = steps.chain(ties).map(read).collect::<Result<_>>()?;
-        Ok(Claims { folder: folder.into(), chosen, sets })
+        Ok(Claims { folder: folder.into(), chosen, disturbed, sets })
     }
 
     /// How many steps are claimed; [`verify`] reports each that it has checked.
@@ -154,9 +161,9 @@ fn verify_steps(
     recounter: &mut dyn Backend,
     progress: &dyn Progress,
 ) -> Result<Verified> {
-    let Claims { folder, chosen, sets } = claims;
+    let Claims { folder, chosen, disturbed, sets } = claims;
     let (path, steps) = (folder.join(PROOF), &chosen.report.steps);
-    let given = ProofInput { study, choose, worlds, evidence, ones: Ones::plain(), progress };
+    let given = ProofInput { study, choose, worlds, disturbed, evidence, ones: Ones::plain(), progress };
     let wrong = |place: String, what: &str| Err(Error::input(place, what).with_place(&path));
     let counts = recount(study, choose, worlds, sets, recounter, progress)?;
     let mut verified = Verified {
@@ -265,10 +272,10 @@ impl ProofInput<'_> {
 
     /// Whether cuts show what no set of a step is above.
     fn shows(self, step: &StepReport, above: f64) -> Result<(), Issue> {
-        let ProofInput { study, choose, worlds, evidence, .. } = self;
+        let ProofInput { study, choose, worlds, disturbed, evidence, .. } = self;
         let items = &evidence.items;
         let budget = step.budget.map(Cost::thousandths);
-        let allowed = AllowedSets::from_choose(study, choose, worlds);
+        let allowed = AllowedSets::from_choose(study, (choose, disturbed), worlds);
         let joins = |row: usize| {
             let set = [&choose.always[..], &[items[row]]].concat();
             let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();

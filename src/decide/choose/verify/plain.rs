@@ -120,8 +120,8 @@ impl Plain<'_> {
         let cost = |set: &[usize]| {
             poses(set).iter().map(|&[sensor, _]| thousandths(self.given.study, sensor)).sum::<u64>()
         };
-        let ProofInput { study, choose, worlds, .. } = self.given;
-        let allowed = AllowedSets::from_choose(study, choose, worlds);
+        let ProofInput { study, choose, worlds, disturbed, .. } = self.given;
+        let allowed = AllowedSets::from_choose(study, (choose, disturbed), worlds);
         let joins = |&&item: &&usize| {
             let set = [chosen, &[item]].concat();
             cost(&set) <= budget && allowed.clash(&poses(&set)).is_none()

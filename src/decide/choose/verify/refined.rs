@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::allowed::{AllowedSets, find_named};
 use super::counted::recount;
+use super::disturbed::DisturbedPairs;
 use super::tables::is_written;
 use super::{Claims, holds};
 use crate::choose::files::{Chosen, PROOF, REFINED};
@@ -58,7 +59,8 @@ pub(super) fn verify_refined(
         }
         let set = find_named(&study, &best.poses)
             .map_err(|issue| issue.with_place(place("best")).with_place(&path))?;
-        let allowed = AllowedSets::from_choose(&study, choose, &worlds);
+        let disturbed = DisturbedPairs::among(&set, (&study, &worlds), choose.disturb);
+        let allowed = AllowedSets::from_choose(&study, (choose, &disturbed), &worlds);
         if let Some(why) = allowed.not_allowed((*at_most, *budget), best.cost, &set) {
             return wrong("best", &why);
         }

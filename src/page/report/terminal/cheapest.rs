@@ -1,7 +1,7 @@
 //! The cheapest set that passes, as text: one sentence first, then where its sensors are, what proves it, and what else
 //! was asked.
 
-use crate::report::purchased::{describe_bound, describe_proof, sentence};
+use crate::report::purchased::{describe_bound, describe_disturb, describe_proof, sentence};
 use crate::report::table::Table;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::SetVerdicts;
@@ -20,6 +20,7 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
         text += &format!("\n{}", sensors(report, set).text());
     }
     text += &format!("\n{}\n", describe_proof(report));
+    text += &describe_disturb(report);
     for table in [front(report), numbers(report)].into_iter().flatten() {
         text += &format!("\n{}", table.text());
     }
@@ -41,7 +42,7 @@ fn front(report: &PurchaseReport) -> Option<Table> {
     let aim = |point: &PurchasePoint| match &point.aim {
         AimReport::Speed(speed) => Some((">m/s", speed.to_string())),
         AimReport::Without(name) => Some(("<without", name.clone())),
-        AimReport::All | AimReport::Number(_) | AimReport::Nearest(_) => None,
+        AimReport::All | AimReport::Disturbed | AimReport::Number(_) | AimReport::Nearest(_) => None,
     };
     let (heading, _) = report.points.iter().find_map(aim)?;
     let mut table = Table::new(&[heading, "cost", "sensors", "<proof", "<set"]);

@@ -122,7 +122,7 @@ fn what_a_study_writes_goes_before_the_catalogue() {
 fn other_ways_to_say_a_key_go_before_it_too() {
     let has = |keys: &str| -> Vec<String> { resolve_keys(keys).unwrap().keys().cloned().collect() };
     let vlp = "model = \"velodyne-vlp-16\"\n";
-    assert_eq!(has(vlp), ["fov_deg", "kind", "noise", "range_m", "resolution_deg", "rings_deg"]);
+    assert_eq!(has(vlp), ["emits", "fov_deg", "kind", "noise", "range_m", "resolution_deg", "rings_deg"]);
     assert!(!has(&format!("{vlp}elevation_deg = [-10, 10]")).contains(&"rings_deg".into()));
     assert!(!has(&format!("{vlp}fov_deg = [360, 20]")).contains(&"rings_deg".into()));
     assert!(has(&format!("{vlp}fov_deg = 180")).contains(&"rings_deg".into()));

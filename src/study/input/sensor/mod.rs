@@ -11,6 +11,7 @@ use super::poses::{self, PosesFile};
 use crate::diagnostics::{LineOf, Place, Problems, Step, Unread, Unreadable, describe, read};
 use crate::sensor::kinds::shared::range::noise_in;
 use crate::sensor::kinds::{self, Checked, EXAMPLES, KindEntry, LARGEST_M};
+use crate::sensor::lens::has_lens;
 use crate::sensor::{Candidate, Cost, CostTerms, Kind, MountLink, PoseSpread, Sensor, Setting};
 use perirobot_march::{Error, Result};
 use perirobot_scene::objects::spec::SceneSpec;
@@ -35,12 +36,15 @@ struct CommonFile {
     cost: Option<f64>,
     /// How many of them a set of `perirobot choose` may have. Default as many as the set may have sensors.
     at_most: Option<u32>,
+    /// The kind of light that it emits, as in "tof" or "lidar_905nm": sensors of one kind may disturb each other. "none" if
+    /// it emits none, whatever its device does.
+    emits: Option<String>,
     /// Where it may stand.
     #[serde(default)]
     poses: Vec<PosesFile>,
 }
 
-const COMMON_KEYS: [&str; 7] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "poses"];
+const COMMON_KEYS: [&str; 8] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "emits", "poses"];
 
 /// A link of a robot.
 #[derive(Deserialize)]
@@ -103,6 +107,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
     let Checked { kind, mut warnings } = checked_kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
     warnings.splice(0..0, contradictions);
     let terms = terms(at, &common).map_err(|e| vec![e])?;
+    let emits = emits(at, common.emits, &*kind).map_err(|e| vec![e])?;
     let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
     if on.is_some() && !kind.takes_poses() {
         return Err(vec![
@@ -123,6 +128,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
         noise,
         thinned,
         terms,
+        emits,
         warnings,
     })
 }
@@ -134,6 +140,27 @@ fn terms(at: &Place, common: &CommonFile) -> Result<CostTerms> {
     }
     let cost = common.cost.map(|cost| Cost::check(at, "cost", cost)).transpose()?;
     Ok(CostTerms { cost, at_most: common.at_most })
+}
+
+/// The kind of light that it emits, if any.
+fn emits(at: &Place, said: Option<String>, kind: &dyn Kind) -> Result<Option<String>> {
+    let Some(light) = said.filter(|light| light != "none") else { return Ok(None) };
+    let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    if light.is_empty() || !light.chars().all(is_plain) {
+        let rule = "must name a kind of light by small letters, digits and _, as in \"tof\" or \"lidar_905nm\"; \"none\" if \
+                    it emits none";
+        return Err(at.wrong("emits", format!("{light:?}"), rule));
+    }
+    match has_lens(kind) {
+        true => Ok(Some(light)),
+        false => {
+            let rule = format!(
+                "belongs to a sensor whose field of view is known, as of a camera or a lidar, and not to kind = {:?}: remove it",
+                kind.name()
+            );
+            Err(at.wrong("emits", format!("{light:?}"), &rule))
+        }
+    }
 }
 
 /// The sensor that the keys of its kind describe, with warnings.

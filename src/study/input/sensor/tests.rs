@@ -84,6 +84,32 @@ fn switches() {
     has(&kind(&format!("{gate}\notherwise = \"free\"")), &["otherwise_free: true"]);
 }
 
+/// Devices of the catalogue say what they emit, and a study says otherwise.
+#[test]
+fn light_is_that_of_the_device_unless_a_study_says_otherwise() {
+    let pose = "poses = [{ name = \"p\", list = [{ position_m = [0, 0, 1], facing = [1, 0, 0] }] }]";
+    let emits = |keys: &str| read(&format!("name = \"s\"\n{pose}\n{keys}"), false).emits;
+    let light = |keys: &str, light: &str| emits(&format!("{keys}\nemits = {light:?}"));
+    assert_eq!(emits(RGBD), None);
+    assert_eq!(light(RGBD, "structured_light").as_deref(), Some("structured_light"));
+    let helios = "model = \"lucid-helios-2\"";
+    assert_eq!(emits(helios).as_deref(), Some("tof"));
+    assert_eq!(light(helios, "tof_850nm").as_deref(), Some("tof_850nm"));
+    assert_eq!(light(helios, "none"), None);
+    assert_eq!(emits("model = \"sick-nanoscan3\"").as_deref(), Some("lidar"));
+    assert_eq!(emits("model = \"realsense-d435\""), None);
+    let at = Place::new(Path::new("study.toml"));
+    let kind = read(&format!("name = \"s\"\n{pose}\nmodel = \"safety-mat\""), false).kind;
+    assert_eq!(super::emits(&at, Some("none".into()), &*kind).unwrap(), None);
+    let error = super::emits(&at, Some("tof".into()), &*kind).unwrap_err().to_string();
+    assert!(error.contains("emits = \"tof\": belongs to a sensor whose field of view is known"), "{error}");
+    assert!(error.contains("not to kind = \"pad\": remove it"), "{error}");
+    for wrong in ["", "ToF", "lidar 905"] {
+        let error = super::emits(&at, Some(wrong.into()), &*kind).unwrap_err().to_string();
+        assert!(error.contains("must name a kind of light by small letters, digits and _"), "{error}");
+    }
+}
+
 #[test]
 fn what_has_no_poses_has_candidates_all_the_same() {
     let names = |keys: &str| -> Vec<(String, Setting)> {

@@ -149,8 +149,9 @@ fn says(text: &str) -> Value {
         keys.extend(floor_m.map(|z| ("approach".into(), serde_json::json!({ "floor_m": z }))));
         let sensors = keys.get_mut("sensor").and_then(Value::as_array_mut).into_iter().flatten();
         for sensor in sensors.filter_map(Value::as_object_mut) {
-            sensor.remove("cost");
-            sensor.remove("at_most");
+            for term in ["cost", "at_most", "emits"] {
+                sensor.remove(term);
+            }
         }
     }
     says
@@ -197,7 +198,7 @@ mod tests {
         assert_eq!(
             says(sensor),
             says(&format!(
-                "currency = \"EUR\"\n{sensor}cost = 3.5\nat_most = 2\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nmin_voxels = 2\n[stopping]\nformula = \"iso13855\""
+                "currency = \"EUR\"\n{sensor}cost = 3.5\nat_most = 2\nemits = \"tof\"\n[choose]\nat_most = 1\n[[require]]\nname = \"b\"\n[mounting_error]\ndraws = 2\n[postures]\npeople = []\n[approach]\nmin_voxels = 2\n[stopping]\nformula = \"iso13855\""
             ))
         );
         let floor = |z: &str| says(&format!("{sensor}[approach]\nmin_voxels = 2\nfloor_m = {z}"));
