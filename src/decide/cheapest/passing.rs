@@ -10,7 +10,7 @@ use perirobot_study::input::{ApproachScore, Counted, Limit, Measure, Nearness, R
 
 use super::areas::LargestArea;
 use super::remaining::Remaining;
-use super::terms::{Terms, dead_in, is_counted};
+use super::terms::{Terms, dead_in, is_counted, is_of_overlap};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::NearestApproach;
 use crate::judge::{Conditions, Value, approach_value, dead_members};
@@ -137,7 +137,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
     /// The score of all candidates together, or of all but as few as may be dead, if it misses what is required of counts;
     /// with those that are left out.
     pub(super) fn missed_by_all(&self, requirement: &Requirement) -> Option<(f64, Vec<usize>)> {
-        let counted = requirement.counted_score()?;
+        let counted = requirement.counted_score().filter(|_| !is_of_overlap(requirement))?;
         let (_, problem) = self.problems.iter().find(|(region, _)| *region == counted.region)?;
         let all: Vec<usize> = (0..self.candidates).collect();
         left_out_of_all(requirement, self.candidates).find_map(|out| {

@@ -10,9 +10,11 @@ use perirobot_cover::layout::WantedCounts;
 use perirobot_cover::{CandidateEvidence, Problem, SetLimits, SetRules, Worth};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
-use perirobot_march::metrics::{Across, Score};
+use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::progress::Progress;
-use perirobot_study::input::{ApproachScore, Disturb, Measure, Purchase, PurchaseFront, Requirement, Study};
+use perirobot_study::input::{
+    ApproachScore, Counted, Disturb, Limit, Measure, Purchase, PurchaseFront, Requirement, Study,
+};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
@@ -25,7 +27,7 @@ use super::remaining::{Remaining, combination};
 use super::report::{
     AimReport, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet, ReasonReport,
 };
-use super::terms::{PurchaseAim, Terms, bounding, dead_in, is_counted};
+use super::terms::{PurchaseAim, Terms, bounding, dead_in};
 use super::verify::{ProofInput, PurchaseClaims, PurchaseVerified, verify};
 use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
@@ -449,12 +451,27 @@ impl Subsets for PurchaseSearch<'_, '_> {
 
 /// What a requirement says of counts, as the solver has it.
 fn shares<'e>(requirement: &Requirement, problems: &'e [(usize, Problem<'e>)]) -> Vec<Share<'e>> {
-    let Some((counted, limit)) = bounding(requirement) else { return Vec::new() };
+    let (counted, limit, more_dead) = match (bounding(requirement), requirement.counted_score()) {
+        (Some((counted, limit)), _) => (*counted, limit.ratio(), 0),
+        (None, Some(counted)) => match seen_once_without_any(counted, requirement.limit) {
+            Some((counted, limit)) => (counted, limit, 1),
+            None => return Vec::new(),
+        },
+        (None, None) => return Vec::new(),
+    };
     let Some((_, problem)) = problems.iter().find(|(region, _)| *region == counted.region) else {
         return Vec::new();
     };
-    let limit = limit.ratio();
-    let under = requirement.under.iter().filter(|&&condition| is_counted(requirement, condition));
-    let share = |dead| Share { problem, score: counted.score, over: counted.over, limit, dead };
-    under.filter_map(|&condition| dead_in(condition)).map(share).collect()
+    let share =
+        |dead| Share { problem, score: counted.score, over: counted.over, limit, dead: dead + more_dead };
+    requirement.under.iter().filter_map(|&condition| dead_in(condition)).map(share).collect()
+}
+
+/// What two sensors see one of them still sees without the other: a share that is seen twice bounds the unknown share of a
+/// set without any one member.
+fn seen_once_without_any(counted: &Counted, limit: Limit) -> Option<(Counted, Ratio)> {
+    let Limit::AtLeast(least) = limit else { return None };
+    let Ratio { numerator, denominator } = least;
+    let unknown = Ratio { numerator: denominator - numerator, denominator };
+    (counted.score == Score::SeenTwice).then_some((Counted { score: Score::Unknown, ..*counted }, unknown))
 }

@@ -76,7 +76,8 @@ pub(super) fn is_counted(requirement: &Requirement, condition: Condition) -> boo
     dead_in(condition).is_some() && !requirement.is_of_controller() && !is_of_overlap(requirement)
 }
 
-fn is_of_overlap(requirement: &Requirement) -> bool {
+/// Whether it requires how much at least two sensors see.
+pub(super) fn is_of_overlap(requirement: &Requirement) -> bool {
     requirement.counted_score().is_some_and(|counted| counted.score == Score::SeenTwice)
 }
 

@@ -279,7 +279,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let best = point.set.as_ref().map(|set| set.cost.thousandths());
             assert_eq!(best, lowest, "case {case}, {least} of {count}\n{text}");
             assert!(point.proven && point.best_of_cost, "case {case}");
-            cheaper += usize::from(lowest < cost);
+            cheaper += usize::from(lowest.is_some() && lowest != cost);
             let Some(set) = &point.set else { continue };
             let items = numbers_of(&study, purchasing.items(), set);
             let own = enough().find(|one| one.set == items).unwrap();
@@ -351,8 +351,9 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let refuse = |point: PurchasePoint, key: &str| {
                 let mut wrong = report.clone();
                 wrong.points[number] = point;
-                let error = verify(wrong).unwrap_err().to_string();
-                assert!(error.contains(&format!("points[{number}].{key}")), "case {case}: {error}");
+                let said = verify(wrong).err().map_or("it holds".into(), |error| error.to_string());
+                let place = format!("points[{number}].{key}");
+                assert!(said.contains(&place), "case {case}, {place}: {said}\n{:?}\n{text}", report.points);
             };
             let missed = match point.missed.is_empty() {
                 true => vec![study.requirements[0].name.clone()],
@@ -376,7 +377,10 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         }
     }
     assert!(some > 2 && none > 2 && refused > 0, "{some} passed, {none} did not, {refused} were refused");
-    assert!(cheaper > 2 && dear > 2, "{cheaper} cost less by a number of requirements, {dear} were refused");
+    assert!(
+        cheaper > 2 && dear > 2,
+        "{cheaper} cost less or are there by a number of requirements, {dear} were refused"
+    );
     assert!(bound > 0, "{bound} were bound by disturb");
 }
 
@@ -388,7 +392,7 @@ fn a_search_that_is_stopped_says_so() {
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
     let (mut cut, mut passing) = (0, 0);
     for (case, front) in (0..12).zip(["speed", "requirements"].into_iter().cycle()) {
-        let text = made_up_study(&mut Random(case * 104_729));
+        let text = made_up_study(&mut Random(case * 7919));
         std::fs::write(&path, text + &format!("front = \"{front}\"\n")).unwrap();
         let study = Study::load(&path, &Overrides::default()).unwrap();
         let Some(Wanted::Cheapest(purchase)) = &study.choose else { panic!("no question") };

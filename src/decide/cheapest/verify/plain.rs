@@ -301,6 +301,10 @@ impl<'a> ProofInput<'a> {
         dead: usize,
     ) -> Option<Reach<'a>> {
         let ProofInput { study, purchase, regions, evidence, .. } = self;
+        if score == Score::SeenTwice {
+            // A union does not tell what two of its members see.
+            return None;
+        }
         let evidence = &evidence[regions.iter().position(|own| *own == region)?];
         let adds_up = is_of_labels(score)
             && odds_of(study, purchase.fusion, &purchase.representations, evidence).is_some();

@@ -10,6 +10,7 @@ use crate::cheapest::report::ReasonReport;
 use crate::cheapest::terms::Terms;
 use crate::choose::pose_name;
 use crate::judge::Value;
+use perirobot_march::metrics::Score;
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Condition, Counted, Requirement};
 
@@ -69,7 +70,8 @@ fn words_of_one(
 
 /// The score of all candidates together, or of all but as few as may be dead, if it misses what is required of counts.
 fn missed_by_all(input: ProofInput, requirement: &Requirement) -> Result<Option<Obstacle<'static>>> {
-    let Some(&Counted { score, over, region }) = requirement.counted_score() else { return Ok(None) };
+    let counted = requirement.counted_score().filter(|counted| counted.score != Score::SeenTwice);
+    let Some(&Counted { score, over, region }) = counted else { return Ok(None) };
     let reach = input.reach((score, over, region), Bar::Keeps(requirement.limit), 0);
     let all: Vec<usize> = (0..input.items.len()).collect();
     for out in left_out_of_all(requirement, all.len()) {
