@@ -75,6 +75,8 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
+  perirobot choose scenes/cheapest.toml
+      the cheapest set that passes, into out/cheapest-choose
   perirobot choose scenes/choose.toml
       the best one, two and three sensors, into out/choose-choose
   perirobot choose scenes/choose.toml --max-time 60s --out out/best

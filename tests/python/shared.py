@@ -10,6 +10,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 # Every study that ships, and a voxel size at which it takes seconds; None for its own.
 STUDIES = {
     "approach.toml": None,
+    "cheapest.toml": 0.1,
     "choose.toml": 0.1,
     "judge.toml": 0.1,
     "quick.toml": 0.1,

@@ -109,6 +109,7 @@ fn every_study_that_ships_has_its_plans() {
     let files = [
         "quick.toml",
         "tiny.toml",
+        "cheapest.toml",
         "choose.toml",
         "judge.toml",
         "approach.toml",
