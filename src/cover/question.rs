@@ -319,8 +319,13 @@ impl Inequality {
     /// What a union has.
     pub(super) fn state(&self, evidence: &CandidateEvidence, union: &Union) -> UnionState {
         let ones = evidence.ones;
-        let filled =
-            |group: &Group| group.segments.iter().map(|segment| segment.count_union(ones, union)).sum();
+        // Sums that are too large are above their cap.
+        let filled = |group: &Group| {
+            group
+                .segments
+                .iter()
+                .fold(0u64, |sum, segment| sum.saturating_add(segment.count_union(ones, union)))
+        };
         let filled: Vec<u64> = self.groups.iter().map(filled).collect();
         let value: u64 = self.groups.iter().zip(&filled).map(|(group, &filled)| filled.min(group.cap)).sum();
         let charged: u64 = self.charges.iter().map(|charge| charge.count_union(ones, union)).sum();
@@ -337,11 +342,11 @@ impl Inequality {
     ) -> i64 {
         let mut gain = 0;
         for (group, &filled) in self.groups.iter().zip(&state.filled) {
-            let mut fresh = 0;
+            let mut fresh = 0u64;
             for segment in &group.segments {
-                fresh += segment.fresh(evidence, union, item);
+                fresh = fresh.saturating_add(segment.fresh(evidence, union, item));
             }
-            gain += (filled + fresh).min(group.cap) - filled.min(group.cap);
+            gain += filled.saturating_add(fresh).min(group.cap) - filled.min(group.cap);
         }
         gain as i64
     }
@@ -411,8 +416,11 @@ impl Segment {
     fn count_union(&self, ones: Ones, union: &Union) -> u64 {
         let words = &union.plane(self.plane)[self.words.clone()];
         match self.plane {
-            CLEAR => self.weight * ones.count_minus(words, &union.plane(FALSE)[self.words.clone()]),
-            _ => self.weight * ones.count(words),
+            CLEAR => {
+                let bits = ones.count_minus(words, &union.plane(FALSE)[self.words.clone()]);
+                self.weight.saturating_mul(bits)
+            }
+            _ => self.weight.saturating_mul(ones.count(words)),
         }
     }
 
@@ -423,7 +431,7 @@ impl Segment {
             return 0;
         }
         let has = &union.plane(self.plane)[self.words.clone()];
-        self.weight * evidence.ones.count_minus(&row[self.words.clone()], has)
+        self.weight.saturating_mul(evidence.ones.count_minus(&row[self.words.clone()], has))
     }
 
     /// The bits of a row that a union lacks, without voxels that the union wrongly calls occupied.

@@ -137,8 +137,8 @@ fn readme() {
     follow(README, 1);
     // The tables are those of the studies as they ship.
     let out = tempfile::tempdir().unwrap();
-    let printed = ["choose", "quick"].map(|name| {
-        let (command, out) = (if name == "quick" { "sweep" } else { name }, out.path().join(name));
+    let printed = [("choose", "cheapest"), ("sweep", "quick")].map(|(command, name)| {
+        let out = out.path().join(name);
         perirobot(&[command, &format!("scenes/{name}.toml"), "--out", out.to_str().unwrap()]).stdout
     });
     let shown = blocks(README, &read(README));

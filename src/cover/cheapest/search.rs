@@ -111,7 +111,7 @@ impl<'s, 'a> Search<'s, 'a> {
         // Budgets grow from what any set costs to what the best one does.
         let total: u64 = rules.cost.iter().sum();
         let mut step = rules.cost.iter().copied().filter(|&cost| cost > 0).min().unwrap_or(1);
-        while self.best.as_ref().is_none_or(|best| best.cost > self.no_set_below) {
+        while !self.is_cheapest_known() {
             let most = match &self.best {
                 Some(best) => rules.largest_cost_below(best.cost),
                 None => self.problem.limits.budget.map_or(total, |budget| budget.min(total)),
@@ -142,7 +142,8 @@ impl<'s, 'a> Search<'s, 'a> {
         Ok(answer)
     }
 
-    fn answer(&self, is_proven: bool) -> CheapestAnswer {
+    fn answer(&self, is_complete: bool) -> CheapestAnswer {
+        let is_proven = is_complete || self.is_cheapest_known();
         CheapestAnswer {
             best: self.best.clone(),
             no_set_below: (self.best.is_some() || !is_proven).then_some(self.no_set_below),
@@ -150,6 +151,11 @@ impl<'s, 'a> Search<'s, 'a> {
             is_best_of_cost: is_proven && (self.problem.then.is_none() || self.best.is_none()),
             tested: self.tested,
         }
+    }
+
+    /// Whether no set costs less than the best.
+    fn is_cheapest_known(&self) -> bool {
+        self.best.as_ref().is_some_and(|best| best.cost <= self.no_set_below)
     }
 
     /// Only sets that are worth more than the best are looked for from now on.
@@ -240,6 +246,9 @@ impl<'s, 'a> Search<'s, 'a> {
         loop {
             if self.progress.stops() {
                 return Ok(WalkEnd::Stopped);
+            }
+            if !self.asks_worth && self.is_cheapest_known() {
+                return Ok(WalkEnd::Complete);
             }
             let rules = self.problem.rules;
             let allowed = self.may_join(chosen, &among);

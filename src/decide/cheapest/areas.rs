@@ -37,7 +37,7 @@ impl Areas {
         let (mut described, mut moments) = (Vec::new(), Vec::new());
         let mut first = 0;
         for (scene, ways) in ways.iter().enumerate() {
-            for (body, free) in ways.free().iter().enumerate() {
+            for (body, free) in ways.free_floor() {
                 let words = packed_length(free);
                 moments.push(([scene, body], free.count()));
                 described.push(MomentBits {
@@ -53,7 +53,8 @@ impl Areas {
         let row = |item: usize| -> [Box<[u64]>; PLANES] {
             let mut covered = Vec::with_capacity(first);
             for ways in ways {
-                ways.may_notice(item, at_most).iter().for_each(|plane| covered.extend(packed(plane)));
+                let planes = ways.may_notice(item, at_most);
+                ways.free_floor().for_each(|(body, _)| covered.extend(packed(&planes[body])));
             }
             let mut row: [Box<[u64]>; PLANES] = Default::default();
             row[perirobot_cover::layout::HIT] = covered.into();

@@ -10,6 +10,7 @@ use super::terms::PurchaseAim;
 use crate::choose::fingerprint;
 use crate::json_file::JsonFile;
 use perirobot_march::Result;
+use perirobot_march::error::Issue;
 use perirobot_study::input::{Combination, Member, Overrides, Purchase, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
@@ -275,7 +276,12 @@ impl PurchaseReport {
     /// # Errors
     /// Those of a file that is damaged or of another version.
     pub fn read(folder: &Path) -> Result<Option<PurchaseReport>> {
-        FILE.read(folder)
+        let report: Option<PurchaseReport> = FILE.read(folder)?;
+        if report.as_ref().is_some_and(|report| report.points.is_empty()) {
+            let issue = Issue::damaged("is empty").with_place("points").with_place(folder.join(FILE.name));
+            return Err(issue.cure(FILE.again).into());
+        }
+        Ok(report)
     }
 
     /// Removes an earlier answer from a folder, with the counts of its sets, which are no sweep of a user's.

@@ -44,7 +44,8 @@ impl Terms {
         };
         let own = study.requirements.iter().filter(|one| !is_of_speed(one)).cloned();
         let at_speeds = requirements_at_speeds(study).into_iter();
-        let at_speeds = at_speeds.filter(|(at, _)| *at <= speed).map(|(_, requirement)| requirement);
+        // The fastest first: what fails is told of it.
+        let at_speeds = at_speeds.filter(|(at, _)| *at <= speed).map(|(_, requirement)| requirement).rev();
         let stopping = study.stopping.as_ref().map(|stopping| stopping.up_to(speed));
         Terms { requirements: own.chain(at_speeds).collect(), stopping }
     }

@@ -137,6 +137,11 @@ impl<'g> SceneWays<'g> {
         self.moment.free()
     }
 
+    /// The same of the bodies on the floor, with their numbers.
+    pub(super) fn free_floor(&self) -> impl Iterator<Item = (usize, &BitGrid)> {
+        self.free().iter().enumerate().filter(|(body, _)| self.ground.bodies[*body].on_floor)
+    }
+
     /// Where a candidate and some others may notice each body together at the first snapshot, if there are so many
     /// ([`ApproachMoment::may_notice`]).
     pub(super) fn may_notice(&self, item: usize, sensors: usize) -> Vec<BitGrid> {

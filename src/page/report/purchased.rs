@@ -36,6 +36,10 @@ pub(super) fn question(report: &PurchaseReport, spelling: &Spelling) -> String {
 pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     let Some(set) = report.recommended() else {
         return match report.main().proven {
+            true if report.stopped => {
+                "no allowed set of the listed places passes; which comes nearest was not searched to the end"
+                    .into()
+            }
             true => "no allowed set of the listed places passes, nor does any come near".into(),
             false => "no set that passes was found so far".into(),
         };
@@ -53,8 +57,12 @@ pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String
         None if report.main().proven => "no allowed set passes all; ",
         None => "no set that passes all was found so far; ",
     };
-    let next = impossible_speed(report).map_or(String::new(), |(speed, why)| {
-        format!("; {speed} m/s is impossible with these places: {why}")
+    // What no set passes at all is no matter of a speed.
+    let next = impossible_speed(report).filter(|_| report.main().set.is_some());
+    let limits =
+        report.asked.budget.map_or(String::new(), |budget| format!(" for {}", report.amount(budget)));
+    let next = next.map_or(String::new(), |(speed, why)| {
+        format!("; {speed} m/s is impossible with these places{limits}: {why}")
     });
     format!("{nearest}{size}{verdicts}{speed}{next}")
 }

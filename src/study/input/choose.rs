@@ -340,6 +340,11 @@ fn objective(at: &Place, file: &ChooseFile, known: &ChooseNames) -> Result<Objec
         None => {
             let cure = "say what is looked for, as in objective = \"f1\", region = \"robot\", at_most = 3; \
                         or, with [[require]] and the cost of each sensor, objective = \"cost\"";
+            let mut unpriced = known.sensors.iter().filter(|sensor| sensor.terms.cost.is_none());
+            let cure = match unpriced.next().filter(|_| known.has_requirements) {
+                Some(sensor) => format!("{cure}: {:?} has no cost", sensor.name),
+                None => cure.into(),
+            };
             Err(at.wrap(Issue::missing("objective")).with_advice(cure))
         }
     }

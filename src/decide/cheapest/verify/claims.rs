@@ -99,7 +99,7 @@ fn examine(report: &PurchaseReport, input: ProofInput) -> Result<Vec<AskedPoint>
     let terms = terms_of_points(report, input)?;
     let each = report.points.iter().zip(terms).enumerate();
     let one = |(number, (point, terms)): (usize, (&PurchasePoint, Terms))| {
-        let set = examine_point(input, &format!("points[{number}]"), point, &terms)?;
+        let set = examine_point(input, &format!("points[{number}]"), point, (&terms, report.stopped))?;
         let least = match point.aim {
             AimReport::Number(least) => Some(least),
             _ => None,
@@ -124,7 +124,14 @@ fn is_whole(report: &PurchaseReport, input: ProofInput) -> bool {
     let is_nearest = |point: &&PurchasePoint| matches!(point.aim, AimReport::Nearest(_));
     let nearest = report.points.iter().filter(is_nearest).count();
     let has_nearest = report.points[0].reasons.is_empty() || nearest > 0;
+    let is_explained = |point: &PurchasePoint| !lacks_reasons(point) || !point.reasons.is_empty();
+    let has_nearest = has_nearest && report.points.iter().all(is_explained);
     has_nearest && report.points.len() - nearest == input.asked.len()
+}
+
+/// Whether a point belongs to reasons: it is proven that nothing passes its terms.
+fn lacks_reasons(point: &PurchasePoint) -> bool {
+    point.set.is_none() && point.proven && !matches!(point.aim, AimReport::Number(_))
 }
 
 /// What the set of each point is to pass.
@@ -173,7 +180,7 @@ fn examine_point(
     input: ProofInput,
     place: &str,
     point: &PurchasePoint,
-    terms: &Terms,
+    (terms, is_stopped): (&Terms, bool),
 ) -> Result<Option<Vec<usize>>, Issue> {
     let PurchasePoint { aim, set, no_set_below, proven, best_of_cost, reasons, missed, .. } = point;
     let is_left_out = |name: &String| terms.requirements.iter().all(|one| one.name != *name);
@@ -181,7 +188,12 @@ fn examine_point(
         return mismatch(format!("{place}.reasons[{at}].requirement"), "is not required here");
     }
     let is_of_number = matches!(aim, AimReport::Number(_));
-    if reasons.is_empty() != (set.is_some() || !proven || is_of_number) {
+    // A search that is stopped may have no time left for them.
+    let is_right = match lacks_reasons(point) {
+        true => !reasons.is_empty() || is_stopped,
+        false => reasons.is_empty(),
+    };
+    if !is_right {
         return mismatch(
             format!("{place}.reasons"),
             "are those for which nothing passes, and belong where that is proven",

@@ -110,24 +110,26 @@ pub(super) fn verify_points(
         check.run(point, set.as_deref()).map_err(|error| error.with_place(&path))?;
         input.progress.advance(1);
     }
-    if !report.stopped && is_nearest_missing(report) {
+    if !report.stopped && is_another_nearer(report) {
         let mut terms = asked[0].terms.clone();
         let is_reason = |name: &String| report.points[0].reasons.iter().any(|one| one.requirement == *name);
         terms.requirements.retain(|one| !is_reason(&one.name));
         let (place, terms, verified) = (String::new(), &terms, &mut verified);
         let mut check = PointCheck { input, open, facts: &facts, place, terms, least: None, verified };
         if !terms.requirements.is_empty() {
-            let what = "the set that comes nearest is missing: this one passes the others";
+            let what = "do not have the set that comes nearest: this one passes all but the reasons";
             check.none_passes(terms, None, ("points", what)).map_err(|error| error.with_place(&path))?;
         }
     }
     Ok(verified)
 }
 
-/// Whether nothing passes all, and no set is told that comes nearest.
-fn is_nearest_missing(report: &PurchaseReport) -> bool {
-    let is_nearest = |point: &PurchasePoint| matches!(point.aim, AimReport::Nearest(_));
-    !report.points[0].reasons.is_empty() && !report.points.iter().any(is_nearest)
+/// Whether nothing passes all, and no set is told that passes all but the reasons.
+fn is_another_nearer(report: &PurchaseReport) -> bool {
+    let reasons = report.points[0].reasons.len();
+    let is_nearest =
+        |point: &PurchasePoint| matches!(&point.aim, AimReport::Nearest(names) if names.len() == reasons);
+    reasons > 0 && !report.points.iter().any(is_nearest)
 }
 
 /// Opens the plain oracle.
@@ -265,6 +267,9 @@ impl PointCheck<'_, '_> {
 
     /// Whether nothing passes what is named as reasons, and something does without each of them.
     fn check_reasons(&mut self, point: &PurchasePoint) -> Result<()> {
+        if point.reasons.is_empty() {
+            return self.none_passes(self.terms, None, ("set", "this one passes"));
+        }
         verify_words((self.input, &self.place), self.facts, self.terms, &point.reasons)?;
         let is_named = |name: &str| point.reasons.iter().any(|reason| reason.requirement == name);
         let mut named = self.terms.clone();
