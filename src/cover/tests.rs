@@ -567,3 +567,22 @@ fn no_set_is_above_the_bound_of_a_mean() {
     );
     assert_eq!(refused[1], refused[2]);
 }
+
+/// A gate feels all voxels of a person, and one would do: what is above the cap may be more than fits a number.
+#[test]
+fn no_number_of_felt_voxels_is_too_large() {
+    let layout = BitLayout::made_up(&[([0, 0], vec![(0, 1 << 20)])], 3);
+    let mut planes: [Vec<u64>; 6] = std::array::from_fn(|_| Vec::new());
+    planes[super::layout::FELT] = vec![u64::MAX; layout.words[2]];
+    let evidence = CandidateEvidence::made_up(layout, vec![[0, 0]], vec![planes]);
+    let all = Ratio { numerator: 1, denominator: 1 };
+    let asked = (Score::PeopleDetected, Across::Mean);
+    let inequality = super::question::score_inequalities(&evidence.layout, asked, all, false).remove(0);
+    let (nothing, mut union) = (evidence.nothing(), evidence.nothing());
+    let state = inequality.state(&evidence, &nothing);
+    assert!(
+        state.value < inequality.least && inequality.gain(&evidence, &nothing, &state, 0) >= inequality.least
+    );
+    union.add(&evidence, 0);
+    assert!(inequality.state(&evidence, &union).value >= inequality.least);
+}

@@ -92,6 +92,32 @@ fn what_stands_in_the_way_is_named() {
 }
 
 #[test]
+fn each_speed_is_impossible_by_its_own_distance() {
+    let folder = folder();
+    folder.edit("study.toml", "[0.25, 0.5, 4.0]", "[0.25, 4.0, 6.0]");
+    folder.edit("study.toml", "", "[choose]\nfront = \"speed\"\n");
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let report = json(&folder, "out", "cheapest.json");
+    let points = report["points"].as_array().unwrap();
+    let speeds = rows(&folder.path("out").join("speeds.csv"));
+    for speed in ["4", "6"] {
+        let needed = speeds.iter().find(|row| row["speed_m_s"] == speed).unwrap()["needed_m"].clone();
+        let needed = (needed.parse::<f64>().unwrap() * 100.0).ceil() / 100.0;
+        let aim = speed.parse::<f64>().unwrap();
+        let point = points.iter().find(|point| point["aim"]["speed"].as_f64() == Some(aim)).unwrap();
+        let why = point["reasons"][0]["why"].as_str().unwrap();
+        assert!(why.contains(&format!("and {needed} m are needed")), "{why}");
+    }
+    // What no set passes at any speed is no matter of a speed.
+    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.01");
+    let outcome = choose(&folder, "none", &[]);
+    assert_eq!(outcome.code, Some(4), "{}", outcome.stderr);
+    let sentence = outcome.stdout.lines().next().unwrap();
+    assert!(sentence.starts_with("no allowed set") && !sentence.contains("is impossible"), "{sentence}");
+}
+
+#[test]
 fn without_a_requirement_sets_cost_no_more() {
     let folder = folder();
     folder.edit("study.toml", "", "[choose]\nfront = \"requirements\"\n");
@@ -162,7 +188,12 @@ fn what_cannot_be_asked_is_refused() {
         (cost, "[choose]", "[choose]\nrequire = [{ score = \"f1\", at_least = 0.5 }]", &["[[require]]"]),
         (cost, "objective = \"cost\"", "objective = \"unknown\"", &["then = \"unknown\""]),
         (f1, "[choose]", "[choose]\nthen = \"f1\"", &["then belongs to"]),
-        ("[choose]\nat_most = 3\n", "cost = 450\n", "", &["no objective", "objective = \"cost\""]),
+        (
+            "[choose]\nat_most = 3\n",
+            "cost = 450\n",
+            "",
+            &["no objective", "objective = \"cost\"", "\"camera\" has no cost"],
+        ),
     ];
     for (choose, from, to, words) in cases {
         let folder = folder();

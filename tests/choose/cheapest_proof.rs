@@ -262,6 +262,28 @@ fn a_dearer_set_is_not_the_cheapest() {
     fails(&folder, "out", &["points[0].no_set_below", "this set passes"]);
 }
 
+/// A set that comes nearest passes all but the reasons, whatever else an answer leaves out.
+#[test]
+fn a_set_that_leaves_out_more_than_the_reasons_is_not_the_nearest() {
+    let folder = folder();
+    folder.edit("study.toml", "", "[choose]\nfront = \"requirements\"\n");
+    assert_eq!(choose(&folder, "cheap", &[]).code, Some(0));
+    let cheap = json(&folder, "cheap", "cheapest.json")["points"][1].clone();
+    folder.edit("study.toml", "at_most = 0.9", "at_most = 0.01");
+    folder.edit("study.toml", "front = \"requirements\"\n", "");
+    assert_eq!(choose(&folder, "out", &[]).code, Some(4));
+    holds(&folder, "out");
+    rewrite(&folder, "cheapest.json", |report| {
+        let nearest = &mut report["points"][1];
+        nearest["aim"]["nearest"].as_array_mut().unwrap().push(json!("nobody comes near"));
+        nearest["no_set_below"] = cheap["no_set_below"].clone();
+        for key in ["cost", "sensors"] {
+            nearest["set"][key] = cheap["set"][key].clone();
+        }
+    });
+    fails(&folder, "out", &["points", "comes nearest: this one passes all but the reasons"]);
+}
+
 #[test]
 fn a_study_that_asks_for_something_else_is_noticed() {
     let folder = folder();

@@ -87,8 +87,8 @@ impl<'a> Share<'a> {
     }
 }
 
-/// The inequalities of a set that reaches a score or, with `beat`, exceeds it. There are none if labels are sums of what
-/// sensors say instead of unions.
+/// The inequalities of a set that reaches a score or, with `beat`, exceeds it. There are none if the score is of labels
+/// that are sums of what sensors say; a union has no fewer labels than such a sum, and so it bounds the unknown share.
 fn bounds<'a>(
     problem: &'a Problem<'a>,
     (score, over): (Score, Across),

@@ -185,6 +185,21 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
     );
 }
 
+#[test]
+fn a_set_that_costs_nothing_ends_the_search() {
+    let rules =
+        SetRules { cost: vec![0; 20], sensor: vec![0; 20], most: vec![usize::MAX], ..SetRules::default() };
+    let limits = SetLimits { at_most: 5, budget: None };
+    let (shares, coverages) = (Vec::new(), Vec::new());
+    let problem = CheapestProblem { rules: &rules, limits, shares, coverages, then: None };
+    let hidden = vec![Demand::new(20, 0..20, 3)];
+    let (shares, coverages) = (Vec::new(), Vec::new());
+    let mut test = MadeUpTest { shares, coverages, hidden, enemies: None, tested: 0 };
+    let answer = cheapest(&problem, &mut Vec::new(), &mut test, &|| None).unwrap();
+    assert!(answer.is_proven && answer.best.unwrap().cost == 0);
+    assert!(test.tested < 10, "{} tested", test.tested);
+}
+
 /// A search that is stopped keeps a lower bound.
 #[test]
 fn a_stopped_search_keeps_its_bound() {

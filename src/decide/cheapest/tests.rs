@@ -417,7 +417,13 @@ fn a_search_that_is_stopped_says_so() {
             let asked = AtomicUsize::new(0);
             let stop = || (asked.fetch_add(1, Relaxed) >= most).then(|| "stopped".to_string());
             match purchasing.search(&evidence, &ways, &open, &stop) {
-                Ok(report) if report.stopped => cut += 1,
+                Ok(report) if report.stopped => {
+                    let input = purchasing.proof_input(&evidence, &|| None);
+                    let verified = PurchaseClaims::new(Path::new(""), report, input)
+                        .and_then(|claims| verify_points(&claims, input, &open));
+                    assert!(verified.is_ok(), "{front}, stopped after {most}: {verified:?}");
+                    cut += 1;
+                }
                 Ok(report) => assert_eq!(report.points, whole.points, "{front}, stopped after {most}"),
                 // Judging a set is stopped with an error.
                 Err(error) => assert!(matches!(error, Error::Stopped(_)), "{error}"),
