@@ -6,6 +6,7 @@ use super::super::problem::Problem;
 use super::super::rules::{SetLimits, SetRules};
 use super::super::tests::{Random, SCORES, evidence, rules};
 use super::super::worth::{Ratio, Worth};
+use super::search::Search;
 use super::share::left_out;
 use super::{CheapestProblem, Coverage, Demand, SetTest, Share, TestAnswer, TieScore, cheapest};
 use crate::thorough::cases;
@@ -185,18 +186,30 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
     );
 }
 
+/// The first candidate passes alone, and so do the next three together; nothing else says so.
+struct OneOrThree {
+    tested: usize,
+}
+
+impl SetTest for OneOrThree {
+    fn test(&mut self, set: &[usize]) -> Result<TestAnswer> {
+        self.tested += 1;
+        let passes = set.contains(&0) || [1, 2, 3].iter().all(|item| set.contains(item));
+        Ok(if passes { TestAnswer::Passes } else { TestAnswer::Fails })
+    }
+}
+
 #[test]
 fn a_set_that_costs_nothing_ends_the_search() {
-    let rules =
-        SetRules { cost: vec![0; 20], sensor: vec![0; 20], most: vec![usize::MAX], ..SetRules::default() };
+    let cost = (0..20).map(|item| u64::from(item == 0)).collect();
+    let rules = SetRules { cost, sensor: vec![0; 20], most: vec![usize::MAX], ..SetRules::default() };
     let limits = SetLimits { at_most: 5, budget: None };
     let (shares, coverages) = (Vec::new(), Vec::new());
     let problem = CheapestProblem { rules: &rules, limits, shares, coverages, then: None };
-    let hidden = vec![Demand::new(20, 0..20, 3)];
-    let (shares, coverages) = (Vec::new(), Vec::new());
-    let mut test = MadeUpTest { shares, coverages, hidden, enemies: None, tested: 0 };
-    let answer = cheapest(&problem, &mut Vec::new(), &mut test, &|| None).unwrap();
-    assert!(answer.is_proven && answer.best.unwrap().cost == 0);
+    let (mut test, mut demands) = (OneOrThree { tested: 0 }, Vec::new());
+    let search = Search::new(&problem, &mut demands, &mut test, &|| None);
+    let answer = search.run(Some(vec![0])).unwrap();
+    assert_eq!((answer.is_proven, answer.best.unwrap().set), (true, vec![1, 2, 3]));
     assert!(test.tested < 10, "{} tested", test.tested);
 }
 
