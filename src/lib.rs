@@ -82,6 +82,7 @@
 //! | `perirobot-cover` in `src/cover` | the best sets of candidates by exact branch and bound, with bounds by cuts; knows no sensor and uses the marcher only |
 //! | `perirobot-decide` in `src/decide` | `choose`: the best sets of sensors, with a proof; `judge`: requirements; `approach`: how near a body comes unnoticed; `view`: one choice of poses, voxel by voxel |
 //! | `perirobot-page` in `src/page` | `render`: pictures; `export`: files for other programs, a file a format; `report`: tables, the page, figures |
+//! | `perirobot-plan` in `src/plan` | the planner: edits of the study's text, warm counts, a local server and its page |
 //! | `perirobot` in `src` | `front`: [`Cell`], [`DepthCamera`], [`Device`], [`Scored`], [`Study`]; [`cli`]: the command line, a file a command; `cluster`: scripts, a file an engine; [`guide`] |
 //!
 //! The Python package (`src/python`) uses these crates; `perirobot` only for the command in its wheel. Files that ship inside the program are the crate

@@ -1,0 +1,3 @@
+#![doc = include_str!("README.md")]
+// The pages of rooms are read by developers, who build them with private items.
+#![allow(rustdoc::private_intra_doc_links)]
