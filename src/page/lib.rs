@@ -5,3 +5,4 @@
 pub mod export;
 pub mod render;
 pub mod report;
+pub mod viewer;

@@ -1,0 +1,3 @@
+//! What the viewer of the cell draws from; the report and the planner show it.
+
+pub mod sensor;

@@ -1,0 +1,82 @@
+//! What the scripts of the viewer know of a sensor: where it is, where its rays look, and the ground that it watches.
+
+use glam::{DMat3, DQuat, DVec3};
+use serde::Serialize;
+
+use perirobot_scene::pose::Pose;
+use perirobot_study::input::Study;
+use perirobot_study::sensor::prism::Prism;
+use perirobot_study::sensor::{RayScale, Sensor, Setting};
+
+/// Rays that are drawn of a sensor that is no camera.
+const RAYS_SHOWN: usize = 48;
+
+/// A frame in the world, or in the frame that carries it.
+#[derive(Clone, Debug, Serialize)]
+pub struct FrameData {
+    /// Where its origin is, in metres.
+    pub at_m: [f64; 3],
+    /// How it is turned: a quaternion x, y, z, w.
+    pub turn: [f64; 4],
+}
+
+impl FrameData {
+    /// Of a pose.
+    pub fn new(pose: &Pose) -> FrameData {
+        let DQuat { x, y, z, w } = pose.rotation;
+        FrameData { at_m: pose.position_m.to_array(), turn: [x, y, z, w] }
+    }
+
+    /// Of the link that carries a sensor, from where its first candidate is on it and in the world.
+    pub fn of_carrier(sensor: &Sensor, in_world: &[Setting]) -> FrameData {
+        let (world, own) = (in_world[0].pose(), sensor.candidates[0].setting.pose());
+        let rotation = (world.rotation * own.rotation.inverse()).normalize();
+        FrameData::new(&Pose { position_m: world.position_m - rotation * own.position_m, rotation })
+    }
+}
+
+/// Some rays of a sensor, in its link frame (x forward, y left, z up).
+#[derive(Clone, Debug, Serialize)]
+pub struct RaysData {
+    /// The corners of a camera's picture, in order around it; else some of all rays.
+    pub directions: Vec<[f64; 3]>,
+    /// How far each of them measures.
+    pub reach_m: Vec<f64>,
+    /// Whether they are the corners of a picture.
+    pub is_picture: bool,
+}
+
+impl RaysData {
+    /// Of a sensor; `None` if it casts no rays.
+    pub fn new(study: &Study, sensor: &Sensor) -> Option<RaysData> {
+        let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+        let rays = sensor.kind.rays(&scale)?;
+        let link_from_rays: DMat3 = sensor.kind.frame(&Pose::ORIGIN);
+        let metres = |q16: u32| f64::from(q16) / 65536.0 * study.voxel_size_m;
+        let last = rays.dirs_q15.len().checked_sub(1)?;
+        let shown: Vec<usize> = match &rays.image {
+            Some(image) => {
+                let width = image.size_px[0] as usize;
+                vec![0, width - 1, last, last + 1 - width]
+            }
+            None => {
+                (0..RAYS_SHOWN.min(last + 1)).map(|i| i * (last + 1) / RAYS_SHOWN.min(last + 1)).collect()
+            }
+        };
+        let direction = |&ray: &usize| {
+            let along = glam::DVec3::from_array(rays.dirs_q15[ray].map(f64::from)).normalize();
+            (link_from_rays * along).to_array().map(|x| (x * 1e6).round() / 1e6)
+        };
+        Some(RaysData {
+            directions: shown.iter().map(direction).collect(),
+            reach_m: shown.iter().map(|&ray| metres(rays.gates_of(ray).range_max_q16)).collect(),
+            is_picture: rays.image.is_some(),
+        })
+    }
+}
+
+/// The corners of the ground below each zone that a sensor watches, in its own frame.
+pub fn grounds(sensor: &Sensor) -> Vec<Vec<[f64; 3]>> {
+    let corners = |prism: &Prism| prism.footprint_m(&Pose::ORIGIN).into_iter().map(DVec3::into).collect();
+    sensor.kind.prisms().into_iter().map(corners).collect()
+}
