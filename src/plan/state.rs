@@ -1,0 +1,330 @@
+//! What the page knows of a study: its cell, its sensors with their listed poses, the placed ones, and what is
+//! required. `GET /state` sends it as JSON after each edit.
+
+use serde::Serialize;
+
+use perirobot_page::render::plan::short_name;
+use perirobot_page::viewer::sensor::{FrameData, RaysData, grounds};
+use perirobot_scene::objects::Role;
+use perirobot_scene::truth::RegionShape;
+use perirobot_study::input::catalogue::models;
+use perirobot_study::input::{EntryPlace, RegionSpec, Study, Wanted};
+use perirobot_study::sensor::turned::Turned;
+use perirobot_study::sensor::{Candidate, Cost, Sensor, Setting, Stance};
+use perirobot_study::world::World;
+use perirobot_study::world::place::{Places, is_room, room_m};
+
+use crate::problem::Problem;
+
+/// All that the page is told.
+#[derive(Debug, Serialize)]
+pub struct State {
+    /// Grows with each change; answers to questions carry the version that they are about.
+    pub version: u64,
+    /// The study's name: that of its file.
+    pub name: String,
+    /// Its file.
+    pub path: String,
+    /// Whether the file is never written.
+    pub read_only: bool,
+    /// Whether the text differs from the file as it was read or saved.
+    pub changed: bool,
+    /// Whether the last change can be taken back.
+    pub can_undo: bool,
+    /// Whether a change that was taken back can be made again.
+    pub can_redo: bool,
+    /// Whether another program has changed the file.
+    pub disk_changed: bool,
+    /// The whole text, for the editor.
+    pub text: String,
+    /// What is wrong with the text; the cell is then that of the last text that was right, if there was one.
+    pub problems: Vec<Problem>,
+    /// What the page should tell once, such as where the placed sensors were taken from.
+    pub notes: Vec<String>,
+    /// The cell.
+    pub cell: Option<CellState>,
+}
+
+/// A study that was read.
+#[derive(Clone, Debug, Serialize)]
+pub struct CellState {
+    /// Edge of a voxel in metres.
+    pub voxel_size_m: f64,
+    /// The same while a sensor is dragged.
+    pub coarse_m: f64,
+    /// The unit of all costs.
+    pub currency: Option<String>,
+    scenes: Vec<SceneState>,
+    regions: Vec<RegionState>,
+    entries: Vec<EntryState>,
+    sensors: Vec<SensorState>,
+    /// The sensors of the plan, in its order.
+    pub placed: Vec<PlacedState>,
+    catalogue: &'static [ModelState],
+    requirements: Vec<RequirementState>,
+    speeds_m_s: Vec<f64>,
+    budget: Option<f64>,
+    /// What the plan costs, if each of its sensors has a cost.
+    cost: Option<f64>,
+    can_find: bool,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct SceneState {
+    name: String,
+    /// The first of its moments, and the one after its last.
+    moments: [usize; 2],
+    room_m: [[f64; 3]; 2],
+    things: Vec<ThingState>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct ThingState {
+    name: String,
+    role: &'static str,
+    low_m: [f64; 3],
+    high_m: [f64; 3],
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct RegionState {
+    name: String,
+    shape: Option<ShapeState>,
+}
+
+/// A shape that the page may draw and change.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum ShapeState {
+    Box { min_m: [f64; 3], max_m: [f64; 3] },
+    Sphere { center_m: [f64; 3], radius_m: f64 },
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct EntryState {
+    name: String,
+    min_m: [f64; 3],
+    max_m: [f64; 3],
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct SensorState {
+    name: String,
+    kind: &'static str,
+    cost: Option<f64>,
+    /// Whether it lies or stands level, with its origin at a corner.
+    level: bool,
+    /// Whether a person may place it: it has poses of its own in the world.
+    movable: bool,
+    /// The link that carries it, if one does.
+    on: Option<String>,
+    rays: Option<RaysData>,
+    grounds: Vec<Vec<[f64; 3]>>,
+    poses: Vec<PoseState>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct PoseState {
+    name: String,
+    group: String,
+    place: String,
+    #[serde(flatten)]
+    frame: Option<FrameData>,
+    /// Pan, tilt and roll.
+    turned_deg: Option<[f64; 3]>,
+}
+
+/// A sensor of the plan.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlacedState {
+    /// A for the first, B for the second.
+    pub letter: String,
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Index of its listed pose.
+    pub pose: usize,
+    #[serde(flatten)]
+    frame: Option<FrameData>,
+    turned_deg: Option<[f64; 3]>,
+    place: String,
+    cost: Option<f64>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct ModelState {
+    name: String,
+    title: String,
+    kind: String,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct RequirementState {
+    name: String,
+    r#for: Option<String>,
+}
+
+impl CellState {
+    /// Of a study with its worlds; `placed` are sensors and poses by their indexes, in the order of the plan.
+    pub fn new(study: &Study, worlds: &[World], placed: &[[usize; 2]], coarse_m: f64) -> CellState {
+        let places = Places::new(study, &worlds[0]);
+        let in_world = |sensor: usize, pose: usize| match worlds[0].settings[sensor][pose] {
+            Setting::Pose(pose) => Some(pose),
+            _ => None,
+        };
+        let pose = |sensor: usize, number: usize, one: &Candidate| {
+            let pose = in_world(sensor, number);
+            PoseState {
+                name: one.name.clone(),
+                group: one.group.clone(),
+                place: places.words(sensor, number),
+                turned_deg: pose.as_ref().map(turned_deg),
+                frame: pose.as_ref().map(FrameData::new),
+            }
+        };
+        let sensor = |(number, sensor): (usize, &Sensor)| SensorState {
+            name: sensor.name.clone(),
+            kind: sensor.kind.name(),
+            cost: sensor.terms.cost.map(Cost::amount),
+            level: sensor.kind.stance() == Stance::Level,
+            movable: sensor.kind.takes_poses() && sensor.on.is_none(),
+            on: sensor.on.as_ref().map(|link| format!("{}/{}", link.object, link.link)),
+            rays: RaysData::new(study, sensor),
+            grounds: grounds(sensor),
+            poses: sensor.candidates.iter().enumerate().map(|(n, one)| pose(number, n, one)).collect(),
+        };
+        let placed_state = |(number, &[sensor, candidate]): (usize, &[usize; 2])| {
+            let PoseState { frame, turned_deg, place, .. } =
+                pose(sensor, candidate, &study.sensors[sensor].candidates[candidate]);
+            let cost = study.sensors[sensor].terms.cost.map(Cost::amount);
+            PlacedState { letter: letter(number), sensor, pose: candidate, frame, turned_deg, place, cost }
+        };
+        let mut costs = placed.iter().map(|&[sensor, _]| study.sensors[sensor].terms.cost);
+        let cost: Option<Cost> = costs.try_fold(Cost::ZERO, |sum, cost| Some(sum.plus(cost?)));
+        CellState {
+            voxel_size_m: study.voxel_size_m,
+            coarse_m,
+            currency: study.currency.clone(),
+            scenes: scenes(study, worlds),
+            regions: study.regions.iter().map(region).collect(),
+            entries: entries(study),
+            sensors: study.sensors.iter().enumerate().map(sensor).collect(),
+            placed: placed.iter().enumerate().map(placed_state).collect(),
+            catalogue: catalogue(),
+            requirements: requirements(study),
+            speeds_m_s: study.stopping.iter().flat_map(|one| &one.speeds).map(|at| at.speed_m_s).collect(),
+            budget: budget(study).map(Cost::amount),
+            cost: cost.map(Cost::amount),
+            can_find: study.choose.is_some(),
+        }
+    }
+}
+
+/// The letter of a sensor of the plan: A to Z, then AA and so on.
+pub fn letter(number: usize) -> String {
+    let own = char::from(b'A' + (number % 26) as u8);
+    match number / 26 {
+        0 => own.to_string(),
+        more => letter(more - 1) + &own.to_string(),
+    }
+}
+
+fn turned_deg(pose: &perirobot_scene::pose::Pose) -> [f64; 3] {
+    let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(pose);
+    [pan_deg, tilt_deg, roll_deg]
+}
+
+/// The scenes with what stands in them at their first moments.
+fn scenes(study: &Study, worlds: &[World]) -> Vec<SceneState> {
+    let mut first = 0;
+    let of_scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
+    let scene = |moments: &[World]| {
+        let truth = moments[0].truth();
+        let room = room_m(&truth);
+        let things =
+            truth.objects.iter().filter(|object| !object.voxels.is_empty() && !is_room(object, room));
+        let things = things.map(|object| {
+            let [low_m, high_m] = object.bounds_m.map(|corner| corner.to_array());
+            let role = role_name(object.role);
+            ThingState { name: short_name(&object.name).into(), role, low_m, high_m }
+        });
+        let begin = first;
+        first += moments.len();
+        SceneState {
+            name: study.scenes[moments[0].scene].name.clone(),
+            moments: [begin, first],
+            room_m: room.map(|corner| corner.to_array()),
+            things: things.collect(),
+        }
+    };
+    of_scenes.map(scene).collect()
+}
+
+/// A role, as the page names it.
+pub fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Environment => "environment",
+        Role::Robot => "robot",
+        Role::Human => "human",
+    }
+}
+
+fn region((name, spec): &(String, RegionSpec)) -> RegionState {
+    let shape = match spec {
+        RegionSpec::RegionShape(RegionShape::Box { min_m, max_m }) => {
+            Some(ShapeState::Box { min_m: min_m.to_array(), max_m: max_m.to_array() })
+        }
+        RegionSpec::RegionShape(RegionShape::Sphere { center_m, radius_m }) => {
+            Some(ShapeState::Sphere { center_m: center_m.to_array(), radius_m: *radius_m })
+        }
+        _ => None,
+    };
+    RegionState { name: name.clone(), shape }
+}
+
+fn entries(study: &Study) -> Vec<EntryState> {
+    let boxes = study.approach.entries.iter().filter_map(|entry| match entry.place {
+        EntryPlace::Box { min_m, max_m } => {
+            Some(EntryState { name: entry.name.clone(), min_m: min_m.to_array(), max_m: max_m.to_array() })
+        }
+        EntryPlace::Gate(_) | EntryPlace::Edges => None,
+    });
+    boxes.collect()
+}
+
+fn requirements(study: &Study) -> Vec<RequirementState> {
+    let of_one = |one: &perirobot_study::input::Requirement| RequirementState {
+        name: one.name.clone(),
+        r#for: one.safety_function.clone(),
+    };
+    study.requirements.iter().map(of_one).collect()
+}
+
+fn budget(study: &Study) -> Option<Cost> {
+    match study.choose.as_ref()? {
+        Wanted::Best(choose) => choose.budget,
+        Wanted::Cheapest(purchase) => purchase.budget,
+    }
+}
+
+fn catalogue() -> &'static [ModelState] {
+    static ALL: std::sync::LazyLock<Vec<ModelState>> = std::sync::LazyLock::new(|| {
+        let model = |one: &perirobot_study::input::catalogue::DeviceModel| ModelState {
+            name: one.name.clone(),
+            title: one.title.clone(),
+            kind: one.kind().into(),
+        };
+        models().iter().map(model).collect()
+    });
+    &ALL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::letter;
+
+    #[test]
+    fn letters_go_on_after_z() {
+        let all = [0, 1, 25, 26, 27, 51, 52, 701, 702].map(letter);
+        assert_eq!(all, ["A", "B", "Z", "AA", "AB", "AZ", "BA", "ZZ", "AAA"]);
+    }
+}
