@@ -4,3 +4,4 @@
 
 pub mod problem;
 pub mod state;
+pub mod study_file;

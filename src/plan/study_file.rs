@@ -1,0 +1,170 @@
+//! The study's file on the disk: read once, watched for changes by others, locked against a second planner, and
+//! written whole.
+
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_sweep::results::files::write_whole;
+
+/// The file of the study that is edited.
+#[derive(Debug)]
+pub struct StudyFile {
+    path: PathBuf,
+    /// As it was last read or written here.
+    known: String,
+    /// Held as long as the study is open.
+    lock: Option<File>,
+}
+
+/// Whether the file was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saved {
+    /// It was.
+    Written,
+    /// It was not, as another program has changed the file.
+    ChangedOnDisk,
+}
+
+impl StudyFile {
+    /// Reads a file. Unless it is only to be read, it is locked.
+    ///
+    /// # Errors
+    /// When it cannot be read or is not UTF-8; `Error::Busy` if another planner has it open.
+    pub fn open(path: &Path, read_only: bool) -> Result<StudyFile> {
+        let known = read(path)?;
+        let mut file = StudyFile { path: path.into(), known, lock: None };
+        if !read_only {
+            file.lock = lock(path)?;
+        }
+        Ok(file)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its text as it was last read or written here.
+    pub fn text(&self) -> &str {
+        &self.known
+    }
+
+    /// Whether another program has changed it, or it is gone.
+    pub fn is_changed_on_disk(&self) -> bool {
+        fs::read(&self.path).map_or(true, |now| now != self.known.as_bytes())
+    }
+
+    /// Writes a text, unless another program has changed the file and it is not to be overwritten.
+    ///
+    /// # Errors
+    /// When the file cannot be written; then it is as it was.
+    pub fn save(&mut self, text: &str, overwrite: bool) -> Result<Saved> {
+        if !overwrite && self.is_changed_on_disk() {
+            return Ok(Saved::ChangedOnDisk);
+        }
+        // A link stays one: the file that it leads to is written.
+        let target = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
+        let permissions = fs::metadata(&target).map(|found| found.permissions());
+        write_whole(&target, text.as_bytes())?;
+        if let Ok(permissions) = permissions {
+            // The file is written in any case.
+            let _ = fs::set_permissions(&target, permissions);
+        }
+        self.known = text.into();
+        if self.lock.take().is_some() {
+            self.lock = lock(&self.path)?;
+        }
+        Ok(Saved::Written)
+    }
+
+    /// Reads the file again.
+    ///
+    /// # Errors
+    /// As [`StudyFile::open`].
+    pub fn reload(&mut self) -> Result<()> {
+        self.known = read(&self.path)?;
+        if self.lock.take().is_some() {
+            self.lock = lock(&self.path)?;
+        }
+        Ok(())
+    }
+}
+
+fn read(path: &Path) -> Result<String> {
+    let bytes = fs::read(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+    String::from_utf8(bytes).map_err(|_| {
+        Error::from(Issue::says("is not UTF-8 text").with_advice("save it as UTF-8").with_place(path))
+    })
+}
+
+/// Locks a file against other planners; `None` if its file system has no locks.
+fn lock(path: &Path) -> Result<Option<File>> {
+    let file = File::open(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => {
+            let what = "is open in another planner";
+            let cure = "close that one, or open the study to be read only";
+            Err(Error::Busy(Issue::says(what).with_advice(cure).with_place(path)))
+        }
+        Err(TryLockError::Error(e)) => {
+            log::warn!("{} cannot be locked ({e}): open it in one planner only", path.display());
+            Ok(None)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_saved_unless_others_have_changed_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("study.toml");
+        fs::write(&path, "a = 1\n").unwrap();
+        let mut file = StudyFile::open(&path, false).unwrap();
+        assert_eq!((file.text(), file.is_changed_on_disk()), ("a = 1\n", false));
+        assert_eq!(file.save("a = 2\n", false).unwrap(), Saved::Written);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "a = 2\n");
+        fs::write(&path, "a = 3\n").unwrap();
+        assert!(file.is_changed_on_disk());
+        assert_eq!(file.save("a = 4\n", false).unwrap(), Saved::ChangedOnDisk);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "a = 3\n");
+        assert_eq!(file.save("a = 4\n", true).unwrap(), Saved::Written);
+        fs::write(&path, "a = 5\n").unwrap();
+        file.reload().unwrap();
+        assert_eq!((file.text(), file.is_changed_on_disk()), ("a = 5\n", false));
+        fs::remove_file(&path).unwrap();
+        assert!(file.is_changed_on_disk(), "it is gone");
+    }
+
+    #[test]
+    fn one_planner_has_it_open() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("study.toml");
+        fs::write(&path, "a = 1\n").unwrap();
+        let mut first = StudyFile::open(&path, false).unwrap();
+        let refused = || matches!(StudyFile::open(&path, false), Err(Error::Busy(_)));
+        assert!(refused());
+        first.save("a = 2\n", false).unwrap();
+        assert!(refused(), "after it was saved, too");
+        StudyFile::open(&path, true).unwrap();
+        drop(first);
+        StudyFile::open(&path, false).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let [real, link] = ["real.toml", "link.toml"].map(|name| folder.path().join(name));
+        fs::write(&real, "a = 1\n").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        StudyFile::open(&link, false).unwrap().save("a = 2\n", false).unwrap();
+        assert_eq!(fs::read_to_string(&real).unwrap(), "a = 2\n");
+        assert!(link.symlink_metadata().unwrap().is_symlink());
+    }
+}
