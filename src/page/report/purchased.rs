@@ -161,7 +161,7 @@ pub(super) fn describe_recommended(report: &PurchaseReport) -> String {
 }
 
 /// What a set is to pass, in words.
-pub(super) fn describe_aim(aim: &AimReport) -> String {
+pub fn describe_aim(aim: &AimReport) -> String {
     match aim {
         AimReport::All => "all requirements".into(),
         AimReport::Speed(speed) => format!("{speed} m/s"),
