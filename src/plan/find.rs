@@ -3,9 +3,13 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
-use perirobot_decide::cheapest::{PurchasePoint, Purchasing};
-use perirobot_decide::choose::{CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding};
+use perirobot_cover::CandidateEvidence;
+use perirobot_decide::cheapest::{PurchasePoint, PurchasedSensor, Purchasing};
+use perirobot_decide::choose::{
+    CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding, SensorReport,
+};
 use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
 use perirobot_march::progress::{Progress, SearchState};
 use perirobot_march::{Error, Result};
@@ -21,76 +25,79 @@ use toml::{Table, Value};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FindRequest {
-    /// `cost`, or a score as in `[choose]`; without it what the study asks for.
-    objective: Option<String>,
-    /// The region of a score.
+    ask: Asked,
+    /// The score.
+    score: Option<String>,
+    /// The region in which it is counted.
     region: Option<String>,
     /// How many sensors a set may have.
     at_most: Option<i64>,
     /// What a set may cost.
     budget: Option<f64>,
-    /// With the cost: of what else, as in `[choose]`.
-    front: Option<String>,
     /// Names of poses that are in every set, as in `camera:wall/1/0`.
     #[serde(default)]
-    pub keep: Vec<String>,
+    keep: Vec<String>,
 }
 
-/// What a search reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Asked {
+    /// The cheapest set that passes.
+    Cheapest,
+    /// The best set by a score.
+    Score,
+}
+
+/// What a search reports, a line each.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "event", rename_all = "snake_case")]
+#[serde(rename_all = "snake_case")]
 pub enum FindEvent {
-    /// So much of a stage is done.
+    /// This many things of a stage are done.
     Stage {
-        /// Its name.
-        what: &'static str,
-        /// How many things are done.
+        /// What they are.
+        words: &'static str,
+        /// How many are done.
         done: u64,
         /// Of how many.
         total: u64,
     },
-    /// The search within some limits.
+    /// What no set is beyond.
     Bound {
-        /// How many sensors a set may have.
-        at_most: usize,
-        /// What it may cost.
-        budget: Option<f64>,
-        /// The score, or the cost, of the best set so far.
-        best: Option<f64>,
-        /// What no set is beyond.
-        bound: Option<f64>,
+        /// No set that passes costs less.
+        cost: Option<f64>,
+        /// No set of any cost scores more.
+        score: Option<f64>,
     },
     /// A set.
-    Point {
-        /// For what it is the best.
-        title: String,
-        /// Names of its poses.
-        poses: Vec<String>,
-        /// What it costs.
-        cost: Option<f64>,
-        /// Its score, if a score decided.
-        score: Option<f64>,
-        /// What no set is beyond, if that is known and not its own value.
-        bound: Option<f64>,
-        /// Whether it is proven to be the best.
-        proven: bool,
-    },
-    /// Why there is no set for something.
-    NoSet {
-        /// For what.
-        title: String,
-        /// Whether it is proven that there is none.
-        proven: bool,
-        /// Why, and what could help.
-        reasons: Vec<String>,
-    },
-    /// The end.
-    Done {
-        /// The answer in a sentence.
-        words: String,
-        /// Whether the search was stopped before its end.
-        stopped: bool,
-    },
+    Point(FoundPoint),
+    /// The end, in words.
+    Done(String),
+    /// It was stopped before its end: what is known so far, in words.
+    Stopped(String),
+    /// What is wrong.
+    Error(String),
+}
+
+/// A set that was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundPoint {
+    /// What it costs.
+    cost: Option<f64>,
+    /// Its score, if a score decided.
+    score: Option<f64>,
+    /// What it is the best for, and where its sensors are.
+    words: String,
+    /// Its sensors.
+    placed: Vec<FoundSensor>,
+    /// Whether it is proven that no other is better for that.
+    is_proven: bool,
+}
+
+/// A sensor of a set, by the names of the study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundSensor {
+    sensor: String,
+    pose: String,
 }
 
 impl FindRequest {
@@ -102,11 +109,14 @@ impl FindRequest {
                 keys.insert(key.into(), value);
             }
         };
-        put("objective", self.objective.clone().map(Value::from));
-        put("region", self.region.clone().map(Value::from));
+        let objective = match self.ask {
+            Asked::Cheapest => Some("cost".into()),
+            Asked::Score => self.score.clone(),
+        };
+        put("objective", objective.map(Value::from));
+        put("region", self.region.clone().filter(|_| self.ask == Asked::Score).map(Value::from));
         put("at_most", self.at_most.map(Value::from));
         put("budget", self.budget.map(Value::from));
-        put("front", self.front.clone().map(Value::from));
         if !self.keep.is_empty() {
             put("always", Some(self.keep.clone().into()));
         }
@@ -118,17 +128,28 @@ impl FindRequest {
 struct FindListener<'a> {
     emit: &'a (dyn Fn(FindEvent) + Sync),
     stop: &'a AtomicBool,
-    stage: std::sync::Mutex<(&'static str, u64, u64)>,
+    stage: Mutex<Stage>,
 }
 
+/// A stage that is under way.
+#[derive(Clone, Copy)]
+struct Stage {
+    words: &'static str,
+    done: u64,
+    total: u64,
+}
+
+/// How many reports of a stage are enough for a bar.
+const REPORTS: u64 = 200;
+
 impl FindListener<'_> {
-    fn begin(&self, what: &'static str, total: u64) {
-        *self.lock() = (what, 0, total);
-        (self.emit)(FindEvent::Stage { what, done: 0, total });
+    fn begin(&self, words: &'static str, total: u64) {
+        *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = Stage { words, done: 0, total };
+        (self.emit)(FindEvent::Stage { words, done: 0, total });
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, (&'static str, u64, u64)> {
-        self.stage.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    fn end(&self, words: String, is_stopped: bool) {
+        (self.emit)(if is_stopped { FindEvent::Stopped(words) } else { FindEvent::Done(words) });
     }
 }
 
@@ -138,24 +159,26 @@ impl Progress for FindListener<'_> {
     }
 
     fn advance(&self, more: u64) {
-        let (what, done, total) = {
-            let mut stage = self.lock();
-            stage.1 += more;
+        let Stage { words, done, total } = {
+            let mut stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+            stage.done += more;
             *stage
         };
-        // Two hundred reports of a stage are enough for a bar.
-        let each = (total / 200).max(1);
-        if done == total || done / each != (done - more) / each {
-            (self.emit)(FindEvent::Stage { what, done, total });
+        let each = (total / REPORTS).max(1);
+        if done == total || done / each != done.saturating_sub(more) / each {
+            (self.emit)(FindEvent::Stage { words, done, total });
         }
     }
 
     fn show_search(&self, state: &SearchState) {
-        let budget = state.budget.map(|budget| Cost::from_thousandths(budget).amount());
-        let SearchState { at_most, best, bound, .. } = *state;
-        (self.emit)(FindEvent::Bound { at_most, budget, best, bound });
+        if state.bound.is_some() {
+            (self.emit)(FindEvent::Bound { cost: None, score: state.bound });
+        }
     }
 }
+
+/// What is said if nothing was found before a stop.
+const NOTHING_YET: &str = "Stopped before any set was found.";
 
 /// Finds sets of a study. Evidence is kept in a folder, so that another question casts nothing again.
 ///
@@ -170,14 +193,14 @@ pub fn find(
     emit: &(dyn Fn(FindEvent) + Sync),
 ) -> Result<()> {
     let study = study.asking(request.keys())?;
-    let listener = FindListener { emit, stop, stage: std::sync::Mutex::new(("", 0, 0)) };
+    let listener = FindListener { emit, stop, stage: Mutex::new(Stage { words: "", done: 0, total: 0 }) };
     let ended = match &study.choose {
         Some(Wanted::Cheapest(_)) => cheapest(&study, worlds, backend, evidence, &listener),
         _ => best(&study, worlds, backend, evidence, &listener),
     };
     match ended {
         Err(Error::Stopped(_)) => {
-            emit(FindEvent::Done { words: "stopped before any set was found".into(), stopped: true });
+            listener.end(NOTHING_YET.into(), true);
             Ok(())
         }
         other => other,
@@ -196,7 +219,7 @@ fn cast(
     casting: Casting,
     backends: &mut ChosenBackends,
     listener: &FindListener,
-) -> Result<Vec<perirobot_cover::CandidateEvidence>> {
+) -> Result<Vec<CandidateEvidence>> {
     listener.begin("poses cast", casting.remaining());
     let CastEvidence { of_regions, .. } = casting.finish(backends, ONE_IN, listener)?;
     Ok(of_regions)
@@ -219,35 +242,35 @@ fn cheapest(
     let ways = purchasing.look(listener)?;
     listener.begin("sets", 0);
     let report = purchasing.search(&evidence, &ways, &open, listener)?;
+    let mut words = purchased::sentence(&report, None);
     for point in &report.points {
-        (listener.emit)(point_event(point));
+        match point_of(point) {
+            Some(found) => (listener.emit)(FindEvent::Point(found)),
+            None => {
+                let title = purchased::describe_aim(&point.aim);
+                let reasons = point.reasons.iter().map(|one| format!("{}: {}", one.requirement, one.why));
+                words += &format!("; {title}: {}", reasons.collect::<Vec<_>>().join("; "));
+            }
+        }
     }
-    let words = purchased::sentence(&report, None);
-    (listener.emit)(FindEvent::Done { words, stopped: report.stopped });
+    let bound = report.main().no_set_below.filter(|_| !report.main().proven).map(Cost::amount);
+    (listener.emit)(FindEvent::Bound { cost: bound, score: None });
+    listener.end(words, report.stopped);
     Ok(())
 }
 
-fn point_event(point: &PurchasePoint) -> FindEvent {
+fn point_of(point: &PurchasePoint) -> Option<FoundPoint> {
+    let set = point.set.as_ref()?;
+    let name = |one: &PurchasedSensor| FoundSensor { sensor: one.sensor.clone(), pose: one.pose.clone() };
     let title = purchased::describe_aim(&point.aim);
-    match &point.set {
-        Some(set) => {
-            let poses = set.sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose));
-            let bound = point.no_set_below.filter(|_| !point.proven).map(Cost::amount);
-            FindEvent::Point {
-                title,
-                poses: poses.collect(),
-                cost: Some(set.cost.amount()),
-                score: set.score,
-                bound,
-                proven: point.proven,
-            }
-        }
-        None => FindEvent::NoSet {
-            title,
-            proven: point.proven,
-            reasons: point.reasons.iter().map(|one| format!("{}: {}", one.requirement, one.why)).collect(),
-        },
-    }
+    let places: Vec<String> = set.sensors.iter().map(|one| format!("{} {}", one.sensor, one.place)).collect();
+    Some(FoundPoint {
+        cost: Some(set.cost.amount()),
+        score: set.score,
+        words: format!("{title}: {}", places.join("; ")),
+        placed: set.sensors.iter().map(name).collect(),
+        is_proven: point.proven,
+    })
 }
 
 fn best(
@@ -263,8 +286,7 @@ fn best(
     let evidence = cast(casting, &mut backends, listener)?.remove(0);
     listener.begin("sets", 0);
     let Some(Found { outcome, ending }) = choosing.search(&evidence, &mut backends, listener)? else {
-        let words = "stopped before any set was found".into();
-        (listener.emit)(FindEvent::Done { words, stopped: true });
+        listener.end(NOTHING_YET.into(), true);
         return Ok(());
     };
     if let SearchEnding::Failed(error) = ending {
@@ -272,24 +294,28 @@ fn best(
     }
     let report = &outcome.chosen.report;
     for step in &report.steps {
-        let sensors = step.best.poses.len();
-        (listener.emit)(FindEvent::Point {
-            title: format!("{sensors} {}", if sensors == 1 { "sensor" } else { "sensors" }),
-            poses: step.best.poses.clone(),
+        let sensors = &step.best.sensors;
+        let name = |one: &SensorReport| FoundSensor { sensor: one.sensor.clone(), pose: one.pose.clone() };
+        let places: Vec<String> = sensors.iter().map(|one| format!("{} {}", one.sensor, one.place)).collect();
+        (listener.emit)(FindEvent::Point(FoundPoint {
             cost: step.best.cost.map(Cost::amount),
             score: Some(step.best.score),
-            bound: step.no_set_is_above.filter(|_| !step.proven),
-            proven: step.proven,
-        });
+            words: places.join("; "),
+            placed: sensors.iter().map(name).collect(),
+            is_proven: step.proven,
+        }));
+    }
+    if let Some(step) = report.best() {
+        (listener.emit)(FindEvent::Bound { cost: None, score: step.no_set_is_above });
     }
     let words = match report.best() {
-        Some(step) if step.proven => format!("best score {:.4}, proven", step.best.score),
+        Some(step) if step.proven => format!("Best score {:.4}: proven, no set is better.", step.best.score),
         Some(step) => match step.no_set_is_above {
-            Some(bound) => format!("best score so far {:.4}; no set is above {bound:.4}", step.best.score),
-            None => format!("best score so far {:.4}", step.best.score),
+            Some(bound) => format!("Best score so far {:.4}; no set is above {bound:.4}.", step.best.score),
+            None => format!("Best score so far {:.4}.", step.best.score),
         },
-        None => "no set was found".into(),
+        None => "No set was found.".into(),
     };
-    (listener.emit)(FindEvent::Done { words, stopped: report.stopped });
+    listener.end(words, report.stopped);
     Ok(())
 }

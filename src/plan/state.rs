@@ -7,7 +7,7 @@ use perirobot_page::render::plan::short_name;
 use perirobot_page::viewer::sensor::{FrameData, RaysData, grounds};
 use perirobot_scene::objects::Role;
 use perirobot_scene::truth::RegionShape;
-use perirobot_study::input::catalogue::models;
+use perirobot_study::input::catalogue::{DeviceModel, models};
 use perirobot_study::input::{EntryPlace, RegionSpec, Study, Wanted};
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Candidate, Cost, Sensor, Setting, Stance};
@@ -35,18 +35,30 @@ pub struct State {
     pub can_redo: bool,
     /// Whether another program has changed the file.
     pub disk_changed: bool,
-    /// The whole text, for the editor.
-    pub text: String,
     /// What is wrong with the text; the cell is then that of the last text that was right, if there was one.
     pub problems: Vec<Problem>,
     /// What the page should tell once, such as where the placed sensors were taken from.
     pub notes: Vec<String>,
+    /// Whether it was saved since it was opened.
+    pub saved: bool,
+    /// Grows when the scenes are voxelized anew.
+    pub worlds: u64,
+    /// What to type for a report of the plan once it is saved, and the like.
+    pub commands: CommandState,
     /// The cell.
-    pub cell: Option<CellState>,
+    #[serde(flatten)]
+    pub cell: CellState,
 }
 
-/// A study that was read.
-#[derive(Clone, Debug, Serialize)]
+/// What to type in a terminal.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct CommandState {
+    /// For the report of the plan.
+    pub report: Vec<String>,
+}
+
+/// A study that was read; empty before any was.
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct CellState {
     /// Edge of a voxel in metres.
     pub voxel_size_m: f64,
@@ -60,7 +72,7 @@ pub struct CellState {
     sensors: Vec<SensorState>,
     /// The sensors of the plan, in its order.
     pub placed: Vec<PlacedState>,
-    catalogue: &'static [ModelState],
+    catalogue: Vec<ModelState>,
     requirements: Vec<RequirementState>,
     speeds_m_s: Vec<f64>,
     budget: Option<f64>,
@@ -111,13 +123,12 @@ struct EntryState {
 struct SensorState {
     name: String,
     kind: &'static str,
+    /// What one of them costs.
     cost: Option<f64>,
     /// Whether it lies or stands level, with its origin at a corner.
     level: bool,
-    /// Whether a person may place it: it has poses of its own in the world.
-    movable: bool,
-    /// The link that carries it, if one does.
-    on: Option<String>,
+    /// Whether a person cannot place it in the world: a robot's link carries it, or it takes no poses.
+    carried: bool,
     rays: Option<RaysData>,
     grounds: Vec<Vec<[f64; 3]>>,
     poses: Vec<PoseState>,
@@ -139,22 +150,27 @@ struct PoseState {
 pub struct PlacedState {
     /// A for the first, B for the second.
     pub letter: String,
-    /// Index of the sensor.
-    pub sensor: usize,
-    /// Index of its listed pose.
-    pub pose: usize,
+    /// The sensor's name.
+    sensor: String,
+    /// The pose's name.
+    pose: String,
     #[serde(flatten)]
     frame: Option<FrameData>,
     turned_deg: Option<[f64; 3]>,
+    /// Where it is, in words.
     place: String,
     cost: Option<f64>,
+    /// What is odd about where it is.
+    pub problem: Option<String>,
 }
 
+/// A device of the catalogue.
 #[derive(Clone, Debug, Serialize)]
 struct ModelState {
-    name: String,
-    title: String,
+    model: String,
     kind: String,
+    words: String,
+    cost: Option<f64>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -186,17 +202,25 @@ impl CellState {
             kind: sensor.kind.name(),
             cost: sensor.terms.cost.map(Cost::amount),
             level: sensor.kind.stance() == Stance::Level,
-            movable: sensor.kind.takes_poses() && sensor.on.is_none(),
-            on: sensor.on.as_ref().map(|link| format!("{}/{}", link.object, link.link)),
+            carried: sensor.on.is_some() || !sensor.kind.takes_poses(),
             rays: RaysData::new(study, sensor),
             grounds: grounds(sensor),
             poses: sensor.candidates.iter().enumerate().map(|(n, one)| pose(number, n, one)).collect(),
         };
         let placed_state = |(number, &[sensor, candidate]): (usize, &[usize; 2])| {
-            let PoseState { frame, turned_deg, place, .. } =
-                pose(sensor, candidate, &study.sensors[sensor].candidates[candidate]);
-            let cost = study.sensors[sensor].terms.cost.map(Cost::amount);
-            PlacedState { letter: letter(number), sensor, pose: candidate, frame, turned_deg, place, cost }
+            let spec = &study.sensors[sensor];
+            let PoseState { name, frame, turned_deg, place, .. } =
+                pose(sensor, candidate, &spec.candidates[candidate]);
+            PlacedState {
+                letter: letter(number),
+                sensor: spec.name.clone(),
+                pose: name,
+                frame,
+                turned_deg,
+                place,
+                cost: spec.terms.cost.map(Cost::amount),
+                problem: None,
+            }
         };
         let mut costs = placed.iter().map(|&[sensor, _]| study.sensors[sensor].terms.cost);
         let cost: Option<Cost> = costs.try_fold(Cost::ZERO, |sum, cost| Some(sum.plus(cost?)));
@@ -306,16 +330,14 @@ fn budget(study: &Study) -> Option<Cost> {
     }
 }
 
-fn catalogue() -> &'static [ModelState] {
-    static ALL: std::sync::LazyLock<Vec<ModelState>> = std::sync::LazyLock::new(|| {
-        let model = |one: &perirobot_study::input::catalogue::DeviceModel| ModelState {
-            name: one.name.clone(),
-            title: one.title.clone(),
-            kind: one.kind().into(),
-        };
-        models().iter().map(model).collect()
-    });
-    &ALL
+fn catalogue() -> Vec<ModelState> {
+    let model = |one: &DeviceModel| ModelState {
+        model: one.name.clone(),
+        kind: one.kind().into(),
+        words: one.title.clone(),
+        cost: None,
+    };
+    models().iter().map(model).collect()
 }
 
 #[cfg(test)]
