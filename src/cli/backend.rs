@@ -114,6 +114,12 @@ impl BackendArgs {
         }
     }
 
+    /// The choice itself, for those who open it later.
+    #[cfg(feature = "report")]
+    pub(super) fn checked_choice(&self) -> Result<BackendChoice> {
+        self.check()
+    }
+
     /// The choice, if its arguments fit each other.
     fn check(&self) -> Result<BackendChoice> {
         if self.adapter.is_some() && matches!(self.backend, BackendWord::Cpu | BackendWord::Oracle) {

@@ -1,4 +1,4 @@
-//! What stands in the place of `report` and `figures` where the feature `report` was left out.
+//! What stands in the place of `report`, `plan` and `figures` where the feature `report` was left out.
 
 use std::ffi::OsString;
 use std::process::ExitCode;

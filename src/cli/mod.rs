@@ -32,6 +32,8 @@ mod merge;
 mod onlooker;
 mod outcome;
 mod packages;
+#[cfg(feature = "report")]
+mod plan;
 mod progress;
 mod quantity;
 mod render;
@@ -54,6 +56,8 @@ mod why;
 
 #[cfg(not(feature = "report"))]
 use left_out as figures;
+#[cfg(not(feature = "report"))]
+use left_out as plan;
 #[cfg(not(feature = "report"))]
 use left_out as report;
 use std::ffi::OsString;
@@ -110,7 +114,7 @@ perirobot: its message says what to report.";
 
 /// The commands by what they are for, in the order of a first hour.
 const GROUPS: [(&str, &[&str]); 6] = [
-    ("Start", &["init", "check", "sensors"]),
+    ("Start", &["init", "plan", "check", "sensors"]),
     ("Look", &["render", "voxelize", "compare"]),
     ("Run", &["sweep", "merge", "choose"]),
     ("Explain", &["summary", "judge", "why", "approach", "report", "figures", "export", "score"]),
@@ -139,6 +143,7 @@ fn command() -> clap::Command {
 #[derive(Subcommand)]
 enum Command {
     Init(init::Args),
+    Plan(plan::Args),
     Check(check::Args),
     Sweep(sweep::Args),
     Merge(merge::Args),
@@ -187,6 +192,7 @@ fn run_command() -> Result<ExitCode> {
     log::start(verbose);
     match command {
         Command::Init(args) => init::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Sweep(args) => sweep::run(&args),
         Command::Merge(args) => merge::run(&args),

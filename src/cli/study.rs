@@ -46,6 +46,23 @@ impl StudyArgs {
         Ok((study, worlds, problems))
     }
 
+    /// The file.
+    #[cfg(feature = "report")]
+    pub(super) fn path(&self) -> &Path {
+        &self.study
+    }
+
+    /// Reads the study from another text than that of its file, in other voxels unless the command line gives their size.
+    #[cfg(feature = "report")]
+    pub(super) fn examine_text(&self, text: &str, voxel_size_m: Option<f64>) -> Result<Study, Vec<Error>> {
+        let mut overrides = self.overrides();
+        overrides.voxel_size_m = voxel_size_m.or(overrides.voxel_size_m);
+        let sources = self.packages.sources(&self.study).with_file(&self.study, text.as_bytes().to_vec());
+        let mut study = Study::examine(&self.study, &overrides, sources)?;
+        self.packages.apply(&mut study.scenes);
+        Ok(study)
+    }
+
     /// What was swept into a folder of results that is named in the place of a study; `None` if it is no such
     /// folder. `place` is that of its study.
     pub(super) fn load_folder(&self, place: StudyPlace) -> Result<Option<(Study, Vec<World>)>> {

@@ -34,9 +34,12 @@ pub struct FindRequest {
     at_most: Option<i64>,
     /// What a set may cost.
     budget: Option<f64>,
-    /// Names of poses that are in every set, as in `camera:wall/1/0`.
+    /// Whether the placed sensors are in every set.
     #[serde(default)]
-    keep: Vec<String>,
+    pub keep: bool,
+    /// Names of their poses, as in `camera:wall/1/0`.
+    #[serde(skip)]
+    pub always: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -117,8 +120,8 @@ impl FindRequest {
         put("region", self.region.clone().filter(|_| self.ask == Asked::Score).map(Value::from));
         put("at_most", self.at_most.map(Value::from));
         put("budget", self.budget.map(Value::from));
-        if !self.keep.is_empty() {
-            put("always", Some(self.keep.clone().into()));
+        if !self.always.is_empty() {
+            put("always", Some(self.always.clone().into()));
         }
         keys
     }

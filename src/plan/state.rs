@@ -75,7 +75,8 @@ pub struct CellState {
     catalogue: Vec<ModelState>,
     requirements: Vec<RequirementState>,
     speeds_m_s: Vec<f64>,
-    budget: Option<f64>,
+    /// What a set may cost.
+    pub budget: Option<f64>,
     /// What the plan costs, if each of its sensors has a cost.
     cost: Option<f64>,
     can_find: bool,

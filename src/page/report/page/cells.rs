@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::measure::BESTS;
-use super::packed::put_runs;
 use super::ranking::{Ranking, firsts};
 use super::recommended::Recommended;
 use crate::report::explained::{Explained, explain, phrase};
 use crate::report::series::{Series, worst_snapshot};
+use crate::viewer::runs::put_runs;
 use perirobot_decide::view::why::Missed;
 use perirobot_decide::view::{Choice, View, Viewer};
 use perirobot_march::Result;

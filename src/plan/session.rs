@@ -1,0 +1,546 @@
+//! A study that is open in the planner: its text, what is counted of it, and who may change it. Requests of the page are
+//! answered here; `answers` has what they look like as JSON.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use glam::DVec3;
+use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_study::input::{Planned, PlannedAt, Study};
+use perirobot_study::world::World;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::json;
+use tempfile::TempDir;
+
+use crate::answers::{
+    CellAnswer, JudgeReply, MoveRequest, SceneryReply, ScoreQuestion, ScoreReply, WhyReply,
+};
+use crate::document::{Document, EditRequest, Known, PlacedName, rounded};
+use crate::find::{FindEvent, FindRequest, find};
+use crate::live::{Live, Resolution, ScoreRequest, coarse_voxel_m};
+use crate::page;
+use crate::problem::Problem;
+use crate::server::{Body, Method, Request, Response};
+use crate::state::{CellState, CommandState, State};
+use crate::study_file::{Saved, StudyFile};
+
+/// Reads a study from a text that may differ from that of its file.
+pub trait StudyReader: Sync {
+    /// Reads and checks it; in voxels of this size, if one is given.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    fn read(&self, text: &str, voxel_size_m: Option<f64>) -> Result<Study, Vec<Error>>;
+}
+
+/// A study that is open.
+pub struct Session<'a> {
+    reader: &'a dyn StudyReader,
+    backend: BackendChoice,
+    read_only: bool,
+    desk: Mutex<Desk>,
+    live: Mutex<Live>,
+    /// Requests that wait for what is counted at once; judging gives way to them.
+    waiting: AtomicUsize,
+    /// How many times it was asked to judge: only the latest is answered.
+    judgings: AtomicU64,
+    /// One search at a time, and what stops it.
+    finding: Mutex<()>,
+    stop_finding: AtomicBool,
+    /// Where the evidence of searches is kept.
+    evidence: TempDir,
+    html: String,
+    policy: String,
+}
+
+/// The study as a person edits it.
+struct Desk {
+    file: StudyFile,
+    document: Document,
+    version: u64,
+    worlds: u64,
+    was_saved: bool,
+    problems: Vec<Problem>,
+    notes: Vec<String>,
+    /// The last text that was right.
+    loaded: Option<Loaded>,
+}
+
+/// A study that was read and is ready to be counted.
+#[derive(Clone)]
+struct Loaded {
+    study: Arc<Study>,
+    worlds: Arc<Vec<World>>,
+    known: Arc<Known>,
+    /// Sensors and poses of the plan, in its order.
+    placed: Vec<[usize; 2]>,
+    cell: Arc<CellState>,
+}
+
+/// What is wrong with a request, and the status that says so.
+struct Refused(u16, String);
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Refused {
+        let status = match error {
+            Error::Input(_) => 400,
+            Error::Busy(_) | Error::Stopped(_) => 409,
+            _ => 500,
+        };
+        Refused(status, error.to_string())
+    }
+}
+
+type Answer<'s> = Result<Response<'s>, Refused>;
+
+#[derive(Deserialize)]
+struct SaveQuestion {
+    #[serde(default)]
+    overwrite: bool,
+}
+
+#[derive(Deserialize)]
+struct WhyQuestion {
+    #[serde(default)]
+    n: u64,
+    moment: usize,
+    at_m: [f64; 3],
+}
+
+#[derive(Deserialize)]
+struct JudgeQuestion {
+    #[serde(default)]
+    n: u64,
+    #[serde(default)]
+    dead: Option<usize>,
+}
+
+/// What holds a lock and panicked has changed nothing that matters.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<'a> Session<'a> {
+    /// Opens a study. One with errors is open, too: the page shows them.
+    ///
+    /// # Errors
+    /// When its file cannot be read; `Error::Busy` if another planner has it open; when no backend can be opened.
+    pub fn open(
+        path: &Path,
+        reader: &'a dyn StudyReader,
+        backend: &BackendChoice,
+        read_only: bool,
+    ) -> Result<Session<'a>> {
+        let file = StudyFile::open(path, read_only)?;
+        let (backends, unused) = ChosenBackends::open(backend)?;
+        if let Some(reason) = unused {
+            log::warn!("{reason}; using the CPU instead");
+        }
+        let no_folder = |e| Error::io(&std::env::temp_dir(), "cannot hold a folder", e);
+        let evidence = tempfile::Builder::new().prefix("perirobot-plan-").tempdir().map_err(no_folder)?;
+        let (html, policy) = page::html();
+        let document = Document::new(file.text().to_string());
+        let desk = Desk {
+            file,
+            document,
+            version: 0,
+            worlds: 0,
+            was_saved: false,
+            problems: Vec::new(),
+            notes: Vec::new(),
+            loaded: None,
+        };
+        let session = Session {
+            reader,
+            backend: backend.clone(),
+            read_only,
+            desk: Mutex::new(desk),
+            live: Mutex::new(Live::new(backends)),
+            waiting: AtomicUsize::new(0),
+            judgings: AtomicU64::new(0),
+            finding: Mutex::new(()),
+            stop_finding: AtomicBool::new(false),
+            evidence,
+            html,
+            policy,
+        };
+        session.load(&mut locked(&session.desk));
+        Ok(session)
+    }
+
+    /// The Content-Security-Policy of the page.
+    pub fn policy(&self) -> &str {
+        &self.policy
+    }
+
+    /// Whether there are changes that were not saved.
+    pub fn is_changed(&self) -> bool {
+        locked(&self.desk).document.is_changed()
+    }
+
+    /// Ends searches that are under way.
+    pub fn stop(&self) {
+        self.stop_finding.store(true, Ordering::Relaxed);
+        self.judgings.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Answers a request that was let in.
+    pub fn answer(&self, request: &Request) -> Response<'_> {
+        let answer = match (request.method, request.path.as_str()) {
+            (Method::Get, "/") => Ok(Response::new(200, "text/html; charset=utf-8", self.html.clone())),
+            (Method::Get, "/state") => Ok(self.state(&locked(&self.desk))),
+            (Method::Get, "/text") => self.text(),
+            (Method::Get, "/difference") => json_of(&locked(&self.desk).document.difference()),
+            (Method::Get, "/scenery") => self.scenery(request),
+            (Method::Get, "/cell") => self.cell(request),
+            (Method::Get, "/eye") => self.eye(request),
+            (Method::Post, "/score") => self.score(request),
+            (Method::Post, "/judge") => self.judge(request),
+            (Method::Post, "/why") => self.why(request),
+            (Method::Post, "/edit") => self.edit(request),
+            (Method::Post, "/undo") => self.step(Document::undo),
+            (Method::Post, "/redo") => self.step(Document::redo),
+            (Method::Post, "/save") => self.save(request),
+            (Method::Post, "/choose") => self.find(request),
+            (Method::Post, "/stop") => {
+                self.stop_finding.store(true, Ordering::Relaxed);
+                Ok(Response::json("{}"))
+            }
+            _ => Err(Refused(404, format!("{} is not a part of the planner", request.path))),
+        };
+        answer.unwrap_or_else(|Refused(status, words)| Response::error(status, &words))
+    }
+
+    /// Reads the text as it is now. If it is wrong, the last one that was right stays to be looked at.
+    fn load(&self, desk: &mut Desk) {
+        desk.version += 1;
+        let text = desk.document.text();
+        let path = desk.file.path().to_path_buf();
+        let problems = |errors: &[Error]| errors.iter().map(|e| Problem::new(e, &path, text)).collect();
+        let read = self.reader.read(text, None).and_then(|study| {
+            let known = Known::new(&study);
+            let names = desk.document.plan(&known).map_err(|error| vec![error])?;
+            let placed = placed_of(&study, &names).map_err(|error| vec![error])?;
+            Ok((study, known, placed))
+        });
+        let (study, known, placed) = match read {
+            Ok(read) => read,
+            Err(errors) => {
+                desk.problems = problems(&errors);
+                return;
+            }
+        };
+        let coarse_m = coarse_voxel_m(study.voxel_size_m);
+        let coarse = self.reader.read(text, Some(coarse_m)).ok();
+        let mut live = self.lock_live();
+        let study = Arc::new(study);
+        let worlds = live.set_study((*study).clone(), coarse, &|| None).and_then(|is_new| {
+            desk.worlds += u64::from(is_new);
+            Ok(live.worlds(Resolution::Fine)?.to_vec())
+        });
+        match worlds {
+            Err(error) => desk.problems = problems(&[error]),
+            Ok(worlds) => {
+                let cell = Arc::new(CellState::new(&study, &worlds, &placed, coarse_m));
+                let (worlds, known) = (Arc::new(worlds), Arc::new(known));
+                desk.loaded = Some(Loaded { study, worlds, known, placed, cell });
+                desk.problems = Vec::new();
+            }
+        }
+    }
+
+    /// What is counted, for something that is done at once: judging gives way.
+    fn lock_live(&self) -> MutexGuard<'_, Live> {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        let live = locked(&self.live);
+        self.waiting.fetch_sub(1, Ordering::Relaxed);
+        live
+    }
+
+    fn loaded(&self) -> Result<Loaded, Refused> {
+        let desk = locked(&self.desk);
+        desk.loaded.clone().ok_or_else(|| Refused(400, "the study has errors: repair them first".into()))
+    }
+
+    fn state(&self, desk: &Desk) -> Response<'_> {
+        let path = desk.file.path();
+        let shown = path.display().to_string();
+        let report = [
+            format!("perirobot sweep {shown} --out out"),
+            "perirobot report out".to_string(),
+        ];
+        let state = State {
+            version: desk.version,
+            name: path.file_name().unwrap_or_default().to_string_lossy().into(),
+            path: shown,
+            read_only: self.read_only,
+            changed: desk.document.is_changed(),
+            can_undo: desk.document.can_undo(),
+            can_redo: desk.document.can_redo(),
+            disk_changed: desk.file.is_changed_on_disk(),
+            problems: desk.problems.clone(),
+            notes: desk.notes.clone(),
+            saved: desk.was_saved,
+            worlds: desk.worlds,
+            commands: CommandState { report: report.into() },
+            cell: desk.loaded.as_ref().map_or_else(CellState::default, |loaded| (*loaded.cell).clone()),
+        };
+        Response::json(serde_json::to_vec(&state).expect("a state is JSON"))
+    }
+
+    fn text(&self) -> Answer<'_> {
+        let desk = locked(&self.desk);
+        json_of(&json!({ "text": desk.document.text(), "plan": desk.document.plan_text() }))
+    }
+
+    fn scenery(&self, request: &Request) -> Answer<'_> {
+        let moment = number(request, "moment")?;
+        self.loaded()?;
+        json_of(&SceneryReply::new(&self.lock_live().scenery(moment)?))
+    }
+
+    fn cell(&self, request: &Request) -> Answer<'_> {
+        let moment = number(request, "moment")?;
+        self.loaded()?;
+        let resolution = match request.value("voxel") {
+            Some("coarse") => Resolution::Coarse,
+            _ => Resolution::Fine,
+        };
+        let mut live = self.lock_live();
+        let worlds = live.worlds(resolution)?;
+        let world = worlds.get(moment).ok_or_else(|| no_moment(moment, worlds.len()))?;
+        json_of(&CellAnswer::new(world))
+    }
+
+    fn eye(&self, request: &Request) -> Answer<'_> {
+        let (index, moment) = (number(request, "index")?, number(request, "moment")?);
+        let plan = plan_of(&self.loaded()?, None)?;
+        if index >= plan.len() {
+            return Err(no_sensor(index, plan.len()));
+        }
+        Ok(Response::new(200, "image/png", self.lock_live().eye(&plan, index, moment)?))
+    }
+
+    fn score(&self, request: &Request) -> Answer<'_> {
+        let question: ScoreQuestion = read(request)?;
+        let loaded = self.loaded()?;
+        let plan = plan_of(&loaded, question.r#move.as_ref())?;
+        if let Some(dead) = question.dead.filter(|&dead| dead >= plan.len()) {
+            return Err(no_sensor(dead, plan.len()));
+        }
+        let resolution = question.voxel.resolution();
+        let mut live = self.lock_live();
+        let ask = ScoreRequest { plan, moment: question.moment, repeat: 0, resolution, dead: question.dead };
+        let answer = live.score(&ask)?;
+        // What each sensor adds: what is lost without it. Asked only of a plan at rest.
+        let mut without = Vec::new();
+        if question.r#move.is_none() && question.dead.is_none() && ask.plan.len() > 1 {
+            for index in 0..ask.plan.len() {
+                without.push(live.score(&ScoreRequest { dead: Some(index), ..ask.clone() })?.counts);
+            }
+        }
+        let world = &live.worlds(resolution)?[question.moment];
+        json_of(&ScoreReply::new(&question, &answer, &without, (&loaded.study, world)))
+    }
+
+    fn judge(&self, request: &Request) -> Answer<'_> {
+        let question: JudgeQuestion = read(request)?;
+        let loaded = self.loaded()?;
+        let plan = plan_of(&loaded, None)?;
+        let own = self.judgings.fetch_add(1, Ordering::Relaxed) + 1;
+        // A request that was waiting meanwhile goes first; then this one begins again, unless a newer one has come.
+        loop {
+            let progress = || {
+                let is_old = self.judgings.load(Ordering::Relaxed) != own;
+                let gives_way = self.waiting.load(Ordering::Relaxed) > 0;
+                (is_old || gives_way).then(|| "a newer question came".to_string())
+            };
+            let judged = locked(&self.live).judge(&plan, question.dead, &progress);
+            match judged {
+                Err(Error::Stopped(_)) if self.judgings.load(Ordering::Relaxed) == own => {
+                    std::thread::sleep(std::time::Duration::from_millis(20));
+                }
+                judged => {
+                    let cost = loaded.cell.budget;
+                    return json_of(&JudgeReply::new(question.n, &judged?, cost, (&loaded.study, &loaded.worlds)));
+                }
+            }
+        }
+    }
+
+    fn why(&self, request: &Request) -> Answer<'_> {
+        let WhyQuestion { n, moment, at_m } = read(request)?;
+        let plan = plan_of(&self.loaded()?, None)?;
+        let answer = self.lock_live().why(&plan, moment, DVec3::from_array(at_m))?;
+        json_of(&WhyReply::new(n, &answer))
+    }
+
+    fn edit(&self, request: &Request) -> Answer<'_> {
+        self.may_write()?;
+        let EditRequest { edit, gesture } = read(request)?;
+        let mut desk = locked(&self.desk);
+        let before = desk.document.clone();
+        let known = desk.loaded.as_ref().map_or_else(|| Arc::new(Known::catalogue()), |one| one.known.clone());
+        desk.document.apply(&edit, gesture, &known)?;
+        let was_right = desk.problems.is_empty();
+        self.load(&mut desk);
+        let is_typed = matches!(edit, crate::document::Edit::SetText { .. });
+        if was_right && !is_typed && !desk.problems.is_empty() {
+            let words = desk.problems[0].words.clone();
+            desk.document = before;
+            self.load(&mut desk);
+            return Err(Refused(400, words));
+        }
+        Ok(self.state(&desk))
+    }
+
+    fn step(&self, step: impl Fn(&mut Document) -> bool) -> Answer<'_> {
+        self.may_write()?;
+        let mut desk = locked(&self.desk);
+        if step(&mut desk.document) {
+            self.load(&mut desk);
+        }
+        Ok(self.state(&desk))
+    }
+
+    fn save(&self, request: &Request) -> Answer<'_> {
+        self.may_write()?;
+        let SaveQuestion { overwrite } = read(request)?;
+        let mut desk = locked(&self.desk);
+        let Desk { file, document, .. } = &mut *desk;
+        match file.save(document.text(), overwrite)? {
+            Saved::ChangedOnDisk => {
+                let words = "another program has changed the file since it was opened";
+                Ok(Response::new(409, "application/json", json!({ "error": words, "changed_on_disk": true }).to_string()))
+            }
+            Saved::Written => {
+                document.saved();
+                desk.was_saved = true;
+                Ok(self.state(&desk))
+            }
+        }
+    }
+
+    fn find(&self, request: &Request) -> Answer<'_> {
+        let mut question: FindRequest = read(request)?;
+        let loaded = self.loaded()?;
+        if question.keep {
+            question.always = loaded.placed.iter().map(|&[sensor, pose]| pose_name(&loaded.study, sensor, pose)).collect();
+        }
+        let stream = move |out: &mut dyn Write| {
+            // The search before gives way.
+            self.stop_finding.store(true, Ordering::Relaxed);
+            let _alone = locked(&self.finding);
+            self.stop_finding.store(false, Ordering::Relaxed);
+            let out = Mutex::new(out);
+            let emit = |event: FindEvent| {
+                let line = serde_json::to_string(&event).expect("an event is JSON") + "\n";
+                if locked(&out).write_all(line.as_bytes()).is_err() {
+                    self.stop_finding.store(true, Ordering::Relaxed);
+                }
+            };
+            let study = (&*loaded.study, loaded.worlds.as_slice());
+            let ended = find(study, &question, &self.backend, self.evidence.path(), &self.stop_finding, &emit);
+            if let Err(error) = ended {
+                emit(FindEvent::Error(error.to_string()));
+            }
+            Ok(())
+        };
+        Ok(Response {
+            status: 200,
+            content_type: "application/x-ndjson",
+            body: Body::Stream(Box::new(stream)),
+        })
+    }
+
+    fn may_write(&self) -> Result<(), Refused> {
+        match self.read_only {
+            true => Err(Refused(403, "the study is open to be read only".into())),
+            false => Ok(()),
+        }
+    }
+}
+
+/// The name of a pose as `[choose] always` has it: `camera:wall/1/0`.
+fn pose_name(study: &Study, sensor: usize, pose: usize) -> String {
+    let sensor = &study.sensors[sensor];
+    format!("{}:{}", sensor.name, sensor.candidates[pose].name)
+}
+
+/// The indexes of placed sensors and their poses.
+fn placed_of(study: &Study, names: &[PlacedName]) -> Result<Vec<[usize; 2]>> {
+    let index = |PlacedName { sensor, pose }: &PlacedName| {
+        let number = study.sensors.iter().position(|known| known.name == *sensor)?;
+        let candidates = &study.sensors[number].candidates;
+        Some([number, candidates.iter().position(|known| known.name == *pose)?])
+    };
+    let found = |name: &PlacedName| {
+        index(name).ok_or_else(|| {
+            let words = format!("has no pose {:?} of sensor {:?}", name.pose, name.sensor);
+            Error::from(Issue::says(words).with_place(&study.path))
+        })
+    };
+    names.iter().map(found).collect()
+}
+
+/// The plan, with the change that a person is about to make.
+fn plan_of(loaded: &Loaded, change: Option<&MoveRequest>) -> Result<Vec<Planned>, Refused> {
+    let Loaded { study, placed, .. } = loaded;
+    let listed = |&[sensor, pose]: &[usize; 2]| Planned { sensor, at: PlannedAt::Listed(pose) };
+    let mut plan: Vec<Planned> = placed.iter().map(listed).collect();
+    let at = |sensor: usize, at: &crate::document::Pose6| -> Result<PlannedAt, Refused> {
+        at.check()?;
+        Ok(PlannedAt::Pose(rounded(at, study.sensors[sensor].kind.stance())))
+    };
+    match change {
+        None => {}
+        Some(MoveRequest { index: Some(index), at: to, pose, .. }) => {
+            let Some(&[sensor, _]) = placed.get(*index) else { return Err(no_sensor(*index, placed.len())) };
+            let named = pose.as_ref().and_then(|pose| {
+                study.sensors[sensor].candidates.iter().position(|known| known.name == *pose)
+            });
+            plan[*index].at = match named {
+                Some(pose) => PlannedAt::Listed(pose),
+                None => at(sensor, to)?,
+            };
+        }
+        Some(MoveRequest { add: Some(device), at: to, .. }) => {
+            // A device of the catalogue has no rays before the study has it.
+            let known = device.sensor.as_ref();
+            let number = known.and_then(|name| study.sensors.iter().position(|sensor| sensor.name == *name));
+            if let Some(sensor) = number {
+                plan.push(Planned { sensor, at: at(sensor, to)? });
+            }
+        }
+        Some(_) => return Err(Refused(400, "a move has an index of the plan, or what is added".into())),
+    }
+    Ok(plan)
+}
+
+fn no_sensor(index: usize, count: usize) -> Refused {
+    Refused(400, format!("there is no sensor {index}: {count} are placed"))
+}
+
+fn no_moment(moment: usize, count: usize) -> Refused {
+    Refused(400, format!("there is no moment {moment}: the study has {count}"))
+}
+
+/// A number of the query.
+fn number(request: &Request, key: &str) -> Result<usize, Refused> {
+    let found = request.value(key).and_then(|value| value.parse().ok());
+    found.ok_or_else(|| Refused(400, format!("{key} must be a whole number")))
+}
+
+/// What a request says.
+fn read<T: DeserializeOwned>(request: &Request) -> Result<T, Refused> {
+    serde_json::from_slice(&request.body).map_err(|e| Refused(400, format!("the request is not understood: {e}")))
+}
+
+fn json_of<'s>(answer: &impl serde::Serialize) -> Answer<'s> {
+    Ok(Response::json(serde_json::to_vec(answer).expect("an answer is JSON")))
+}

@@ -1,0 +1,8 @@
+//! `plan`: what the planner counts, edits and saves, asked by HTTP as its page asks.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad;
+mod planner;
+mod saved;
