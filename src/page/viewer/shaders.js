@@ -44,9 +44,10 @@ void main() {
   light = 0.72 + 0.2 * normal.z + 0.12 * normal.x - 0.06 * normal.y;
   if (airStep > 0.0) {
     // Where much of the air before a surface is taken, less light comes.
-    float close = texture(air, (place + normal * airStep * 2.6 - airLow) / airSize).r;
-    float wide = texture(air, (place + normal * airStep * 5.6 - airLow) / airSize).g;
-    light = (light + 0.04) * (1.0 - 0.34 * min(1.0, 2.2 * close) - 0.36 * min(1.0, 2.4 * wide));
+    vec3 before = (place + normal * airStep * 2.6 - airLow) / airSize, farther = (place + normal * airStep * 5.6 - airLow) / airSize;
+    float close = all(equal(before, clamp(before, 0.0, 1.0))) ? texture(air, before).r : 0.0;
+    float wide = all(equal(farther, clamp(farther, 0.0, 1.0))) ? texture(air, farther).g : 0.0;
+    light = (light + 0.05) * (1.0 - 0.3 * min(1.0, 2.0 * close) - 0.22 * min(1.0, 2.0 * wide));
   }
 #endif
   float away = length(inside);

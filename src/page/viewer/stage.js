@@ -204,8 +204,14 @@ function stage(home, label, hooks = {}) {
   canvas.addEventListener("webglcontextlost", event => event.preventDefault());
   canvas.addEventListener("webglcontextrestored", () => { drawn.clear(); prepare(); soon(); });
 
-  /** The view of a whole box. */
-  const whole = ([low, high]) => ({ middle: times(plus(low, high), 0.5), away: lengthOf(minus(high, low)) / 2 / OPENING * 0.85 });
+  /** The view of a whole box from a side: its middle, and as far away as it takes to see every corner. */
+  function whole([low, high], { pan = view.pan, tilt = view.tilt } = {}) {
+    const middle = times(plus(low, high), 0.5), wide = canvas.clientWidth / Math.max(1, canvas.clientHeight) || 1.3, f = Math.min(1, wide / 1.3) / OPENING;
+    const back = [Math.cos(tilt) * Math.cos(pan), Math.cos(tilt) * Math.sin(pan), Math.sin(tilt)], right = [-Math.sin(pan), Math.cos(pan), 0], up = crossed(back, right);
+    const corners = Array.from({ length: 8 }, (_, n) => minus([0, 1, 2].map(axis => n >> axis & 1 ? high[axis] : low[axis]), middle));
+    const away = Math.max(...corners.map(corner => dot(corner, back) + 1.06 * Math.max(Math.abs(dot(corner, right)) * f / wide, Math.abs(dot(corner, up)) * f)));
+    return { middle, away };
+  }
 
   return {
     parts,
@@ -219,7 +225,7 @@ function stage(home, label, hooks = {}) {
     /** Looks at a box, from its lowest to its highest corner, all of it. */
     face(box) { Object.assign(view, { ...whole(box), from: null }); soon(); },
     /** Goes to where a box or a place is seen, from another side where one is given. */
-    focus(at, side = {}) { glide({ ...(Array.isArray(at[0]) ? whole(at) : { middle: at, away: Math.min(view.away, 4) }), ...side }); },
+    focus(at, side = {}) { glide({ ...(Array.isArray(at[0]) ? whole(at, side) : { middle: at, away: Math.min(view.away, 4) }), ...side }); },
     /** Looks from a place along a direction, as far to the sides and up as these tangents say; null looks as before. */
     lookFrom(from) { view.from = from; soon(); },
     /** Cuts away what is beyond a plane, of the parts that can be cut: a normal and how far it is from the origin. */

@@ -75,7 +75,7 @@ function showChosen() {
   element("chosen-letter").textContent = letterAt(planner.selected);
   element("chosen-name").textContent = one.sensor;
   const snapped = planner.draft?.index === planner.selected ? planner.draft.snapped : one.pose;
-  element("chosen-place").textContent = [planner.draft?.index === planner.selected ? null : one.place, snapped ? `pose ${snapped}` : null].filter(x => x).join(" · ") || "dragged";
+  element("chosen-place").textContent = [planner.draft?.index === planner.selected ? null : one.place, snapped && !snapped.startsWith("planned/") ? `pose ${snapped}` : null].filter(x => x).join(" · ") || "dragged";
   element("chosen-problem").textContent = problem ?? "";
   element("chosen-problem").hidden = !problem;
   element("chosen-carried").hidden = !sensor?.carried;
@@ -111,6 +111,7 @@ function showEyeSoon() {
       if (planner.selected !== index) return;
       URL.revokeObjectURL(home.src);
       home.src = URL.createObjectURL(picture);
+      element("eye-words").textContent = `${letterAt(index)} sees`;
       home.alt = `What ${letterAt(index)} sees: depth, people tinted`;
     } catch { element("eye-of").hidden = true; }
   }, 250);

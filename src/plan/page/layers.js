@@ -1,7 +1,7 @@
 // What the 3D view shows, each of it to be switched off.
 const LAYERS = [
   { name: "UF", word: "Blind space", what: "free, and not known", colour: "UF", isOn: true, opacity: 0.13, outcome: true },
-  { name: "UO", word: "Not seen", what: "something there, and not known", colour: "UO", isOn: true, opacity: 0.75, outcome: true },
+  { name: "UO", word: "Not seen", what: "something there, and not known", colour: "UO", isOn: true, opacity: 0.6, outcome: true },
   { name: "FN", word: "Missed", what: "something there, called free", colour: "FN", isOn: true, outcome: true },
   { name: "FP", word: "False", what: "free, called occupied", colour: "FP", isOn: true, opacity: 0.35, outcome: true },
   { name: "TP", word: "Seen", what: "something there, and called so", colour: "TP", isOn: false, outcome: true },

@@ -47,7 +47,7 @@ function drawPlan() {
     box(low, high, "room"),
     ...regionBoxes(box),
     ...views(scale),
-    ...inside.map(thing => word(x((thing.low_m[0] + thing.high_m[0]) / 2), y((thing.low_m[1] + thing.high_m[1]) / 2) + 4, thing.name, { "text-anchor": "middle", class: "named" })),
+    ...thingNames(inside, scale),
     ...boxHandles(scale),
     ...poseDots(scale),
     ...whyMarks(scale),
@@ -59,6 +59,17 @@ function drawPlan() {
   home.replaceChildren(picture);
   home.place = ([a, b]) => [x(a), y(b)];
 }
+/** Names of what stands here, as far as none covers another or a sensor. */
+function thingNames(things, { x, y }) {
+  const taken = placed().map((_, index) => poseNow(index)).filter(at => at).map(({ position_m: [a, b] }) => [x(a) - 14, y(b) - 14, x(a) + 14, y(b) + 14]);
+  if (!layerOf("name").isOn) return [];
+  return things.flatMap(({ name, low_m, high_m }) => {
+    const [cx, cy] = [x((low_m[0] + high_m[0]) / 2), y((low_m[1] + high_m[1]) / 2)], half = [...name].length * 3.8, own = [cx - half, cy - 9, cx + half, cy + 8];
+    if (taken.some(one => one[0] < own[2] && own[0] < one[2] && one[1] < own[3] && own[1] < one[3])) return [];
+    taken.push(own);
+    return [word(cx, cy + 4, name, { "text-anchor": "middle", class: "named" })];
+  });
+}
 const area = ({ low_m, high_m }) => (high_m[0] - low_m[0]) * (high_m[1] - low_m[1]);
 
 function gridLines({ x, y, unit }, [low, high]) {
@@ -68,9 +79,9 @@ function gridLines({ x, y, unit }, [low, high]) {
   return lines;
 }
 
-function ruler({ unit, width, height }) {
+function ruler({ unit, height }) {
   const metre = unit > 120 ? 0.5 : 1;
-  return shape("g", {}, shape("path", { d: `M${width - 16 - metre * unit} ${height - 12}v5h${px(metre * unit)}v-5`, class: "ruler" }), word(width - 16 - metre * unit / 2, height - 12, metres(metre, metre < 1 ? 1 : 0), { "text-anchor": "middle", class: "axis" }));
+  return shape("g", {}, shape("path", { d: `M14 ${height - 10}v5h${px(metre * unit)}v-5`, class: "ruler" }), word(14 + metre * unit / 2, height - 9, metres(metre, metre < 1 ? 1 : 0), { "text-anchor": "middle", class: "axis" }));
 }
 
 /** Regions and entries, and what of them can be dragged. */

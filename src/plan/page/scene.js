@@ -8,7 +8,8 @@ function makeScene() {
   if (!scene.stage) { planner.tab = "plan"; element("tab-3d").hidden = true; home.hidden = true; return; }
   on("worlds moment", () => showScenery().catch(complain));
   on("answer", showAnswer);
-  on("state selected draft answer armed", showSensors);
+  on("state selected draft answer armed tool dead connection", showSensors);
+  on("selected dead", () => { if (planner.answer) showViews(); });
   on("region", () => { if (planner.answer) showVolumes(); });
   on("state region", showRegions);
   on("worlds moment armed selected state", showPoses);
@@ -21,6 +22,10 @@ function isShell({ role, box }, [low, high]) {
   const spans = [0, 1, 2].filter(axis => box[1][axis] - box[0][axis] > 0.8 * (high[axis] - low[axis]));
   return role === "environment" && spans.length >= 2;
 }
+
+/** What is smaller than this has no name in the view. */
+const LEAST_NAMED_M3 = 0.02;
+const volumeOf = ([low, high]) => high.reduce((product, x, axis) => product * Math.max(0.02, x - low[axis]), 1);
 
 async function showScenery() {
   if (!planner.state?.scenes?.length) return;
@@ -36,7 +41,7 @@ async function showScenery() {
     stage.show(`thing ${n}`, { kind: "surface", at: thing.at, faces: thing.faces, colour: shell ? hue("wall") : colours[thing.role] ?? colours.environment, shell, isSolid: true, isCut: true, thing: thing.name, role: thing.role });
     thing.creases ??= thing.edges?.length ? thing.edges : thing.faces.length < 9000 ? creases(thing, thing.role === "environment" ? 25 : 40) : [];
     stage.show(`edge ${n}`, { kind: "lines", at: thing.creases, colour: hue(shell ? "frame" : "ink"), opacity: shell ? 0.5 : thing.role === "human" ? 0.12 : 0.42, width: shell ? 1.2 : 1, shell, isCut: true });
-    if (!shell && thing.role !== "human") names.push({ at: [(thing.box[0][0] + thing.box[1][0]) / 2, (thing.box[0][1] + thing.box[1][1]) / 2, thing.box[1][2]], word: thing.name });
+    if (!shell && thing.role !== "human" && volumeOf(thing.box) > LEAST_NAMED_M3) names.push({ at: [(thing.box[0][0] + thing.box[1][0]) / 2, (thing.box[0][1] + thing.box[1][1]) / 2, thing.box[1][2]], word: thing.name });
   });
   stage.show("name: things", { kind: "words", at: names.flatMap(one => one.at), words: names.map(one => one.word), isShown: layerOf("name").isOn });
   if (!things.some(thing => isShell(thing, room))) stage.show("edge room", { kind: "lines", at: edges(room), colour: hue("frame"), width: 1.2 });
@@ -107,10 +112,12 @@ function showViews() {
   frustums.forEach((one, index) => {
     const at = planner.answer.isDraft || planner.draft ? poseNow(index) : sixOf(placed()[index] ?? { at_m: null, turned_deg: [0, 0, 0] });
     if (!one?.ends?.length || !at?.position_m || planner.dead === index) return;
-    const isChosen = index === planner.selected, colour = isChosen ? hue("picked") : hue("sensors"), isShown = layerOf("view").isOn;
-    stage.show(`view ${index}: rim`, { kind: "lines", at: rimOf(one, at.position_m), colour, opacity: isChosen ? 0.85 : 0.4, width: isChosen ? 1.6 : 1.2, isShown });
-    const fan = fanOf(one, at.position_m);
-    if (fan) stage.show(`view ${index}: fan`, { kind: "surface", ...fan, colour, opacity: isChosen ? 0.14 : 0.06, isShown });
+    // What falls on a wall that hides nothing is left out, as the wall is.
+    const shell = roomBox(), isChosen = index === planner.selected, colour = isChosen ? hue("picked") : hue("sensors"), isShown = layerOf("view").isOn;
+    stage.show(`view ${index}: rim`, { kind: "lines", at: rimOf(one, at.position_m), colour, opacity: isChosen ? 0.85 : 0.2, width: isChosen ? 1.6 : 1.1, shell, isShown });
+    // Only the chosen one is filled: several veils over each other hide what they are drawn for.
+    const fan = isChosen ? fanOf(one, at.position_m) : null;
+    if (fan) stage.show(`view ${index}: fan`, { kind: "surface", ...fan, colour, opacity: 0.13, shell, isShown });
   });
 }
 

@@ -103,7 +103,9 @@ function edit(change, of = nextGesture()) {
 
 async function step(path) {
   if (!mayEdit()) return;
-  try { take(await ask(path, {})); } catch (error) { complain(error); }
+  edits += 1;
+  markBusy();
+  try { take(await ask(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }
 }
 
 /** Shows for some seconds why something did not happen. */
