@@ -22,7 +22,7 @@ async function find() {
   Object.assign(found, { points: [], bound: null, words: "Searching…" });
   document.body.dataset.finding = "yes";
   showFound();
-  const question = { ask: isScore ? "score" : "cheapest", ...(isScore ? { region: element("find-region").value, score: element("find-score").value } : {}), budget: numberOf("find-budget"), at_most: numberOf("find-most") };
+  const question = { ask: isScore ? "score" : "cheapest", ...(isScore ? { region: element("find-region").value, score: element("find-score").value } : {}), budget: numberOf("find-budget"), at_most: numberOf("find-most"), keep: placed().map(one => `${one.sensor}:${one.pose}`) };
   try {
     const reader = (await send("/choose", question, controller.signal)).body.getReader(), decoder = new TextDecoder();
     for (let rest = ""; ;) {
@@ -43,6 +43,7 @@ async function find() {
 function hear(line) {
   if (line.point) found.points = [...found.points.filter(one => one.cost !== line.point.cost || one.score !== line.point.score), line.point];
   if (line.bound) found.bound = line.bound;
+  if (line.stage) found.words = `${line.stage.words}: ${grouped(line.stage.done)} of ${grouped(line.stage.total)}`;
   for (const name of ["done", "stopped", "error"]) if (line[name] !== undefined) found.words = typeof line[name] === "string" ? line[name] : line[name].words ?? (name === "done" ? "Done." : name === "stopped" ? "Stopped: this was found so far." : "It cannot be found.");
   showFound();
 }
@@ -54,11 +55,12 @@ function stopFind() {
 
 /** The front: cost across, score up; the proven bound is dashed. */
 function showFound() {
-  const isBusy = !!document.body.dataset.finding, { points, bound } = found;
+  const isBusy = !!document.body.dataset.finding;
+  const { points, bound } = found;
   element("find-stop").hidden = !isBusy;
   element("find-begin").hidden = isBusy;
   element("find-words").textContent = found.words;
-  const home = element("front"), width = 320, height = 170, scored = points.filter(one => one.score !== null && one.score !== undefined);
+  const home = element("front"), width = 320, height = 170, isNumber = value => value !== null && value !== undefined, scored = points.filter(one => isNumber(one.score) && isNumber(one.cost));
   home.hidden = !scored.length;
   if (scored.length) {
     const own = planner.judged?.score ?? null, costs = scored.map(one => one.cost), scores = [...scored.map(one => one.score), ...(bound?.score !== undefined && bound?.score !== null ? [bound.score] : [])];
@@ -67,12 +69,12 @@ function showFound() {
     const nodes = [shape("path", { d: `M42 8V${height - 28}H${width - 8}`, class: "frame" }), word(42, height - 12, `cost${planner.state.currency ? ` in ${planner.state.currency}` : ""}`), word(4, 16, s1.toFixed(2)), word(4, height - 30, s0.toFixed(2)), word(x(c1 / 1.08), height - 12, grouped(c1 / 1.08), { "text-anchor": "middle" })];
     if (bound?.score !== undefined && bound?.score !== null) nodes.push(shape("path", { d: `M42 ${px(y(bound.score))}H${width - 8}`, class: "bound" }), word(width - 10, y(bound.score) - 4, `no set is above ${bound.score.toFixed(3)}`, { "text-anchor": "end" }));
     if (own !== null) nodes.push(shape("path", { d: `M42 ${px(y(own))}H${width - 8}`, class: "own" }));
-    points.forEach(point => nodes.push(shape("circle", { cx: px(x(point.cost)), cy: px(y(point.score)), r: 5.5, class: point.is_proven ? "proven" : "open", title: point.words ?? "", onclick: () => takeFound(point) })));
+    scored.forEach(point => nodes.push(shape("circle", { cx: px(x(point.cost)), cy: px(y(point.score)), r: 5.5, class: point.is_proven ? "proven" : "open", title: point.words ?? "", onclick: () => takeFound(point) })));
     const picture = shape("svg", { viewBox: `0 0 ${width} ${height}`, width, height });
     picture.append(...nodes);
     home.replaceChildren(picture);
   }
-  element("found").replaceChildren(...[...points].sort((a, b) => a.cost - b.cost).map(point => {
+  element("found").replaceChildren(...[...points].sort((a, b) => (a.cost ?? 0) - (b.cost ?? 0)).map(point => {
     const button = made("button", { type: "button", "data-edits": "" }, made("strong", {}, money(point.cost)), made("span", {}, point.words ?? point.placed?.map(one => `${one.sensor}: ${one.pose}`).join(", ") ?? ""), made("em", {}, point.score === null || point.score === undefined ? point.is_proven ? "proven" : "" : point.score.toFixed(3)));
     button.disabled = !mayEdit();
     button.addEventListener("click", () => takeFound(point));

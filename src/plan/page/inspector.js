@@ -37,7 +37,7 @@ function makeInspector() {
     });
     return made("label", {}, made("span", {}, title), input, made("i", {}, unit));
   }));
-  element("model").addEventListener("change", event => edit({ edit: "set_sensor", index: planner.selected, sensor: event.target.value }));
+  element("model").addEventListener("change", event => edit({ edit: "set_sensor", index: planner.selected, ...(event.target.selectedOptions[0].dataset.model ? { model: event.target.value } : { sensor: event.target.value }) }));
   element("cost").addEventListener("change", event => { const cost = Number(event.target.value); if (event.target.value !== "" && cost >= 0) edit({ edit: "set_cost", sensor: placed()[planner.selected].sensor, cost }); else showChosen(); });
   element("copy").addEventListener("click", () => copySensor());
   element("remove").addEventListener("click", () => removeSensor());
@@ -84,9 +84,9 @@ function showChosen() {
     input.disabled = !isFree;
     if (document.activeElement !== input || planner.draft) input.value = at ? rounded(fieldOf(at, n), unit === "m" ? 3 : 1) : "";
   });
-  const select = element("model"), names = planner.state.sensors.map(one => one.name);
-  if (select.dataset.names !== names.join("\n")) { select.replaceChildren(...planner.state.sensors.map(one => made("option", { value: one.name }, one.model && one.model !== one.name ? `${one.name} (${one.model})` : one.name))); select.dataset.names = names.join("\n"); }
-  select.value = one.sensor;
+  const select = element("model"), names = [...planner.state.sensors, ...planner.state.catalogue ?? []].map(one => one.name ?? one.model);
+  if (select.dataset.names !== names.join("\n")) { select.replaceChildren(...planner.state.sensors.map(one => made("option", { value: one.name }, one.model && one.model !== one.name ? `${one.name} (${one.model})` : one.name)), ...(planner.state.catalogue?.length ? [made("optgroup", { label: "Catalogue" }, ...planner.state.catalogue.map(one => made("option", { value: one.model, "data-model": "yes" }, one.model)))] : [])); select.dataset.names = names.join("\n"); }
+  select.selectedIndex = planner.state.sensors.findIndex(({ name }) => name === one.sensor);
   select.disabled = element("cost").disabled = element("copy").disabled = element("remove").disabled = !mayEdit();
   if (document.activeElement !== element("cost")) element("cost").value = one.cost ?? "";
   element("currency").textContent = planner.state.currency ?? "";

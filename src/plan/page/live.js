@@ -14,7 +14,7 @@ function wantScore(voxel) {
 }
 
 /** How a draft is written in a request. */
-const moveOf = draft => draft.index === null ? { add: draft.add, at: written(draft.at) } : { index: draft.index, at: written(draft.at), ...(draft.snapped ? { pose: draft.snapped } : {}) };
+const moveOf = draft => draft.index === null ? { add: draft.add, at: written(draft.at) } : { index: draft.index, at: written(draft.at) };
 
 async function fly() {
   if (scores.flying || !scores.next) return;
@@ -59,15 +59,18 @@ const countsNow = () => planner.answer?.counts?.[planner.region] ?? null;
 const OUTCOMES = [["TN", "FP", "UF"], ["FN", "TP", "UO"]];
 const OUTCOME_NUMBER = { TN: 1, FP: 2, UF: 3, FN: 4, TP: 5, UO: 6 };
 
-/** The outcome of each voxel of the chosen region, by the numbers above; 0 elsewhere. */
+/** The outcome of each voxel of the chosen region, by the numbers above, 0 elsewhere; in the smallest grid that holds all regions. */
 function outcomes({ labels, cell }) {
-  const members = cell.anywhere.reduce((sum, one) => sum + one, 0), all = decoded(bytesOf(labels), 3, members);
-  const region = cell.regions[planner.region] ?? cell.anywhere, found = new Uint8Array(cell.count);
-  const numbers = OUTCOMES.map(row => row.map(name => OUTCOME_NUMBER[name]));
-  for (let i = 0, n = 0; i < cell.count; i++) {
-    if (!cell.anywhere[i]) continue;
-    const label = all[n++];
-    if (region[i] && cell.truth[i] !== 4) found[i] = numbers[cell.truth[i] ? 1 : 0][label];
+  const all = decoded(bytesOf(labels), 3, cell.members), region = cell.regions[planner.region] ?? cell.anywhere;
+  const [low, high] = cell.bounds, size = minus(high, low), found = new Uint8Array(size[0] * size[1] * size[2]);
+  const numbers = OUTCOMES.map(row => row.map(name => OUTCOME_NUMBER[name])), [nx, ny] = cell.size;
+  for (let z = low[2], n = 0, to = 0; z < high[2]; z++) for (let y = low[1]; y < high[1]; y++) {
+    const row = nx * (y + ny * z);
+    for (let i = row + low[0]; i < row + high[0]; i++, to++) {
+      if (!cell.anywhere[i]) continue;
+      const label = all[n++];
+      if (region[i] && cell.truth[i] !== 4) found[to] = numbers[cell.truth[i] ? 1 : 0][label];
+    }
   }
-  return found;
+  return { voxels: found, grid: { size, origin: plus(cell.origin, low) } };
 }

@@ -15,7 +15,7 @@ function planScale() {
 function watchedPicture() {
   const { answer } = planner;
   if (!answer?.seen_by || plan.of === answer) return plan.picture;
-  const columns = bytesOf(answer.seen_by), [nx, ny] = answer.cell.size, canvas = made("canvas", { width: nx, height: ny }), context = canvas.getContext("2d");
+  const columns = bytesOf(answer.seen_by), [nx, ny] = (answer.seen_window ?? answer.cell).size, canvas = made("canvas", { width: nx, height: ny }), context = canvas.getContext("2d");
   const image = context.createImageData(nx, ny), paints = WATCHED.map(([name, opacity]) => rgba(hue(name), opacity).map(x => Math.round(255 * x)));
   for (let y = 0; y < ny; y++) for (let x = 0; x < nx; x++) {
     const paint = paints[columns[x + nx * y]];
@@ -36,7 +36,7 @@ function drawPlan() {
   const scale = planScale(), { x, y, unit, width, height } = scale;
   const box = (low, high, look, more = {}) => shape("rect", { x: px(x(low[0])), y: px(y(high[1])), width: px(Math.max(0, (high[0] - low[0]) * unit)), height: px(Math.max(0, (high[1] - low[1]) * unit)), class: look, ...more });
   const [low, high] = roomBox(), watched = watchedPicture(), { answer } = planner;
-  const h = answer?.cell.voxel_size_m, from = answer && times(answer.cell.origin, h), to = answer && plus(from, times(answer.cell.size, h));
+  const h = answer?.cell.voxel_size_m, begin = answer?.seen_window?.min ?? [0, 0], from = answer && [0, 1].map(axis => (answer.cell.origin[axis] + begin[axis]) * h), to = answer && plus(from, times((answer.seen_window ?? answer.cell).size.slice(0, 2), h));
   const things = [...chosenScene().things ?? []].sort((a, b) => area(b) - area(a)).filter(thing => !isShell({ role: thing.role, box: [thing.low_m, thing.high_m] }, [low, high]));
   const inside = things.filter(thing => thing.role !== "human").filter(thing => (thing.high_m[0] - thing.low_m[0]) * unit > [...thing.name].length * 7.6 && (thing.high_m[1] - thing.low_m[1]) * unit > 16);
   const nodes = [
@@ -45,7 +45,7 @@ function drawPlan() {
     ...things.map(thing => box(thing.low_m, thing.high_m, thing.role === "human" ? "person" : thing.role === "robot" ? "robot" : thing.low_m[2] > 2 ? "high" : "low", { title: thing.name })),
     watched ? shape("image", { href: watched, x: px(x(from[0])), y: px(y(to[1])), width: px((to[0] - from[0]) * unit), height: px((to[1] - from[1]) * unit), preserveAspectRatio: "none", class: "watched" }) : null,
     box(low, high, "room"),
-    ...regionBoxes(box),
+    ...regionBoxes(box, scale),
     ...views(scale),
     ...thingNames(inside, scale),
     ...boxHandles(scale),
@@ -86,29 +86,46 @@ function ruler({ unit, height }) {
 
 /** Regions and entries, and what of them can be dragged. */
 const planBoxes = () => [
-  ...(planner.state.regions ?? []).map(({ name, shape: one, editable }, n) => ({ table: "region", name, label: name, shape: one, editable, isChosen: n === planner.region, look: "region" })).filter(one => one.shape?.min_m),
+  ...(planner.state.regions ?? []).map(({ name, shape: one, editable }, n) => ({ table: "region", name, label: name, shape: one, editable: editable !== false, isChosen: n === planner.region, look: "region" })).filter(one => one.shape),
   ...(planner.state.entries ?? []).map(one => ({ table: "entry", name: one.name, label: `entry ${one.name}`, shape: one, editable: one.editable !== false, look: "entry" })),
 ].map(one => plan.box?.table === one.table && plan.box.name === one.name ? { ...one, shape: plan.box.shape } : one);
 
-function regionBoxes(box) {
+function regionBoxes(box, { x, y, unit }) {
   if (!layerOf("region").isOn) return [];
-  return planBoxes().flatMap(one => [box(one.shape.min_m, one.shape.max_m, `${one.look}${one.isChosen ? " chosen" : ""}`)]);
+  return planBoxes().map(one => {
+    const look = `${one.look}${one.isChosen ? " chosen" : ""}`, { center_m: middle, radius_m: radius } = one.shape;
+    return middle ? shape("circle", { cx: px(x(middle[0])), cy: px(y(middle[1])), r: px(radius * unit), class: look }) : box(one.shape.min_m, one.shape.max_m, look);
+  });
 }
+
+/** The box around a shape. */
+const cornersOf = ({ min_m, max_m, center_m, radius_m }) => center_m ? [center_m.map(x => x - radius_m), center_m.map(x => x + radius_m)] : [min_m, max_m];
 
 /** Names and corners of regions and entries; a corner resizes, a name moves. */
 function boxHandles({ x, y }) {
   if (!layerOf("region").isOn) return [];
   return planBoxes().flatMap(one => {
-    const { min_m: low, max_m: high } = one.shape, can = one.editable && mayEdit() ? " drags" : "";
+    const { center_m: middle, radius_m: radius } = one.shape, [low, high] = cornersOf(one.shape), can = one.editable && mayEdit() ? " drags" : "";
     const label = word(x(low[0]) + 5, y(high[1]) + 15, one.label, { class: `of-${one.look}${can}` });
     label.dragged = can ? { ...one, corner: null } : null;
-    const corners = can ? [[0, 0], [0, 1], [1, 0], [1, 1]].map(([i, j]) => {
-      const node = shape("rect", { x: px(x([low, high][i][0])) - 4, y: px(y([low, high][j][1])) - 4, width: 8, height: 8, class: `corner of-${one.look}`, title: `Drag to resize ${one.label}` });
+    const corners = can ? (middle ? [[2, 2]] : [[0, 0], [0, 1], [1, 0], [1, 1]]).map(([i, j]) => {
+      const [a, b] = middle ? [middle[0] + radius, middle[1]] : [[low, high][i][0], [low, high][j][1]];
+      const node = shape("rect", { x: px(x(a)) - 4, y: px(y(b)) - 4, width: 8, height: 8, class: `corner of-${one.look}`, title: `Drag to resize ${one.label}` });
       node.dragged = { ...one, corner: [i, j] };
       return node;
     }) : [];
     return [label, ...corners];
   });
+}
+
+/** Of rays in any order the farthest in each direction, around. */
+function farthestAround(ends, [ax, ay]) {
+  const best = new Map();
+  for (const end of ends) {
+    const off = Math.hypot(end[0] - ax, end[1] - ay), way = Math.round(Math.atan2(end[1] - ay, end[0] - ax) / RAD / 15);
+    if (off > 0.05 && !(best.get(way)?.off > off)) best.set(way, { end, off });
+  }
+  return [...best].sort(([a], [b]) => a - b).map(([, { end }]) => end);
 }
 
 /** What each sensor watches, from above: for each direction the farthest first hit. */
@@ -118,9 +135,9 @@ function views({ x, y }) {
     const at = poseNow(index);
     if (!at || !one?.ends?.length || planner.dead === index) return null;
     const [ax, ay] = at.position_m, far = ([ex, ey]) => Math.hypot(ex - ax, ey - ay);
-    const columns = Array.from({ length: one.columns || one.ends.length }, (_, c) => Array.from({ length: one.columns ? one.rows : 1 }, (_, r) => one.ends[r * (one.columns || 0) + c]).reduce((a, b) => far(b) > far(a) ? b : a));
-    const looksDown = Math.abs(forwardOf(at)[2]) > 0.95, ends = looksDown && one.rows > 1 ? rim(one).map(n => one.ends[n]) : columns;
-    const points = [...(looksDown ? [] : [[ax, ay]]), ...ends].map(([a, b]) => `${px(x(a))},${px(y(b))}`).join(" ");
+    const columns = isGrid(one) ? Array.from({ length: one.columns }, (_, c) => Array.from({ length: one.rows }, (_, r) => one.ends[r * one.columns + c]).reduce((a, b) => far(b) > far(a) ? b : a)) : farthestAround(one.ends, [ax, ay]);
+    const looksDown = Math.abs(forwardOf(at)[2]) > 0.95, ends = looksDown && isGrid(one) ? rim(one).map(n => one.ends[n]) : columns;
+    const points = [...(looksDown || !isGrid(one) ? [] : [[ax, ay]]), ...ends].map(([a, b]) => `${px(x(a))},${px(y(b))}`).join(" ");
     return shape("polygon", { points, class: `field${index === planner.selected ? " chosen" : ""}` });
   });
 }

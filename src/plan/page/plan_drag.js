@@ -49,7 +49,7 @@ function releasePlan(event) {
   if (!own.hasMoved) { clickPlan(event, own); return; }
   if (event.type === "pointercancel") { plan.box = null; if (own.draft) dropDraft(own.draft); drawPlanSoon(); return; }
   if (own.draft && planner.draft === own.draft) commitDraft();
-  if (plan.box) { const { table, name, shape: { min_m, max_m } } = plan.box; edit({ edit: "set_box", table, name, min_m, max_m }).then(() => { plan.box = null; drawPlanSoon(); }); }
+  if (plan.box) { const { table, name, shape: { min_m, max_m, center_m, radius_m } } = plan.box; edit({ edit: "set_box", table, name, ...(center_m ? { center_m, radius_m } : { min_m, max_m }) }).then(() => { plan.box = null; drawPlanSoon(); }); }
 }
 
 function clickPlan(event, own) {
@@ -90,8 +90,18 @@ function turnOnPlan(event, draft) {
   turnDraft({ ...draft.at, pan_deg: Math.round(pan / step) * step }, { shiftKey: false, altKey: event.altKey });
 }
 
+/** Moves a ball, or makes it larger, to 5 cm. */
+function moveBall(own, event) {
+  const now = planPlace(event), step = event.altKey ? 0.01 : 0.05, { center_m, radius_m } = own.box.shape, to = value => rounded(Math.round(value / step) * step, 3);
+  const isLarger = own.box.corner !== null, by = minus(now, own.begin);
+  const next = isLarger ? { radius_m: Math.max(step, to(Math.hypot(now[0] - center_m[0], now[1] - center_m[1]))) } : { center_m: [to(center_m[0] + by[0]), to(center_m[1] + by[1]), center_m[2]] };
+  plan.box = { table: own.box.table, name: own.box.name, shape: { ...own.box.shape, ...next } };
+  drawPlanSoon();
+}
+
 /** Moves a region or an entry, or one of its corners, to 5 cm. */
 function moveBox(own, event) {
+  if (own.box.shape.center_m) { moveBall(own, event); return; }
   const now = planPlace(event), step = event.altKey ? 0.01 : 0.05, { min_m, max_m } = own.box.shape;
   const by = [0, 1].map(axis => Math.round((now[axis] - own.begin[axis]) / step) * step), low = [...min_m], high = [...max_m];
   for (const axis of [0, 1]) {

@@ -9,7 +9,8 @@ function makeScene() {
   on("worlds moment", () => showScenery().catch(complain));
   on("answer", showAnswer);
   on("state selected draft answer armed tool dead connection", showSensors);
-  on("selected dead", () => { if (planner.answer) showViews(); });
+  on("through", showSensors);
+  on("selected dead through", () => { if (planner.answer) showViews(); });
   on("region", () => { if (planner.answer) showVolumes(); });
   on("state region", showRegions);
   on("worlds moment armed selected state", showPoses);
@@ -57,7 +58,7 @@ const hueOfSensor = index => planner.dead === index ? hue("no-sensor") : placed(
 
 /** Bodies and letters of the placed sensors, and of the chosen one where it looks. */
 function showSensors() {
-  const { stage } = scene, all = placed().map((one, index) => ({ one, index, at: poseNow(index) })).filter(({ at }) => at);
+  const { stage } = scene, all = placed().map((one, index) => ({ one, index, at: poseNow(index) })).filter(({ at, index }) => at && planner.through !== index);
   const { draft } = planner;
   if (draft && draft.index === null) all.push({ one: { letter: "+" }, index: -1, at: draft.at });
   const bodies = { at: [], faces: [], colours: [] };
@@ -85,7 +86,7 @@ function addBody({ at, faces, colours }, pose, colour) {
 /** Handles of the chosen sensor: where its axis meets the scene, and along the axes of the cell. */
 function showHandles() {
   const { stage } = scene, at = poseNow(planner.selected), isCarried = at && sensorOf(placed()[planner.selected])?.carried;
-  const isShown = !!at && !isCarried && mayEdit() && !planner.armed;
+  const isThrough = planner.through === planner.selected, isShown = !!at && !isCarried && !isThrough && mayEdit() && !planner.armed;
   scene.handles = null;
   if (!isShown) { ["aim: line", "aim: target", "axis: lines", "axis: ends"].forEach(name => stage.show(name)); return; }
   const along = forwardOf(at), met = stage.meet(plus(at.position_m, times(along, 0.06)), along);
@@ -111,15 +112,18 @@ function showViews() {
   stage.clear("view");
   frustums.forEach((one, index) => {
     const at = planner.answer.isDraft || planner.draft ? poseNow(index) : sixOf(placed()[index] ?? { at_m: null, turned_deg: [0, 0, 0] });
-    if (!one?.ends?.length || !at?.position_m || planner.dead === index) return;
+    if (!one?.ends?.length || !at?.position_m || planner.dead === index || planner.through === index) return;
     // What falls on a wall that hides nothing is left out, as the wall is.
     const shell = roomBox(), isChosen = index === planner.selected, colour = isChosen ? hue("picked") : hue("sensors"), isShown = layerOf("view").isOn;
-    stage.show(`view ${index}: rim`, { kind: "lines", at: rimOf(one, at.position_m), colour, opacity: isChosen ? 0.85 : 0.2, width: isChosen ? 1.6 : 1.1, shell, isShown });
+    stage.show(`view ${index}: rim`, { kind: "lines", at: rimOf(one, at.position_m), colour, opacity: (isChosen ? 0.85 : 0.2) * (isGrid(one) ? 1 : 0.3), width: isChosen && isGrid(one) ? 1.6 : 1.1, shell, isShown });
+    stage.show(`view ${index}: ends`, { kind: "points", at: isGrid(one) || !isChosen ? [] : one.ends.flat(), colour, width: 3, isShown });
     // Only the chosen one is filled: several veils over each other hide what they are drawn for.
     const fan = isChosen ? fanOf(one, at.position_m) : null;
     if (fan) stage.show(`view ${index}: fan`, { kind: "surface", ...fan, colour, opacity: 0.13, shell, isShown });
   });
 }
+
+const isGrid = ({ rows, columns }) => rows > 1 && columns > 1;
 
 /** The places at the rim of a grid of ends, in order around it. */
 function rim({ rows, columns }) {
@@ -128,15 +132,18 @@ function rim({ rows, columns }) {
 }
 
 function rimOf(one, at) {
-  const ends = one.ends, around = one.rows > 1 && one.columns > 1 ? rim(one) : ends.map((_, n) => n);
+  const ends = one.ends;
+  // Rays that are no picture are drawn each.
+  if (!isGrid(one)) return ends.flatMap(end => [...at, ...end]);
+  const around = rim(one);
   const lines = around.flatMap((n, i) => [...ends[n], ...ends[around[(i + 1) % around.length]]]);
-  const corners = one.rows > 1 && one.columns > 1 && !one.isRound ? [0, one.columns - 1, (one.rows - 1) * one.columns, one.rows * one.columns - 1] : [];
+  const corners = [0, one.columns - 1, (one.rows - 1) * one.columns, one.rows * one.columns - 1];
   return [...lines, ...corners.flatMap(n => [...at, ...ends[n]])];
 }
 
 /** The sides of a field of view, and what it falls on. */
 function fanOf({ ends, rows, columns }, at) {
-  if (rows < 2 || columns < 2) return null;
+  if (!isGrid({ rows, columns })) return null;
   const faces = [], apex = ends.length, around = rim({ rows, columns });
   for (let row = 0; row + 1 < rows; row++) for (let column = 0; column + 1 < columns; column++) {
     const a = row * columns + column, c = a + columns;
@@ -154,18 +161,24 @@ function showVolumes() {
   for (const layer of LAYERS.filter(layer => layer.outcome)) {
     const number = OUTCOME_NUMBER[layer.name];
     if (!layer.isOn) { stage.show(layer.name); continue; }
-    const { voxels, grid } = cropped(found, one => one === number, answer.cell);
+    const { voxels, grid } = cropped(found.voxels, one => one === number, found.grid);
     stage.show(layer.name, { kind: "surface", ...mesh(voxels, number, grid, h), colour: hue(layer.colour), opacity: layer.opacity, isCut: true, shell: undefined });
   }
   document.body.dataset.volumes = answer.n;
 }
 
+/** Three circles around a ball, as pairs of places. */
+function circles({ center_m, radius_m }) {
+  const steps = 48, at = (n, [a, b]) => { const turn = 2 * Math.PI * n / steps; return center_m.map((x, axis) => x + radius_m * (axis === a ? Math.cos(turn) : axis === b ? Math.sin(turn) : 0)); };
+  return [[0, 1], [1, 2], [0, 2]].flatMap(plane => Array.from({ length: steps }, (_, n) => [...at(n, plane), ...at(n + 1, plane)]).flat());
+}
+
 /** The outlines of regions and entries. */
 function showRegions() {
   const { stage } = scene, { regions = [], entries = [] } = planner.state, isShown = layerOf("region").isOn;
-  const boxes = [...regions.filter(({ shape }) => shape?.min_m).map(({ name, shape }, n) => ({ name, low: shape.min_m, high: shape.max_m, colour: hue("approaches"), isChosen: n === planner.region })), ...entries.map(({ name, min_m, max_m }) => ({ name, low: min_m, high: max_m, colour: hue("series-3"), isEntry: true }))];
+  const boxes = [...regions.map(({ name, shape }, n) => ({ name, shape, colour: hue("approaches"), isChosen: n === planner.region })).filter(({ shape }) => shape).map(one => ({ ...one, low: cornersOf(one.shape)[0], high: cornersOf(one.shape)[1] })), ...entries.map(({ name, min_m, max_m }) => ({ name, low: min_m, high: max_m, colour: hue("series-3"), isEntry: true }))];
   stage.clear("region");
-  boxes.forEach(({ low, high, colour, isChosen, isEntry }, n) => stage.show(`region ${n}`, { kind: "lines", at: edges([low, high]), colour, opacity: isChosen || isEntry ? 0.9 : 0.35, width: isChosen ? 1.8 : 1.2, isShown }));
+  boxes.forEach(({ low, high, shape: own, colour, isChosen, isEntry }, n) => stage.show(`region ${n}`, { kind: "lines", at: own?.center_m ? circles(own) : edges([low, high]), colour, opacity: isChosen || isEntry ? 0.9 : 0.35, width: isChosen ? 1.8 : 1.2, isShown }));
   stage.show("region names", { kind: "words", at: boxes.flatMap(({ low, high, isEntry }) => isEntry ? [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]] : [low[0], low[1], high[2]]), words: boxes.map(({ name, isEntry }) => isEntry ? `entry ${name}` : name), isShown });
 }
 

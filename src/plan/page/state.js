@@ -7,7 +7,9 @@
 //   /edit { edit: "set_plan", placed: [{ sensor, pose }] }: a set that `choose` has found, in place of the plan
 //   /choose lines: { point: { cost, score, words, placed: [{ sensor, pose }], is_proven } } | { bound: { cost, score } } |
 //     { done: words } | { stopped: words } | { error: words }; `score` may be null where the question is the cheapest set
-//   seen_by: 255 where no region has a voxel in the column
+//   seen_by: 255 where no region has a voxel in the column; seen_window: { min: [x, y], size: [nx, ny] } from the corner of the
+//     grid, where the columns are not those of the whole cell
+//   seen_twice of counts: a share (0 to 1) or a number of voxels
 //   counts also hold `adds`: { seen, human_seen } of each placed sensor (voxels seen by it alone), for the inspector
 
 const token = location.hash.replace(/^#(token=)?/, "");
@@ -147,5 +149,7 @@ const loadCell = (moment, voxel) => loadOnce(cells, `${voxel} ${moment}`, async 
   const cell = await ask(`/cell?moment=${moment}&voxel=${voxel}`), count = cell.size.reduce((a, b) => a * b);
   const regions = cell.regions.map(runs => decoded(bytesOf(runs), 2, count)), anywhere = new Uint8Array(count);
   for (const region of regions) for (let i = 0; i < count; i++) if (region[i]) anywhere[i] = 1;
-  return { ...cell, count, truth: decoded(bytesOf(cell.truth), 5, count), regions, anywhere };
+  let members = 0;
+  for (let i = 0; i < count; i++) members += anywhere[i];
+  return { ...cell, count, truth: decoded(bytesOf(cell.truth), 5, count), regions, anywhere, members, bounds: boundsOf(anywhere, one => one, cell.size) };
 });

@@ -19,7 +19,7 @@ function showStatus() {
   const say = (id, words) => { const home = element(id); if (home.lastChild.textContent !== words) home.lastChild.textContent = words; home.hidden = !words; };
   say("worst", judged?.worst?.words ?? "");
   const { nearest } = judged ?? {};
-  say("nearest", nearest ? nearest.words ?? metres(nearest.distance_m ?? nearest.nearest_unnoticed_m ?? 0) : "");
+  say("nearest", nearest ? nearest.words ?? `${metres(nearest.metres)}: ${nearest.body} from ${nearest.entry}` : "");
   const cost = judged?.cost ?? state.cost, budget = judged?.budget ?? state.budget;
   const home = element("money");
   home.hidden = cost === null || cost === undefined;
@@ -42,8 +42,12 @@ function showBanner() {
   document.querySelectorAll("[data-edits]").forEach(button => { button.disabled = !mayEdit(); });
 }
 
+const knownNotes = new Set();
 function showTop() {
   const { state } = planner;
+  element("find").disabled = !mayEdit() || state.can_find === false;
+  element("find").title = state.can_find === false ? "Nothing can be searched in this study: its sensors have one pose each" : "";
+  (state.notes ?? []).filter(words => !knownNotes.has(words)).forEach(words => { knownNotes.add(words); notify(words); });
   element("study").textContent = state.name;
   element("path").textContent = state.path;
   document.title = `${state.changed ? "• " : ""}${state.name} · perirobot plan`;

@@ -143,7 +143,7 @@ function showSensors(scene, cell, isShown, isViewShown) {
 }
 
 /** Shows the outside of a layer's voxels. */
-const showLayer = (scene, n, { at, faces, colours }) => scene.show(LAYERS[n].name, { kind: "surface", at, faces, colours, colour: LAYERS[n].colour, opacity: LAYERS[n].opacity, isShown: LAYERS[n].on });
+const showLayer = (scene, n, { at, faces, colours }) => scene.show(LAYERS[n].name, { kind: "surface", at, faces, colours, colour: LAYERS[n].colour, opacity: LAYERS[n].opacity, isShown: LAYERS[n].on, isSolid: true });
 
 /** Draws the cell at the chosen moment; of another pose than before at one that it has labels for, if any. */
 function drawCell(isAnotherPose) {
@@ -172,6 +172,11 @@ function drawCell(isAnotherPose) {
   showSensors(scene, cell, sensors.on, views.on);
   if (home.faces !== sceneOf().room_m) scene.face(sceneOf().room_m);
   home.faces = sceneOf().room_m;
+  // Corners are darkened when the rest is in view.
+  setTimeout(() => {
+    cell.crowding ??= crowding(cell.truth.map(what => what > 0 && what < KINDS_OF_TRUTH - 1 ? 1 : 0), cell.size);
+    if (cell.moment === chosen.moment) scene.darken(cell, data.voxel_size_m, cell.crowding);
+  });
 }
 
 /** How many voxels of each verdict there are, beside the switches. */
