@@ -348,7 +348,7 @@ def every_score_is_plotted(browser):
     regions = browser.run("return document.getElementById('region').options.length")
     select = "document.getElementById('measure-of-distributions')"
     names = browser.run(f"return [...{select}.options].map(option => option.textContent)")
-    assert len(names) == 8, names
+    assert len(names) == 9, names
     for number, name in [*enumerate(names), (0, names[0])]:
         browser.run(f"{select}.value = {number}; {select}.dispatchEvent(new Event('change'))")
         always = ["F1", "κ", "human seen", "parts detected"]

@@ -117,7 +117,8 @@ mod tests {
     #[test]
     fn the_page_uses_no_colour_that_is_not_defined() {
         let variables = variables();
-        let style = [include_str!("page/style.css"), include_str!("charts/chart.css")].concat();
+        let style =
+            [include_str!("page/style.css"), include_str!("charts/chart.css"), crate::viewer::STYLE].concat();
         for name in style.split("var(").skip(1).map(|rest| rest.split(')').next().unwrap()) {
             assert!(variables.contains(&format!("{name}: ")), "{name}");
         }

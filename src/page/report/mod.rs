@@ -10,7 +10,7 @@ mod bounds;
 mod charts;
 mod chosen_sets;
 #[cfg(feature = "report")]
-mod colours;
+pub(crate) mod colours;
 mod explained;
 #[cfg(feature = "report")]
 pub mod figures;

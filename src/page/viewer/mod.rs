@@ -1,4 +1,26 @@
-//! What the viewer of the cell draws from; the report and the planner show it.
+//! The viewer that the report and the planner share: scripts that draw a cell in three dimensions with WebGL, the elements
+//! and vectors that they need, and their style. A page puts the texts into its own script and style, in this order.
 
 pub mod runs;
 pub mod sensor;
+
+use crate::report::colours;
+
+/// The scripts: elements of a page, vectors, voxels, rays, what the graphics card computes, pointers and keys, the stage.
+pub const SCRIPTS: [&str; 7] = [
+    include_str!("elements.js"),
+    include_str!("vectors.js"),
+    include_str!("voxels.js"),
+    include_str!("rays.js"),
+    include_str!("shaders.js"),
+    include_str!("pointer.js"),
+    include_str!("stage.js"),
+];
+
+/// The style of a stage.
+pub const STYLE: &str = include_str!("stage.css");
+
+/// The colours by day and by night, as variables of CSS.
+pub fn colour_variables() -> String {
+    colours::variables()
+}

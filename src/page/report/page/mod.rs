@@ -5,7 +5,7 @@
 //! # Practice
 //! Text, tables and charts are written by `sections`; `scripts/*.js` show the charts of the selected score and mark what
 //! is selected. They draw maps as SVG, whose size and colours follow the screen and the selection, and the cell with
-//! WebGL, from names, numbers and unfolded walls that the page holds compressed. Text from the user's files reaches the page only escaped,
+//! WebGL and the viewer that the planner has, too, from names, numbers and unfolded walls that the page holds compressed. Text from the user's files reaches the page only escaped,
 //! by `sections` and by what draws, or as JSON.
 
 mod approaches;
@@ -35,6 +35,7 @@ use std::path::Path;
 
 use crate::render::{Colour, Wish, draw, plan};
 use crate::report::colours::variables;
+use crate::viewer;
 use cells::{Cells, Views};
 use data::Data;
 use document::Document;
@@ -160,6 +161,7 @@ impl<'a> ReportPage<'a> {
             style: [
                 &variables(),
                 plan::STYLE,
+                viewer::STYLE,
                 include_str!("../charts/chart.css"),
                 include_str!("style.css"),
             ]
@@ -221,10 +223,9 @@ const FAILED: &str = r#"function failed(error) {
 
 /// The script, in the order it is read.
 fn script() -> String {
-    let parts = [
+    let own = [
         include_str!("scripts/read.js"),
         include_str!("scripts/choice.js"),
-        include_str!("scripts/gl.js"),
         include_str!("scripts/svg.js"),
         include_str!("scripts/plots.js"),
         include_str!("scripts/maps.js"),
@@ -233,7 +234,8 @@ fn script() -> String {
         include_str!("scripts/table.js"),
         include_str!("scripts/page.js"),
     ];
-    format!("{FAILED}\n(async () => {{\n\"use strict\";\n{}}})().catch(failed);\n", parts.join("\n"))
+    let parts = [&viewer::SCRIPTS[..], &own].concat().join("\n");
+    format!("{FAILED}\n(async () => {{\n\"use strict\";\n{parts}}})().catch(failed);\n")
 }
 
 /// The policy that a browser enforces, whatever text of a stranger is in the page: run only this script, and

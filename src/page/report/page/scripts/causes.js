@@ -19,7 +19,7 @@ function causesOf(found) {
 function shapeOfUnknown(found, layer, cell) {
   const marks = found.causes.map((cause, i) => found.layers[i] === layer + 1 ? cause : 0);
   const whole = nothing(), colourIn = cause => causes.coloured ? cause.colour : LAYERS[layer].colour;
-  causesOf(found).filter(cause => !causes.off.has(cause.words)).forEach(cause => join(whole, mesh(marks, cause.number + 1, cell), colourIn(cause)));
+  causesOf(found).filter(cause => !causes.off.has(cause.words)).forEach(cause => join(whole, outside(marks, cause.number + 1, cell), colourIn(cause)));
   return whole;
 }
 

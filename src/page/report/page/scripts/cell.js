@@ -67,7 +67,7 @@ function verdicts(cell) {
 }
 
 /** The outside of a layer's voxels: what is seen in the colour of its role, unknown ones by their cause, as far as it is switched on. */
-const shapeOf = (found, n, cell) => n === 0 ? shapeOfSeen(found, cell) : UNKNOWN.includes(n) ? shapeOfUnknown(found, n, cell) : mesh(found.layers, n + 1, cell);
+const shapeOf = (found, n, cell) => n === 0 ? shapeOfSeen(found, cell) : UNKNOWN.includes(n) ? shapeOfUnknown(found, n, cell) : outside(found.layers, n + 1, cell);
 
 /** Adds triangles to others, in a colour; both know where their corners are. */
 function join(whole, part, colour) {
@@ -80,43 +80,12 @@ function join(whole, part, colour) {
 function shapeOfSeen(found, cell) {
   const whole = nothing();
   const roles = found.layers.map((layer, i) => layer === 1 ? cell.truth[i] : 0);
-  SEEN.forEach((colour, role) => join(whole, mesh(roles, role + 1, cell), colour));
+  SEEN.forEach((colour, role) => join(whole, outside(roles, role + 1, cell), colour));
   return whole;
 }
 
-/** The outside of the voxels of a class, as triangles; faces beside each other are one. */
-function mesh(voxels, wanted, { size, origin }) {
-  const h = data.voxel_size_m, step = [1, size[0], size[0] * size[1]];
-  const places = [], faces = [];
-  for (let axis = 0; axis < 3; axis++) for (const side of [0, 1]) {
-    const along = axis === 0 ? 1 : 0, across = 3 - axis - along, to = side ? step[axis] : -step[axis];
-    const at = [0, 0, 0];
-    for (at[axis] = 0; at[axis] < size[axis]; at[axis]++) {
-      const edge = side ? at[axis] === size[axis] - 1 : at[axis] === 0;
-      for (at[across] = 0; at[across] < size[across]; at[across]++) {
-        let begin = -1;
-        const row = at[axis] * step[axis] + at[across] * step[across];
-        for (let n = 0; n <= size[along]; n++) {
-          const here = row + n * step[along];
-          const face = n < size[along] && voxels[here] === wanted && (edge || voxels[here + to] !== wanted);
-          if (face && begin < 0) begin = n;
-          if (face || begin < 0) continue;
-          const first = places.length / 3, low = [...at];
-          low[axis] += side;
-          for (const [a, b] of [[begin, 0], [n, 0], [n, 1], [begin, 1]]) {
-            const point = [...low];
-            point[along] = a;
-            point[across] += b;
-            for (let r = 0; r < 3; r++) places.push((point[r] + origin[r]) * h);
-          }
-          faces.push(first, first + 1, first + 2, first, first + 2, first + 3);
-          begin = -1;
-        }
-      }
-    }
-  }
-  return { at: places, faces };
-}
+/** The outside of a class of the cell's voxels, as triangles. */
+const outside = (voxels, wanted, cell) => mesh(voxels, wanted, cell, data.voxel_size_m);
 
 /** No triangle at all. */
 const nothing = () => ({ at: [], faces: [], colours: [] });
@@ -174,7 +143,7 @@ function showSensors(scene, cell, isShown, isViewShown) {
 }
 
 /** Shows the outside of a layer's voxels. */
-const showLayer = (scene, n, { at, faces, colours }) => scene.show(LAYERS[n].name, { kind: "surface", at, faces, colours, colour: LAYERS[n].colour, opacity: LAYERS[n].opacity, isShown: LAYERS[n].on });
+const showLayer = (scene, n, { at, faces, colours }) => scene.show(LAYERS[n].name, { kind: "surface", at, faces, colours, colour: LAYERS[n].colour, opacity: LAYERS[n].opacity, isShown: LAYERS[n].on, isSolid: true });
 
 /** Draws the cell at the chosen moment; of another pose than before at one that it has labels for, if any. */
 function drawCell(isAnotherPose) {
@@ -196,13 +165,18 @@ function drawCell(isAnotherPose) {
   LAYERS.slice(0, VERDICTS).forEach((_, n) => showLayer(scene, n, found ? shapeOf(found, n, cell) : nothing()));
   // What has a verdict is shown by that.
   const rest = found ? cell.truth.map((what, i) => cell.regions[chosen.region][i] ? 0 : what) : cell.truth;
-  LAYERS.slice(VERDICTS, VERDICTS + REST).forEach((_, n) => showLayer(scene, VERDICTS + n, { ...mesh(rest, n + 1, cell), colours: undefined }));
+  LAYERS.slice(VERDICTS, VERDICTS + REST).forEach((_, n) => showLayer(scene, VERDICTS + n, { ...outside(rest, n + 1, cell), colours: undefined }));
   const [sensors, approaches, views] = LAYERS.slice(VERDICTS + REST);
   showApproaches(scene, approaches);
   showScenery(scene, sensors.on);
   showSensors(scene, cell, sensors.on, views.on);
   if (home.faces !== sceneOf().room_m) scene.face(sceneOf().room_m);
   home.faces = sceneOf().room_m;
+  // Corners are darkened when the rest is in view.
+  setTimeout(() => {
+    cell.crowding ??= crowding(cell.truth.map(what => what > 0 && what < KINDS_OF_TRUTH - 1 ? 1 : 0), cell.size);
+    if (cell.moment === chosen.moment) scene.darken(cell, data.voxel_size_m, cell.crowding);
+  });
 }
 
 /** How many voxels of each verdict there are, beside the switches. */

@@ -139,13 +139,6 @@ const keyOf = pose => `${pose.group}/${pose.at_m}`;
 /** The keys of where the chosen member stands in the chosen choice: of several equal sensors, several. */
 const chosenPositions = () => members(chosen.choice).filter(({ member, pose }) => member === chosen.member && pose.at_m).map(({ pose }) => keyOf(pose));
 
-// Vectors and quaternions (x, y, z, w).
-const plus = (a, b) => a.map((x, i) => x + b[i]);
-const times = (a, s) => a.map(x => x * s);
-function turned([x, y, z, w], [a, b, c]) {
-  const t = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
-  return [a + w * t[0] + y * t[2] - z * t[1], b + w * t[1] + z * t[0] - x * t[2], c + w * t[2] + x * t[1] - y * t[0]];
-}
 /** What a sensor is mounted on, in whose frame its poses are. */
 const frameOf = sensor => `${sensor.on.object}, link ${sensor.on.link}`;
 

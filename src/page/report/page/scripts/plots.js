@@ -1,6 +1,5 @@
 // Makes charts live: shows those of the chosen score, marks the chosen pose in them, draws its curves over time; and positions
 // in the room. What they show is in `choice.js`, how in `svg.js` and `gl.js`.
-const NAMES = ["x", "y", "z"];
 
 /** The score that is chosen, by its number; with a claimed share its false alarms, without which it says nothing. */
 const plotted = () => [chosen.measure, measure().name === "human_claimed" ? numberOf("false_alarm") : -1].filter(m => m >= 0);
@@ -44,14 +43,6 @@ function span(all) {
   if (!known.length) return [0, 1];
   const [low, high] = [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))];
   return high > low ? [low, high] : [low - 0.01, high + 0.01];
-}
-
-/** Lines along the edges of a box, as pairs of places. */
-function edges([low, high]) {
-  const corner = n => [0, 1, 2].map(axis => n >> axis & 1 ? high[axis] : low[axis]);
-  const found = [];
-  for (let n = 0; n < 8; n++) for (let axis = 0; axis < 3; axis++) if (!(n >> axis & 1)) found.push(...corner(n), ...corner(n | 1 << axis));
-  return found;
 }
 
 /** The room of a scene, with metres along its lowest edges. */

@@ -1,20 +1,4 @@
 // Draws in two dimensions as SVG: elements, pictures as wide as their place, and the colours of values. Charts come drawn with the page.
-const SVG = "http://www.w3.org/2000/svg";
-
-/** An element of a picture, as `made` makes those of the page; a title is told to whoever points at it. */
-function shape(tag, { title, onclick, ...attributes } = {}, ...children) {
-  const node = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) if (value !== undefined) node.setAttribute(name, value);
-  if (title !== undefined) node.append(shape("title", {}, title));
-  if (onclick) node.addEventListener("click", onclick);
-  node.append(...children.filter(child => child !== null));
-  return node;
-}
-
-/** Numbers in pictures need no more places than a screen has. */
-const px = value => Number(value.toFixed(2));
-const word = (x, y, text, more) => shape("text", { x: px(x), y: px(y), ...more }, text);
-
 /** About how wide a letter of 12 pixels is; fonts differ, so rather more. */
 const GLYPH_PX = 7.6;
 

@@ -1,0 +1,107 @@
+// Saving, the difference, the text of the study, and what leaves the page.
+let hasSaved = false;
+
+/** Opens the dialog with a title, its contents, and buttons: [words, what happens, whether it is the main one]. */
+function openDialog(title, contents, buttons = []) {
+  const dialog = element("dialog");
+  element("dialog-title").textContent = title;
+  element("dialog-body").replaceChildren(...contents);
+  element("dialog-buttons").replaceChildren(...[...buttons, ["Close", null]].map(([words, heard, isMain, id]) => {
+    const button = made("button", { type: "button", class: isMain ? "primary" : "", ...(id ? { id } : {}) }, words);
+    button.addEventListener("click", () => { if (heard) heard(); else dialog.close(); });
+    return button;
+  }));
+  if (!dialog.open) dialog.showModal();
+  return dialog;
+}
+const closeDialog = () => element("dialog").close();
+
+/** Saves; before the first time with the difference in view. */
+async function save() {
+  flushDraft();
+  await lastEdit;
+  if (!mayEdit() || !planner.state.changed) return;
+  if (hasSaved || planner.state.saved) { write(false); return; }
+  try {
+    const lines = await ask("/difference");
+    openDialog(`Save ${planner.state.name}?`, [made("p", {}, `This changes ${planner.state.path}; comments and order stay as they are.`), differenceOf(lines)], [["Save", () => write(false), true, "save-now"]]);
+  } catch (error) { complain(error); }
+}
+const SIGNS = { same: " ", old: "−", new: "+", gap: "…" };
+const differenceOf = lines => made("div", { class: "difference", tabindex: "0", role: "region", "aria-label": "Difference" }, ...lines.map(({ kind, text }) => made("div", { class: kind }, made("b", {}, SIGNS[kind] ?? " "), made("code", {}, text ?? ""))));
+
+async function write(overwrite) {
+  try {
+    const state = await ask("/save", { overwrite });
+    hasSaved = true;
+    closeDialog();
+    take(state);
+    notify(`Saved ${state.path}.`, "good");
+  } catch (error) {
+    if (error.status === 409) openDialog("The file has changed on disk", [made("p", {}, `Another program has changed ${planner.state.path} since it was opened here. Overwriting it loses that change.`)], [["Overwrite", () => write(true), false, "overwrite"]]);
+    else complain(error);
+  }
+}
+
+/** The whole study as text, to be repaired by hand. */
+async function openText() {
+  try {
+    const { text } = await ask("/text"), area = made("textarea", { id: "text", spellcheck: "false", rows: 24, "aria-label": "The study as TOML" });
+    area.value = text;
+    area.readOnly = !mayEdit();
+    const problems = planner.state.problems ?? [];
+    const list = made("ul", { class: "problems" }, ...problems.map(one => problemLine(one, area)));
+    openDialog(planner.state.name, [...(problems.length ? [list] : []), area], mayEdit() ? [["Apply", async () => { if (await edit({ edit: "set_text", text: area.value })) closeDialog(); }, true, "apply-text"]] : []);
+    if (problems[0]?.line) goToLine(area, problems[0].line);
+  } catch (error) { complain(error); }
+}
+function goToLine(area, line) {
+  const lines = area.value.split("\n"), begin = lines.slice(0, line - 1).join("\n").length + (line > 1 ? 1 : 0);
+  area.focus();
+  area.setSelectionRange(begin, begin + (lines[line - 1] ?? "").length);
+  area.scrollTop = Math.max(0, (line - 8) * area.scrollHeight / lines.length);
+}
+function problemLine({ line, place, words }, area) {
+  const button = made("button", { type: "button", class: "link" }, line ? `Line ${line}` : "Study");
+  button.addEventListener("click", () => { if (area) goToLine(area, line ?? 1); else openText(); });
+  return made("li", {}, button, made("span", {}, place ? made("code", {}, place) : "", place ? " " : "", words));
+}
+
+/** What keeps the study from being counted. */
+function showProblems() {
+  const { problems = [] } = planner.state;
+  element("problems").hidden = !problems.length;
+  element("problem-list").replaceChildren(...problems.map(one => problemLine(one)));
+}
+
+async function copyPlan() {
+  try {
+    const { plan: text } = await ask("/text");
+    try { await navigator.clipboard.writeText(text); notify("The plan is copied as TOML.", "good"); } catch {
+      const area = made("textarea", { rows: 16, readonly: "", "aria-label": "The plan as TOML" });
+      area.value = text;
+      openDialog("Copy as TOML", [area]);
+      area.select();
+    }
+  } catch (error) { complain(error); }
+}
+
+/** What to type for a report of what is planned. */
+function openReport() {
+  const path = planner.state.path, quoted = /^[\w./:+-]+$/.test(path) ? path : `'${path.replace(/'/g, `'\\''`)}'`;
+  const lines = planner.state.commands?.report ?? [`perirobot sweep ${quoted} --out out/planned`, "perirobot report out/planned"];
+  openDialog("Report and mounting sheets", [made("p", {}, "Save, then type this in a terminal. The report has the plan's scores, mounting sheets with dimensions, and what stays blind:"), made("pre", { tabindex: "0" }, lines.join("\n"))], [["Copy", () => navigator.clipboard.writeText(lines.join("\n")).then(() => notify("Copied.", "good"), complain), true]]);
+}
+
+function makeFiles() {
+  element("save").addEventListener("click", save);
+  element("undo").addEventListener("click", () => { flushDraft(); lastEdit.then(() => step("/undo")); });
+  element("redo").addEventListener("click", () => { flushDraft(); lastEdit.then(() => step("/redo")); });
+  element("text-open").addEventListener("click", openText);
+  element("repair").addEventListener("click", openText);
+  element("toml").addEventListener("click", copyPlan);
+  element("report").addEventListener("click", openReport);
+  element("difference-open").addEventListener("click", async () => { try { const lines = await ask("/difference"); openDialog("Changes since the file was saved", [lines.length ? differenceOf(lines) : made("p", {}, "Nothing has changed.")]); } catch (error) { complain(error); } });
+  on("state", showProblems);
+  addEventListener("beforeunload", event => { if (planner.state?.changed && !planner.isLost) event.preventDefault(); });
+}

@@ -1,0 +1,155 @@
+// What the page knows, and how it talks to the program: every request has the token of the address, one score is in flight.
+//
+// Beyond the requests of the notes this page asks for:
+//   GET /text -> { text, plan }: the whole study, and the tables of the plan alone (for "Copy as TOML" and to repair a study)
+//   State.worlds: a number that changes when scenery or cells change (else every edit of a box loads them again)
+//   State.commands: { report: [line, ...] } what to type for a report of the plan; State.saved: whether it was saved before
+//   /edit { edit: "set_plan", placed: [{ sensor, pose }] }: a set that `choose` has found, in place of the plan
+//   /choose lines: { point: { cost, score, words, placed: [{ sensor, pose }], is_proven } } | { bound: { cost, score } } |
+//     { done: words } | { stopped: words } | { error: words }; `score` may be null where the question is the cheapest set
+//   seen_by: 255 where no region has a voxel in the column; seen_window: { min: [x, y], size: [nx, ny] } from the corner of the
+//     grid, where the columns are not those of the whole cell
+//   seen_twice of counts: a share (0 to 1) or a number of voxels
+//   counts also hold `adds`: { seen, human_seen } of each placed sensor (voxels seen by it alone), for the inspector
+
+const token = location.hash.replace(/^#(token=)?/, "");
+const planner = { state: null, selected: -1, moment: 0, region: 0, dead: null, tool: "move", tab: "3d", draft: null, answer: null, judged: null, isLost: false, armed: null };
+const heard = new Map();
+/** Calls a function whenever something of this name has changed. */
+const on = (names, listener) => names.split(" ").forEach(name => heard.set(name, [...heard.get(name) ?? [], listener]));
+const tell = name => (heard.get(name) ?? []).forEach(listener => listener());
+
+/** An answer that is not the wanted one, in the program's words. */
+class Refusal extends Error {
+  constructor(status, answer) { super(answer.error ?? `The planner answered ${status}.`); this.status = status; this.answer = answer; }
+}
+
+/** Sends a request; throws a `Refusal`, or whatever `fetch` throws when the program is gone. */
+async function send(path, body, signal) {
+  const headers = { "X-Perirobot-Token": token, ...(body === undefined ? {} : { "Content-Type": "application/json" }) };
+  let answer;
+  try {
+    answer = await fetch(path, { method: body === undefined ? "GET" : "POST", headers, body: body === undefined ? undefined : JSON.stringify(body), cache: "no-store", signal });
+  } catch (error) {
+    if (error.name !== "AbortError") lose();
+    throw error;
+  }
+  if (answer.ok) return answer;
+  throw new Refusal(answer.status, await answer.json().catch(() => ({})));
+}
+const ask = async (path, body, signal) => (await send(path, body, signal)).json();
+
+/** Says that the program is gone, lets nothing be edited, and waits for it to come back. */
+function lose() {
+  if (planner.isLost) return;
+  planner.isLost = true;
+  document.body.dataset.lost = "yes";
+  tell("connection");
+  const again = async () => {
+    try {
+      const answer = await fetch("/state", { headers: { "X-Perirobot-Token": token }, cache: "no-store" });
+      if (!answer.ok) throw new Refusal(answer.status, await answer.json().catch(() => ({})));
+      const state = await answer.json();
+      planner.isLost = false;
+      delete document.body.dataset.lost;
+      tell("connection");
+      take(state);
+    } catch { setTimeout(again, 1500); }
+  };
+  setTimeout(again, 1000);
+}
+
+/** Whether something may be changed now. */
+const mayEdit = () => !!planner.state && !planner.isLost && !planner.state.read_only;
+
+/** Takes a state that the program has sent, unless a newer one is known. */
+function take(state) {
+  const before = planner.state;
+  planner.state = state;
+  document.body.dataset.version = state.version;
+  const count = placed().length;
+  if (planner.selected >= count) planner.selected = count - 1;
+  if (planner.selected < 0 && count && !before) planner.selected = 0;
+  if (planner.dead !== null && planner.dead >= count) planner.dead = null;
+  planner.region = Math.min(planner.region, Math.max(0, (state.regions ?? []).length - 1));
+  const worlds = state => JSON.stringify(state && [state.worlds, state.scenes, state.regions, state.voxel_size_m, state.coarse_m]);
+  if (worlds(before) !== worlds(state)) { cells.clear(); sceneries.clear(); tell("worlds"); }
+  tell("state");
+  if (!planner.draft) wantScore("fine");
+}
+
+let gesture = 1;
+/** Begins another gesture: edits of one are undone together. */
+const nextGesture = () => ++gesture;
+
+/** Edits are sent one after the other, in the order in which they were made. */
+let lastEdit = Promise.resolve(), edits = 0;
+/** For tests: what is being waited for. */
+const markBusy = () => { document.body.dataset.busy = edits ? "edit" : scores.flying || scores.next ? "score" : ""; };
+function edit(change, of = nextGesture()) {
+  if (!mayEdit()) return Promise.resolve(false);
+  edits += 1;
+  markBusy();
+  const draft = planner.draft?.isSettling ? planner.draft : null;
+  lastEdit = lastEdit.then(async () => {
+    try {
+      const state = await ask("/edit", { ...change, gesture: of });
+      // What was a draft is in the study now.
+      if (draft && planner.draft === draft) planner.draft = null;
+      take(state);
+      return true;
+    } catch (error) { complain(error); return false; } finally { edits -= 1; markBusy(); }
+  });
+  return lastEdit;
+}
+
+async function step(path) {
+  if (!mayEdit()) return;
+  edits += 1;
+  markBusy();
+  try { take(await ask(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }
+}
+
+/** Shows for some seconds why something did not happen. */
+function complain(error) {
+  if (planner.isLost || error.name === "AbortError") return;
+  notify(error.message, "bad");
+}
+let hidesNotice = 0;
+function notify(words, kind = "") {
+  const home = element("notice");
+  home.textContent = words;
+  home.className = kind;
+  home.hidden = false;
+  clearTimeout(hidesNotice);
+  hidesNotice = setTimeout(() => { home.hidden = true; }, 6000);
+}
+
+const placed = () => planner.state?.placed ?? [];
+const sensorOf = one => planner.state.sensors.find(sensor => sensor.name === one.sensor);
+const chosenScene = () => planner.state.scenes.find(scene => planner.moment >= scene.moments[0] && planner.moment < scene.moments[1]) ?? planner.state.scenes[0];
+const roomBox = () => chosenScene()?.room_m ?? [[-2, -2, 0], [2, 2, 3]];
+
+function select(index) {
+  if (planner.selected === index) return;
+  planner.selected = index;
+  tell("selected");
+}
+
+// What is loaded once for a moment.
+const cells = new Map(), sceneries = new Map();
+const loadOnce = (known, key, load) => { if (!known.has(key)) known.set(key, load().catch(error => { known.delete(key); throw error; })); return known.get(key); };
+const bytesOf = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
+
+/** The scene's objects as triangles. */
+const loadScenery = moment => loadOnce(sceneries, moment, () => ask(`/scenery?moment=${moment}`));
+
+/** The cell in voxels: what is there, and which voxels are of a region. */
+const loadCell = (moment, voxel) => loadOnce(cells, `${voxel} ${moment}`, async () => {
+  const cell = await ask(`/cell?moment=${moment}&voxel=${voxel}`), count = cell.size.reduce((a, b) => a * b);
+  const regions = cell.regions.map(runs => decoded(bytesOf(runs), 2, count)), anywhere = new Uint8Array(count);
+  for (const region of regions) for (let i = 0; i < count; i++) if (region[i]) anywhere[i] = 1;
+  let members = 0;
+  for (let i = 0; i < count; i++) members += anywhere[i];
+  return { ...cell, count, truth: decoded(bytesOf(cell.truth), 5, count), regions, anywhere, members, bounds: boundsOf(anywhere, one => one, cell.size) };
+});

@@ -1,0 +1,156 @@
+// Tools: adding from the catalogue, listed poses, copies; why a place is seen or not; measuring; the cut plane.
+
+/** Takes a tool; the one that is taken again is put away. */
+function takeTool(name) {
+  const isSame = planner.tool === name;
+  disarm();
+  planner.tool = isSame && name !== "move" ? "move" : name;
+  if (planner.tool !== "why") planner.why = null;
+  if (planner.tool !== "measure") planner.measured = null;
+  ["why", "measure", "tool"].forEach(tell);
+}
+
+/** Holds a model or one of the study's sensors, to be placed by a click. */
+function arm(what) {
+  disarm();
+  planner.armed = what;
+  element("catalogue").hidden = true;
+  notify(`Click a surface to place ${what.sensor ?? what.model}. Esc puts it away.`);
+  ["armed", "tool"].forEach(tell);
+}
+function disarm() {
+  if (!planner.armed) return;
+  planner.armed = null;
+  if (planner.draft?.index === null) dropDraft();
+  ["armed", "tool"].forEach(tell);
+}
+
+/** Shows where the held sensor would be. */
+function ghost(hit) {
+  if (!hit || !mayEdit()) return;
+  planner.draft = { index: null, add: { ...planner.armed }, at: written(firstPose(hit)), snapped: null };
+  tell("draft");
+  wantScore("coarse");
+}
+
+/** Places the held sensor where it is shown. */
+async function placeGhost() {
+  const { armed, draft } = planner;
+  if (!armed || draft?.index !== null || !draft) return;
+  const { sensor, model } = armed;
+  planner.armed = null;
+  draft.isSettling = true;
+  const before = placed().length;
+  const isDone = await edit({ edit: "add", ...(sensor ? { sensor } : { model }), at: written(draft.at) });
+  if (!isDone) dropDraft(draft);
+  ["armed", "tool"].forEach(tell);
+  if (placed().length > before) select(placed().length - 1);
+}
+
+/** Places a sensor at a listed pose. */
+async function placeListed(sensor, pose) {
+  disarm();
+  const before = placed().length;
+  await edit({ edit: "place", sensor: sensor.name, pose: pose.name });
+  if (placed().length > before) select(placed().length - 1);
+}
+
+/** Copies a sensor beside itself. */
+async function copySensor(index = planner.selected) {
+  flushDraft();
+  const at = poseNow(index);
+  if (!at || !mayEdit()) return;
+  const level = Math.hypot(...forwardOf(at).slice(0, 2)) > 0.1, side = level ? unitOf([-forwardOf(at)[1], forwardOf(at)[0], 0]) : [0, 1, 0];
+  const [low, high] = roomBox(), there = [0.4, -0.4].map(way => plus(at.position_m, times(side, way)));
+  const position_m = there.find(place => place.every((x, axis) => x >= low[axis] && x <= high[axis])) ?? there[0], before = placed().length;
+  await edit({ edit: "copy", index, at: written({ ...at, position_m }) });
+  if (placed().length > before) select(placed().length - 1);
+}
+function removeSensor(index = planner.selected) {
+  flushDraft();
+  if (placed()[index]) edit({ edit: "remove", index });
+}
+
+/** Asks which sensors see a place. */
+async function askWhy(at_m) {
+  const n = ++scores.n;
+  planner.why = { n, at_m: at_m.map(x => rounded(x, 3)), sensors: null };
+  tell("why");
+  try {
+    const answer = await ask("/why", { n, moment: planner.moment, at_m: planner.why.at_m });
+    if (planner.why?.n === n) { Object.assign(planner.why, answer); tell("why"); }
+  } catch (error) { complain(error); }
+}
+
+function showWhyWords() {
+  const home = element("why"), { why } = planner;
+  home.hidden = planner.tool !== "why";
+  if (home.hidden) return;
+  const rows = (why?.sensors ?? []).map(one => made("li", { class: one.sees ? "sees" : "blind" }, made("b", { class: "letter" }, letterAt(one.index)), made("span", {}, one.words || (one.sees ? "sees it" : "does not see it"))));
+  const place = why ? `x ${why.at_m[0].toFixed(2)}, y ${why.at_m[1].toFixed(2)}, z ${why.at_m[2].toFixed(2)} m` : "";
+  home.replaceChildren(made("h2", {}, "Why here?"), made("p", {}, why ? place : "Click a place: which sensors see it, and what stops the others."), made("ul", {}, ...rows));
+  if (why && !why.sensors) home.append(made("p", { class: "soft" }, "Asking…"));
+  if (why?.sensors && !why.sensors.length) home.append(made("p", { class: "soft" }, "No sensor is placed yet."));
+}
+
+/** Takes an end of what is measured; a third click begins again. */
+function measure(at) {
+  const ends = planner.measured?.ends ?? [];
+  planner.measured = { ends: ends.length === 1 ? [ends[0], at] : [at] };
+  tell("measure");
+}
+function showMeasured() {
+  const home = element("measured"), ends = planner.measured?.ends ?? [];
+  home.hidden = planner.tool !== "measure";
+  if (home.hidden) return;
+  const [a, b] = ends, off = b ? minus(b, a) : null;
+  const lines = off ? [made("p", { id: "distance", class: "large" }, metres(lengthOf(off), 3)), made("p", { class: "soft" }, `level ${metres(Math.hypot(off[0], off[1]), 3)}, up ${metres(off[2], 3)}; Δx ${off[0].toFixed(3)}, Δy ${off[1].toFixed(3)}`)] : [made("p", {}, a ? "Click the other end." : "Click two places.")];
+  home.replaceChildren(made("h2", {}, "Measure"), ...lines);
+}
+
+/** The models that can be added, and the study's own sensors. */
+function showCatalogue() {
+  const { sensors = [], catalogue = [] } = planner.state, wanted = element("catalogue-filter").value.toLowerCase();
+  const row = (name, words, cost, what) => {
+    const button = made("button", { type: "button", class: "model" }, made("strong", {}, name), made("span", {}, words), made("em", {}, cost === null || cost === undefined ? "" : money(cost)));
+    button.addEventListener("click", () => { if (mayEdit()) arm(what); });
+    return button;
+  };
+  const isWanted = (...texts) => !wanted || texts.join(" ").toLowerCase().includes(wanted);
+  const own = sensors.filter(one => one.rays || one.grounds?.length || listed(one).length).filter(one => isWanted(one.name, one.model ?? "", one.kind));
+  const models = catalogue.filter(one => isWanted(one.model, one.kind, one.words));
+  element("models").replaceChildren(
+    ...(own.length ? [made("h3", {}, "Sensors of this study")] : []), ...own.map(one => row(one.name, [one.kind, one.model].filter(x => x).join(", "), one.cost, { sensor: one.name })),
+    ...(models.length ? [made("h3", {}, "Catalogue")] : []), ...models.map(one => row(one.model, [one.kind, one.words].filter(x => x).join(", "), one.cost, { model: one.model })),
+    ...(own.length + models.length ? [] : [made("p", { class: "soft" }, "Nothing has this in its name.")]));
+}
+
+/** Cuts the cell open at a height, or does not. */
+function cutAt() {
+  const is = element("cut-on").checked, axis = Number(element("cut-axis").value), [low, high] = roomBox(), slider = element("cut-place");
+  const at = low[axis] + slider.value / 1000 * (high[axis] - low[axis]);
+  element("cut-words").textContent = is ? `${NAMES[axis]} < ${at.toFixed(2)} m` : "whole cell";
+  slider.disabled = !is;
+  scene.stage?.cut(is ? [0, 1, 2].map(n => n === axis ? 1 : 0) : null, at);
+}
+
+function makeTools() {
+  document.querySelectorAll("#tools [data-tool]").forEach(button => button.addEventListener("click", () => takeTool(button.dataset.tool)));
+  element("add").addEventListener("click", openCatalogue);
+  element("catalogue-close").addEventListener("click", () => { element("catalogue").hidden = true; });
+  element("catalogue-filter").addEventListener("input", showCatalogue);
+  element("whole").addEventListener("click", () => scene.stage?.focus(roomBox(), { pan: -1.05, tilt: 0.55 }));
+  element("top-view").addEventListener("click", () => scene.stage?.focus(roomBox(), { pan: -Math.PI / 2, tilt: 1.55 }));
+  for (const id of ["cut-on", "cut-axis", "cut-place"]) element(id).addEventListener("input", cutAt);
+  element("add").setAttribute("aria-expanded", "false");
+  on("state", showCatalogue);
+  on("why tool", showWhyWords);
+  on("measure tool", showMeasured);
+  on("tool connection", () => document.querySelectorAll("#tools [data-tool]").forEach(button => button.setAttribute("aria-pressed", String(!planner.armed && planner.tool === button.dataset.tool))));
+}
+function openCatalogue() {
+  const home = element("catalogue");
+  home.hidden = !home.hidden;
+  element("add").setAttribute("aria-expanded", String(!home.hidden));
+  if (!home.hidden) element("catalogue-filter").focus();
+}
