@@ -3,6 +3,8 @@
 #![allow(rustdoc::private_intra_doc_links)]
 
 pub mod find;
+pub mod page;
 pub mod problem;
+pub mod server;
 pub mod state;
 pub mod study_file;
