@@ -112,7 +112,7 @@ fn open_browser(url: &str) -> Option<tempfile::NamedTempFile> {
     let made = tempfile::Builder::new().prefix("perirobot-plan-").suffix(".html").tempfile();
     let file = made.and_then(|mut file| file.write_all(page.as_bytes()).map(|()| file));
     match file {
-        Ok(file) => match opener::open(file.path()) {
+        Ok(file) => match open::that_detached(file.path()) {
             Ok(()) => Some(file),
             Err(e) => {
                 say!("warning: no browser was opened ({e}): open the address above in one");

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`first_hour`] | installing, a first study, its results, pictures, other programs |
 //! | [`own_cell`] | the tutorial: a cell from CAD, a robot, a person, sensors, to the report |
+//! | [`plan`] | the planner: a page in which sensors are placed by hand |
 //! | [`choose`] | which set of sensors is the best: what to ask, the front, what is proven and what is not |
 //! | [`approach`] | how near a person comes unnoticed: what watches, what to ask, how to read the answer |
 //! | [`review`] | requirements that pass or fail: as planned, with a sensor dead, with mounts that are off |
@@ -29,6 +30,7 @@ macro_rules! page {
         #[doc = "[first hour]: crate::guide::first_hour"]
         #[doc = "[own cell]: crate::guide::own_cell"]
         #[doc = "[sensors]: crate::guide::sensors"]
+        #[doc = "[plan]: crate::guide::plan"]
         #[doc = "[choose]: crate::guide::choose"]
         #[doc = "[approach]: crate::guide::approach"]
         #[doc = "[review]: crate::guide::review"]
@@ -51,6 +53,7 @@ macro_rules! page {
 }
 
 page!(first_hour, "first_hour.md");
+page!(plan, "plan.md");
 page!(choose, "choose.md");
 page!(review, "review.md");
 page!(sensors, "sensors.md");
