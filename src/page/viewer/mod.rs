@@ -1,8 +1,6 @@
 //! The viewer that the report and the planner share: scripts that draw a cell in three dimensions with WebGL, the elements
 //! and vectors that they need, and their style. A page puts the texts into its own script and style, in this order.
 
-use crate::report::colours;
-
 /// The scripts: elements of a page, vectors, voxels, rays, what the graphics card computes, pointers and keys, the stage.
 pub const SCRIPTS: [&str; 7] = [
     include_str!("elements.js"),
@@ -18,6 +16,7 @@ pub const SCRIPTS: [&str; 7] = [
 pub const STYLE: &str = include_str!("stage.css");
 
 /// The colours by day and by night, as variables of CSS.
+#[cfg(feature = "report")]
 pub fn colour_variables() -> String {
-    colours::variables()
+    crate::report::colours::variables()
 }
