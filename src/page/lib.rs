@@ -5,5 +5,4 @@
 pub mod export;
 pub mod render;
 pub mod report;
-#[cfg(feature = "report")]
 pub mod viewer;

@@ -2,6 +2,7 @@
 // The pages of rooms are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
+pub mod document;
 pub mod find;
 pub mod page;
 pub mod problem;

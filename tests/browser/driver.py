@@ -24,9 +24,11 @@ ARGUMENTS = [
 
 
 class Browser:
-    """A browser without network, to be used with `with`; without WebGL where that is wanted."""
+    """A browser without network, unless it visits a page of this machine, to be used with `with`; without WebGL where that
+    is wanted."""
 
-    def __init__(self, has_webgl=True):
+    def __init__(self, has_webgl=True, has_network=False):
+        self.has_network = has_network
         self.arguments = ARGUMENTS if has_webgl else ARGUMENTS + ["--disable-3d-apis"]
 
     def __enter__(self):
@@ -53,7 +55,7 @@ class Browser:
         self.base += f"/session/{answer['sessionId']}"
         self._send("/timeouts", {"script": 300_000, "pageLoad": 300_000})
         self.devtools("Network.enable", {})
-        offline = {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0}
+        offline = {"offline": not self.has_network, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
         self.devtools("Network.emulateNetworkConditions", offline)
         return self
 
@@ -90,6 +92,10 @@ class Browser:
         """Opens a file."""
         self._send("/url", {"url": f"file://{path}"})
 
+    def visit(self, address):
+        """Opens a page of a server on this machine."""
+        self._send("/url", {"url": address})
+
     def run(self, script, *arguments):
         """What a function body returns; promises are waited for."""
         return self._send("/execute/sync", {"script": script, "args": list(arguments)})
@@ -111,9 +117,25 @@ class Browser:
         pointer = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": actions}
         self._send("/actions", {"actions": [pointer]})
 
-    def press(self, key):
-        """A key, by its WebDriver code point."""
-        actions = [{"type": "keyDown", "value": key}, {"type": "keyUp", "value": key}]
+    def drag(self, places, is_dropped=True, ms=60):
+        """Presses the mouse at the first place of the window, moves it over the others, and lets go unless it is held."""
+        moves = [{"type": "pointerMove", "x": round(x), "y": round(y), "duration": ms} for x, y in places]
+        actions = [moves[0], {"type": "pointerDown", "button": 0}, *moves[1:]]
+        if is_dropped:
+            actions.append({"type": "pointerUp", "button": 0})
+        pointer = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": actions}
+        self._send("/actions", {"actions": [pointer]})
+
+    def drop(self):
+        """Lets go of the mouse where it is."""
+        up = [{"type": "pointerUp", "button": 0}]
+        pointer = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": up}
+        self._send("/actions", {"actions": [pointer]})
+
+    def press(self, key, *held):
+        """A key, by its WebDriver code point, while others are held."""
+        down = [{"type": "keyDown", "value": one} for one in (*held, key)]
+        actions = down + [{"type": "keyUp", "value": one} for one in (key, *reversed(held))]
         self._send("/actions", {"actions": [{"type": "key", "id": "keys", "actions": actions}]})
 
     def log(self, kind):

@@ -4,8 +4,6 @@
 pub mod runs;
 pub mod sensor;
 
-use crate::report::colours;
-
 /// The scripts: elements of a page, vectors, voxels, rays, what the graphics card computes, pointers and keys, the stage.
 pub const SCRIPTS: [&str; 7] = [
     include_str!("elements.js"),
@@ -21,6 +19,7 @@ pub const SCRIPTS: [&str; 7] = [
 pub const STYLE: &str = include_str!("stage.css");
 
 /// The colours by day and by night, as variables of CSS.
+#[cfg(feature = "report")]
 pub fn colour_variables() -> String {
-    colours::variables()
+    crate::report::colours::variables()
 }

@@ -7,6 +7,18 @@ const LETTER_PX = 7, LINE_PX = 17;
 /** How far the eye opens, as the tangent of half its angle. */
 const OPENING = Math.tan(20 * Math.PI / 180);
 
+/** How many of the pixels across are drawn while something moves, where all of them take too long. */
+const FINENESS = [1, 0.65, 0.45];
+
+/** Whether pictures are drawn without a graphics card, which takes many times as long; null where they are not drawn at all. */
+function drawsInSoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2"), known = gl?.getExtension("WEBGL_debug_renderer_info");
+  if (!gl) return null;
+  const name = known ? String(gl.getParameter(known.UNMASKED_RENDERER_WEBGL)) : "";
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
 /** Nothing is cut away. */
 const UNCUT = [0, 0, 0, 1];
 
@@ -26,7 +38,8 @@ const UNCUT = [0, 0, 0, 1];
  */
 function stage(home, label, hooks = {}) {
   const canvas = made("canvas", { tabindex: 0, role: "img", "aria-label": `${label}. Arrow keys turn it, plus and minus bring it nearer.` });
-  const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+  const isSlow = drawsInSoftware();
+  const gl = isSlow === null ? null : canvas.getContext("webgl2", { antialias: !isSlow, preserveDrawingBuffer: true });
   if (!gl) return null;
   const words = made("div", { class: "words" });
   home.classList.add("stage");
@@ -34,7 +47,7 @@ function stage(home, label, hooks = {}) {
   const parts = new Map(), drawn = new Map(), programs = {};
   const view = { pan: -1.05, tilt: 0.55, away: 8, middle: [0, 0, 0], from: null };
   const air = { texture: null, pairs: null, low: [0, 0, 0], size: [1, 1, 1], step: 0 };
-  let asked = false, isOnPaper = false, cut = UNCUT;
+  let asked = 0, isOnPaper = false, cut = UNCUT, coarseness = isSlow ? 1 : 0, pace = 0, sharpens = 0;
 
   const prepare = () => {
     Object.entries(KINDS).forEach(([kind, name]) => { programs[kind] = program(gl, name); });
@@ -97,9 +110,20 @@ function stage(home, label, hooks = {}) {
     gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
   }
 
-  function paint() {
-    asked = false;
-    const dense = Math.min(2, devicePixelRatio || 1), [width, height] = [canvas.clientWidth, canvas.clientHeight].map(n => Math.max(1, Math.round(n * dense)));
+  /** Draws what has changed: with fewer pixels where frames come late, as without a graphics card, and with all of them at rest. */
+  function paintSoon() {
+    const late = performance.now() - asked;
+    // Another size takes time, too: it follows several frames that agree.
+    pace = late > 50 ? Math.max(0, pace) + 1 : late < 22 ? Math.min(0, pace) - 0.1 : 0;
+    if (pace >= 3 || pace <= -3) { coarseness = Math.max(0, Math.min(FINENESS.length - 1, coarseness + Math.sign(pace))); pace = 0; }
+    paint(FINENESS[coarseness]);
+    clearTimeout(sharpens);
+    if (coarseness) sharpens = setTimeout(paint, 220);
+  }
+
+  function paint(share = 1) {
+    asked = 0;
+    const dense = Math.min(2, devicePixelRatio || 1) * share, [width, height] = [canvas.clientWidth, canvas.clientHeight].map(n => Math.max(1, Math.round(n * dense)));
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
@@ -135,7 +159,7 @@ function stage(home, label, hooks = {}) {
     })));
   }
 
-  const soon = () => { if (!asked) { asked = true; requestAnimationFrame(paint); } };
+  const soon = () => { if (!asked) { asked = performance.now(); requestAnimationFrame(paintSoon); } };
 
   /** The ray from the eye through a place of the element. */
   function rayAt(x, y) {
@@ -190,7 +214,7 @@ function stage(home, label, hooks = {}) {
     const step = now => {
       const share = ms ? Math.min(1, Math.max(0, (now - start) / ms)) : 1, smooth = share * share * (3 - 2 * share);
       for (const [key, end] of Object.entries(wanted)) view[key] = Array.isArray(end) ? end.map((x, i) => begin[key][i] + smooth * (x - begin[key][i])) : begin[key] + smooth * (end - begin[key]);
-      paint();
+      soon();
       if (share < 1) requestAnimationFrame(step);
     };
     requestAnimationFrame(step);

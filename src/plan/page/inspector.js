@@ -1,11 +1,15 @@
 // The list of sensors, the chosen one in numbers and words, and the counts of the moment.
 const FIELDS = [["x", "x", "m", 0.05], ["y", "y", "m", 0.05], ["z", "z", "m", 0.05], ["pan", "Pan", "°", 5], ["tilt", "Tilt", "°", 5], ["roll", "Roll", "°", 5]];
 
+let shownProblems = "";
+const problemsNow = () => JSON.stringify(placed().map((_, index) => problemOf(index)));
+
 /** The placed sensors, each to be chosen with the keyboard, too. */
 function showList() {
   const home = element("sensors"), had = home.contains(document.activeElement);
+  shownProblems = problemsNow();
   home.replaceChildren(...placed().map((one, index) => {
-    const isDead = planner.dead === index, problem = one.problem ?? null;
+    const isDead = planner.dead === index, problem = problemOf(index);
     const item = made("li", { role: "option", id: `sensor-${index}`, tabindex: index === Math.max(0, planner.selected) ? "0" : "-1", "aria-selected": String(index === planner.selected), class: `${problem ? "bad" : ""}${isDead ? " dead" : ""}` },
       made("b", { class: "letter" }, letterAt(index)), made("span", {}, made("strong", {}, one.sensor), made("small", {}, isDead ? "switched off" : problem ?? one.place ?? one.pose ?? "")), made("em", {}, one.cost === null || one.cost === undefined ? "" : money(one.cost)));
     item.addEventListener("click", () => { select(index); focusChosen(); });
@@ -45,6 +49,8 @@ function makeInspector() {
   element("dead").addEventListener("change", event => { planner.dead = event.target.checked ? planner.selected : null; tell("dead"); wantScore("fine"); });
   element("region").addEventListener("change", event => { planner.region = Number(event.target.value); tell("region"); });
   on("state dead", showList);
+  // A list that is made anew forgets a double click: only where something else is wrong than before.
+  on("answer", () => { if (!planner.draft && problemsNow() !== shownProblems) showList(); });
   on("selected", markList);
   on("state selected draft answer dead connection through", showChosen);
   on("answer region state", showCounts);
@@ -71,7 +77,7 @@ function showChosen() {
   const one = placed()[planner.selected], home = element("chosen"), at = poseNow(planner.selected);
   home.hidden = !one;
   if (!one) return;
-  const sensor = sensorOf(one), isFree = !!at && !sensor?.carried && mayEdit(), problem = planner.draft?.index === planner.selected ? planner.draft.problem : one.problem;
+  const sensor = sensorOf(one), isFree = !!at && !sensor?.carried && mayEdit(), problem = problemOf(planner.selected);
   element("chosen-letter").textContent = letterAt(planner.selected);
   element("chosen-name").textContent = one.sensor;
   const snapped = planner.draft?.index === planner.selected ? planner.draft.snapped : one.pose;
@@ -91,11 +97,11 @@ function showChosen() {
   if (document.activeElement !== element("cost")) element("cost").value = one.cost ?? "";
   element("currency").textContent = planner.state.currency ?? "";
   element("dead").checked = planner.dead === planner.selected;
-  element("through").textContent = planner.through === planner.selected && planner.through !== undefined ? "Back to the cell" : "Look through it";
+  element("through").textContent = planner.through === planner.selected && planner.through !== undefined ? "Back to the cell" : "Look through";
   element("through").disabled = !at || !scene.stage;
   const adds = countsNow()?.adds?.[planner.selected];
   element("adds").hidden = !adds;
-  if (adds) element("adds").textContent = `Only this sensor knows ${grouped(adds.seen)} voxels of the region${adds.human_seen ? `, ${grouped(adds.human_seen)} of people` : ""}.`;
+  if (adds) element("adds").textContent = `${grouped(adds.seen)} voxels of the region are known through this sensor alone${adds.human_seen ? `, ${grouped(adds.human_seen)} of them people's` : ""}.`;
 }
 
 /** The picture that the program makes of what the chosen sensor sees, after a rest. */
@@ -106,6 +112,7 @@ function showEyeSoon() {
   const can = !!one?.at_m && sensorOf(one)?.rays && !planner.isLost;
   element("eye-of").hidden = !can;
   if (can && !planner.draft) eyeWaits = setTimeout(async () => {
+    if (edits || planner.selected !== index || !placed()[index]) return;
     try {
       const picture = await (await send(`/eye?index=${index}&moment=${planner.moment}`)).blob();
       if (planner.selected !== index) return;
@@ -137,7 +144,7 @@ function showCounts() {
   const parts = counts ? [["TP", counts.tp], ["TN", counts.tn], ["FP", counts.fp], ["FN", counts.fn], ["UO", counts.uo], ["UF", counts.uf]] : [];
   element("share").replaceChildren(...parts.filter(([, value]) => value).map(([name, value]) => { const bar = made("i", { title: `${grouped(value)} ${name}` }); bar.style.flexGrow = value; bar.style.background = hue(name); return bar; }));
   const known = all ? (all - values.unknown) / all : null;
-  const measures = counts ? [["Known", percent(known)], ["People seen", percent(counts.human_seen)], ["Body parts", counts.parts === undefined || counts.parts === null ? "–" : `${counts.parts_detected} of ${counts.parts}`], ["Seen twice", counts.seen_twice === null || counts.seen_twice === undefined ? "–" : counts.seen_twice <= 1 ? percent(counts.seen_twice) : grouped(counts.seen_twice)], ["F1", counts.f1 === null || counts.f1 === undefined ? "–" : counts.f1.toFixed(3)]] : [];
+  const measures = counts ? [["Known", percent(known)], ["People seen", percent(counts.human_seen)], ["Body parts", counts.parts ? `${counts.parts_detected} of ${counts.parts}` : "–"], ["Seen twice", counts.seen_twice === null || counts.seen_twice === undefined ? "–" : counts.seen_twice <= 1 ? percent(counts.seen_twice) : grouped(counts.seen_twice)], ["F1", counts.f1 === null || counts.f1 === undefined ? "–" : counts.f1.toFixed(3)]] : [];
   element("measures").replaceChildren(...measures.flatMap(([name, value]) => [made("dt", {}, name), made("dd", {}, value)]));
   const missed = counts?.parts_missed ?? [];
   element("parts-missed").hidden = !missed.length;

@@ -4,13 +4,17 @@ const MOVES_M = 0.05, TURNS_DEG = 5;
 /** Moves or turns the chosen sensor where the view has the focus; false where the key means something else. */
 function moveByKey(event) {
   const way = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] }[event.key];
-  if (!way || event.ctrlKey || event.metaKey || !mayEdit() || !poseNow(planner.selected) || planner.armed) return false;
+  const isHeld = planner.armed && planner.draft?.index === null;
+  if (!way || event.ctrlKey || event.metaKey || !mayEdit() || !isHeld && (planner.armed || !poseNow(planner.selected))) return false;
   event.preventDefault();
   const finely = event.shiftKey ? 0.2 : 1;
-  if (planner.tool === "aim") return nudge(at => ({ ...at, pan_deg: at.pan_deg - way[0] * TURNS_DEG * finely, tilt_deg: at.tilt_deg + (way[1] + way[2]) * TURNS_DEG * finely }));
+  if (planner.tool === "aim" && !isHeld) return nudge(at => ({ ...at, pan_deg: at.pan_deg - way[0] * TURNS_DEG * finely, tilt_deg: at.tilt_deg + (way[1] + way[2]) * TURNS_DEG * finely }));
   const across = planner.tab === "plan" ? [1, 0, 0] : levelAxis(scene.stage.axes().right), ahead = planner.tab === "plan" ? [0, 1, 0] : crossed([0, 0, 1], across);
   const step = plus(plus(times(across, way[0]), times(ahead, way[1])), [0, 0, way[2]]);
-  return nudge(at => ({ ...at, position_m: plus(at.position_m, times(step, MOVES_M * finely)) }));
+  const moved = at => ({ ...at, position_m: plus(at.position_m, times(step, MOVES_M * finely)) });
+  if (!isHeld) return nudge(moved);
+  changeDraft(moved(planner.draft.at));
+  return true;
 }
 
 /** The axis of the cell that is most like a direction. */

@@ -1,14 +1,14 @@
 // What the 3D view shows, each of it to be switched off.
 const LAYERS = [
   { name: "UF", word: "Blind space", what: "free, and not known", colour: "UF", isOn: true, opacity: 0.13, outcome: true },
-  { name: "UO", word: "Not seen", what: "something there, and not known", colour: "UO", isOn: true, opacity: 0.6, outcome: true },
-  { name: "FN", word: "Missed", what: "something there, called free", colour: "FN", isOn: true, outcome: true },
-  { name: "FP", word: "False", what: "free, called occupied", colour: "FP", isOn: true, opacity: 0.35, outcome: true },
-  { name: "TP", word: "Seen", what: "something there, and called so", colour: "TP", isOn: false, outcome: true },
-  { name: "view", word: "Fields of view", what: "as far as they reach", colour: "sensors", isOn: true },
+  { name: "UO", word: "Not seen", what: "occupied, and not known", colour: "UO", isOn: true, opacity: 0.6, outcome: true },
+  { name: "FN", word: "Missed", what: "occupied, but called free", colour: "FN", isOn: true, outcome: true },
+  { name: "FP", word: "False", what: "free, but called occupied", colour: "FP", isOn: true, opacity: 0.35, outcome: true },
+  { name: "TP", word: "Seen", what: "occupied, and called so", colour: "TP", isOn: false, outcome: true },
+  { name: "view", word: "Fields of view", what: "cut by what they hit first", colour: "sensors", isOn: true },
   { name: "pose", word: "Listed poses", what: "a click places a sensor", colour: "mount", isOn: true },
   { name: "region", word: "Regions and entries", what: "what is counted, ways in", colour: "approaches", isOn: true },
-  { name: "name", word: "Names", what: "of what stands here", colour: "soft", isOn: true },
+  { name: "name", word: "Names", what: "of furniture and robots", colour: "soft", isOn: true },
 ];
 const layerOf = name => LAYERS.find(layer => layer.name === name);
 

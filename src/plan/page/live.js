@@ -14,7 +14,7 @@ function wantScore(voxel) {
 }
 
 /** How a draft is written in a request. */
-const moveOf = draft => draft.index === null ? { add: draft.add, at: written(draft.at) } : { index: draft.index, at: written(draft.at) };
+const moveOf = draft => draft.index === null ? { add: draft.add, at: written(draft.at) } : { index: draft.index, at: written(draft.at), ...(draft.snapped ? { pose: draft.snapped } : {}) };
 
 async function fly() {
   if (scores.flying || !scores.next) return;

@@ -93,7 +93,17 @@ mod tests {
     #[test]
     fn the_page_fetches_nothing_and_writes_no_html() {
         let (page, _) = html();
-        for word in ["http:", "https:", "innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "style=\"", "onclick=\""] {
+        for word in [
+            "http:",
+            "https:",
+            "innerHTML",
+            "outerHTML",
+            "insertAdjacentHTML",
+            "document.write",
+            "eval(",
+            "style=\"",
+            "onclick=\"",
+        ] {
             let found = page.replace("http://www.w3.org/2000/svg", "");
             assert!(!found.contains(word), "{word}");
         }

@@ -162,11 +162,11 @@ function whyMarks({ x, y }) {
 
 /** The sensors with their letters; of the chosen one a handle that turns it. */
 function badges(scale) {
-  const { x, y } = scale, all = placed().map((one, index) => ({ letter: letterAt(index), index, at: poseNow(index), problem: one.problem })).filter(({ at }) => at);
+  const { x, y } = scale, all = placed().map((one, index) => ({ letter: letterAt(index), index, at: poseNow(index), problem: problemOf(index) })).filter(({ at }) => at);
   if (planner.draft?.index === null) all.push({ letter: "+", index: null, at: planner.draft.at });
   return all.flatMap(({ letter, index, at, problem }) => {
     const [cx, cy] = [x(at.position_m[0]), y(at.position_m[1])], isChosen = index === planner.selected, along = forwardOf(at), level = Math.hypot(along[0], along[1]);
-    const look = `badge${isChosen ? " chosen" : ""}${problem || planner.draft?.problem && planner.draft.index === index ? " bad" : ""}${planner.dead === index ? " dead" : ""}`;
+    const look = `badge${isChosen ? " chosen" : ""}${problem ? " bad" : ""}${planner.dead === index ? " dead" : ""}`;
     const [ux, uy] = level > 0.05 ? [along[0] / level, -along[1] / level] : [Math.cos(at.pan_deg * RAD), -Math.sin(at.pan_deg * RAD)], nodes = [];
     const reach = isChosen ? 40 : 18;
     nodes.push(shape("path", { d: `M${px(cx)} ${px(cy)}l${px(ux * reach)} ${px(uy * reach)}`, class: `look${isChosen ? " chosen" : ""}` }));

@@ -12,6 +12,13 @@ const written = at => ({ position_m: at.position_m.map(x => rounded(x, 3)), pan_
 /** Where a placed sensor or a listed pose is, as six numbers. */
 const sixOf = ({ at_m, turned_deg }) => ({ position_m: at_m, pan_deg: turned_deg[0], tilt_deg: turned_deg[1], roll_deg: turned_deg[2] });
 
+/** What is wrong with a placed sensor where it is, as the state or the newest counts say; null if nothing is. */
+function problemOf(index) {
+  const of = answer => answer?.problems?.find(one => one.index === index)?.words;
+  if (planner.draft?.index === index) return planner.draft.problem;
+  return placed()[index]?.problem ?? (planner.answer?.isDraft ? null : of(planner.answer)) ?? null;
+}
+
 /** Where a placed sensor is now, also while it is dragged. */
 const poseNow = index => planner.draft?.index === index ? planner.draft.at : placed()[index]?.at_m ? sixOf(placed()[index]) : null;
 

@@ -40,7 +40,7 @@ async function showScenery() {
     thing.box ??= boxOf({ at: thing.at });
     const shell = isShell(thing, room) ? room : undefined;
     stage.show(`thing ${n}`, { kind: "surface", at: thing.at, faces: thing.faces, colour: shell ? hue("wall") : colours[thing.role] ?? colours.environment, shell, isSolid: true, isCut: true, thing: thing.name, role: thing.role });
-    thing.creases ??= thing.edges?.length ? thing.edges : thing.faces.length < 9000 ? creases(thing, thing.role === "environment" ? 25 : 40) : [];
+    thing.creases ??= thing.edges?.length ? thing.edges.flatMap(corner => thing.at.slice(3 * corner, 3 * corner + 3)) : thing.faces.length < 9000 ? creases(thing, thing.role === "environment" ? 25 : 40) : [];
     stage.show(`edge ${n}`, { kind: "lines", at: thing.creases, colour: hue(shell ? "frame" : "ink"), opacity: shell ? 0.5 : thing.role === "human" ? 0.12 : 0.42, width: shell ? 1.2 : 1, shell, isCut: true });
     if (!shell && thing.role !== "human" && volumeOf(thing.box) > LEAST_NAMED_M3) names.push({ at: [(thing.box[0][0] + thing.box[1][0]) / 2, (thing.box[0][1] + thing.box[1][1]) / 2, thing.box[1][2]], word: thing.name });
   });
@@ -54,7 +54,7 @@ async function showScenery() {
   stage.darken(cell, cell.voxel_size_m, cell.crowding);
 }
 
-const hueOfSensor = index => planner.dead === index ? hue("no-sensor") : placed()[index]?.problem ? hue("bad") : index === planner.selected ? hue("picked") : hue("badge");
+const hueOfSensor = index => planner.dead === index ? hue("no-sensor") : problemOf(index) ? hue("bad") : index === planner.selected ? hue("picked") : hue("badge");
 
 /** Bodies and letters of the placed sensors, and of the chosen one where it looks. */
 function showSensors() {
@@ -62,7 +62,7 @@ function showSensors() {
   const { draft } = planner;
   if (draft && draft.index === null) all.push({ one: { letter: "+" }, index: -1, at: draft.at });
   const bodies = { at: [], faces: [], colours: [] };
-  for (const { index, at } of all) addBody(bodies, at, index < 0 ? hue("picked") : draft?.problem && draft.index === index ? hue("bad") : hueOfSensor(index));
+  for (const { index, at } of all) addBody(bodies, at, index < 0 ? hue("picked") : hueOfSensor(index));
   stage.show("sensor bodies", { kind: "surface", ...bodies });
   stage.show("sensor places", { kind: "points", at: all.flatMap(({ at }) => at.position_m), colours: all.map(({ index }) => index < 0 ? hue("picked") : hueOfSensor(index)), width: 22, isOver: true, words: n => wordsOf(all[n].index), indices: all.map(({ index }) => index) });
   stage.show("sensor letters", { kind: "words", at: all.flatMap(({ at }) => at.position_m), words: all.map(({ one, index }) => one.letter ?? letterOf(index)), look: "badge" });

@@ -38,8 +38,10 @@ makeKeys();
 takeTab(scene.stage && innerWidth >= 640 ? "3d" : "plan");
 document.body.planner = planner;
 take(await ask("/state"));
-tell("moment");
+showTime();
 tell("tool");
+// What is dragged by its place on the screen has to wait until the cell is in view.
+if (scene.stage) await showScenery().catch(complain);
 document.body.dataset.ready = "yes";
 // The file may change on disk while the page is open.
 setInterval(async () => {

@@ -14,7 +14,7 @@ function showStatus() {
   if (!state) return;
   const verdicts = judged?.verdicts ?? [], passed = verdicts.filter(one => one.passes === true).length, isAll = verdicts.length && passed === verdicts.length;
   const verdict = element("verdict");
-  verdict.textContent = !(state.requirements ?? verdicts).length ? "No requirements" : !judged ? "Counting…" : isAll ? `PASS ${passed} of ${verdicts.length}` : `FAIL: ${passed} of ${verdicts.length} hold`;
+  verdict.textContent = !(state.requirements ?? verdicts).length ? "No requirements" : !judged ? "Counting…" : isAll ? `PASS ${passed} of ${verdicts.length}` : `FAIL: ${passed} of ${verdicts.length} met`;
   verdict.className = !verdicts.length ? "" : isAll ? "PASS" : "FAIL";
   const say = (id, words) => { const home = element(id); if (home.lastChild.textContent !== words) home.lastChild.textContent = words; home.hidden = !words; };
   say("worst", judged?.worst?.words ?? "");
@@ -25,7 +25,7 @@ function showStatus() {
   home.hidden = cost === null || cost === undefined;
   home.lastChild.textContent = budget === null || budget === undefined ? money(cost) : `${money(cost)} of ${money(budget)}`;
   home.className = budget !== null && budget !== undefined && cost > budget ? "over" : "";
-  element("requirements").replaceChildren(...verdicts.map(one => made("li", { class: one.passes === true ? "PASS" : one.passes === false ? "FAIL" : "OPEN" }, made("b", {}, one.passes === true ? "PASS" : one.passes === false ? "FAIL" : "OPEN"), made("span", {}, made("strong", {}, one.name), made("small", {}, one.words ?? "")))));
+  element("requirements").replaceChildren(...verdicts.map(one => made("li", { class: one.passes === true ? "PASS" : one.passes === false ? "FAIL" : "OPEN" }, made("b", {}, one.passes === true ? "PASS" : one.passes === false ? "FAIL" : "OPEN"), made("span", {}, made("strong", {}, typeof one.condition === "string" && one.condition !== "as_planned" ? `${one.name} (${one.condition.replaceAll("_", " ")})` : one.name), made("small", {}, one.words ?? "")))));
   element("verdicts").hidden = !verdicts.length;
   element("dead-note").hidden = planner.dead === null;
   element("dead-note").textContent = planner.dead === null ? "" : `Sensor ${letterAt(planner.dead)} is switched off: all numbers are without it.`;
@@ -34,7 +34,7 @@ function showStatus() {
 /** What keeps somebody from editing. */
 function showBanner() {
   const home = element("banner"), { state, isLost } = planner;
-  const words = isLost ? "The planner does not answer: its window or terminal may be closed. Nothing can be edited until it is back; the file is as it was saved last." : state?.disk_changed ? "The file was changed by another program since it was opened. Saving asks before it overwrites." : state?.read_only ? "Read only: look and drag nothing." : "";
+  const words = isLost ? "The planner does not answer: its window or terminal may be closed. Nothing can be edited until it is back; the file is as it was saved last." : state?.disk_changed ? "The file was changed by another program since it was opened. Saving asks before it overwrites." : state?.read_only ? "Read only: nothing can be edited." : "";
   home.hidden = !words;
   home.textContent = words;
   home.className = isLost ? "lost" : "";

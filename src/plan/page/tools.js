@@ -15,8 +15,13 @@ function arm(what) {
   disarm();
   planner.armed = what;
   element("catalogue").hidden = true;
-  notify(`Click a surface to place ${what.sensor ?? what.model}. Esc puts it away.`);
+  notify(`Click a surface to place ${what.sensor ?? what.model}, or move it with the arrow keys and press Enter. Esc puts it away.`);
   ["armed", "tool"].forEach(tell);
+  // The keyboard goes on where the pointer would: in the middle of the view.
+  if (planner.tab === "plan") { element("plan").focus(); ghostOnPlan([0, 1].map(axis => (roomBox()[0][axis] + roomBox()[1][axis]) / 2)); return; }
+  const { canvas } = scene.stage;
+  canvas.focus();
+  ghost(scene.stage.hit(canvas.clientWidth / 2, canvas.clientHeight / 2, part => part.role !== "human"));
 }
 function disarm() {
   if (!planner.armed) return;
@@ -88,7 +93,7 @@ function showWhyWords() {
   if (home.hidden) return;
   const rows = (why?.sensors ?? []).map(one => made("li", { class: one.sees ? "sees" : "blind" }, made("b", { class: "letter" }, letterAt(one.index)), made("span", {}, one.words || (one.sees ? "sees it" : "does not see it"))));
   const place = why ? `x ${why.at_m[0].toFixed(2)}, y ${why.at_m[1].toFixed(2)}, z ${why.at_m[2].toFixed(2)} m` : "";
-  home.replaceChildren(made("h2", {}, "Why here?"), made("p", {}, why ? place : "Click a place: which sensors see it, and what stops the others."), made("ul", {}, ...rows));
+  home.replaceChildren(made("h2", {}, "Why here?"), made("p", {}, why ? `${place}${why.object ? `: ${why.object}` : ""}` : "Click a place: which sensors see it, and what stops the others."), made("ul", {}, ...rows));
   if (why && !why.sensors) home.append(made("p", { class: "soft" }, "Asking…"));
   if (why?.sensors && !why.sensors.length) home.append(made("p", { class: "soft" }, "No sensor is placed yet."));
 }
@@ -122,7 +127,7 @@ function showCatalogue() {
   element("models").replaceChildren(
     ...(own.length ? [made("h3", {}, "Sensors of this study")] : []), ...own.map(one => row(one.name, [one.kind, one.model].filter(x => x).join(", "), one.cost, { sensor: one.name })),
     ...(models.length ? [made("h3", {}, "Catalogue")] : []), ...models.map(one => row(one.model, [one.kind, one.words].filter(x => x).join(", "), one.cost, { model: one.model })),
-    ...(own.length + models.length ? [] : [made("p", { class: "soft" }, "Nothing has this in its name.")]));
+    ...(own.length + models.length ? [] : [made("p", { class: "soft" }, "No sensor has this in its name or kind.")]));
 }
 
 /** Cuts the cell open at a height, or does not. */

@@ -143,7 +143,7 @@ function showSensors(scene, cell, isShown, isViewShown) {
 }
 
 /** Shows the outside of a layer's voxels. */
-const showLayer = (scene, n, { at, faces, colours }) => scene.show(LAYERS[n].name, { kind: "surface", at, faces, colours, colour: LAYERS[n].colour, opacity: LAYERS[n].opacity, isShown: LAYERS[n].on, isSolid: true });
+const showLayer = (scene, n, { at, faces, colours }) => scene.show(LAYERS[n].name, { kind: "surface", at, faces, colours, colour: LAYERS[n].colour, opacity: LAYERS[n].opacity, isShown: LAYERS[n].on, isSolid: (LAYERS[n].opacity ?? 1) > 0.5 });
 
 /** Draws the cell at the chosen moment; of another pose than before at one that it has labels for, if any. */
 function drawCell(isAnotherPose) {
