@@ -2,4 +2,5 @@
 // The pages of rooms are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
+pub mod document;
 pub mod server;
