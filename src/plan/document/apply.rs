@@ -1,0 +1,453 @@
+//! Each edit, as changes of the text.
+
+use toml_edit::Item;
+
+use perirobot_march::error::Issue;
+use perirobot_march::{Error, Result};
+use perirobot_study::sensor::Stance;
+
+use super::edit::{BoxTable, Device, Edit, ShapeEdit};
+use super::group;
+use super::known::Known;
+use super::path::Path;
+use super::plan::{self, PLANNED, PlacedName};
+use super::pose::Pose6;
+use super::source::{Source, number, quote, to_number};
+use super::span::whole_end;
+
+/// Changes a study. Returns which of the placed sensors was changed, if it is still there.
+pub(super) fn apply(source: &mut Source, edit: &Edit, known: &Known) -> Result<Option<usize>> {
+    let mut editor = Editor { plan: plan::read(source, known), alone: names(source), source, known };
+    match edit {
+        Edit::Place { sensor, pose } => editor.place(sensor, pose),
+        Edit::Add { device, at, cost } => editor.add(device, at, *cost),
+        Edit::Move { index, at } => editor.go(*index, at),
+        Edit::Snap { index, pose } => editor.snap(*index, pose),
+        Edit::Copy { index, at } => {
+            let sensor = editor.placed(*index)?.sensor;
+            editor.add(&Device::Sensor(sensor), at, None)
+        }
+        Edit::Remove { index } => editor.remove(*index),
+        Edit::SetSensor { index, device, cost } => editor.set_sensor(*index, device, *cost),
+        Edit::SetCost { sensor, cost } => editor.set_cost(sensor, *cost).map(|()| None),
+        Edit::SetBudget { budget } => editor.set_budget(*budget).map(|()| None),
+        Edit::SetBox { table, name, shape } => editor.set_box(*table, name, shape).map(|()| None),
+        // The whole text is no change of this one.
+        Edit::SetText { .. } => Ok(None),
+    }
+}
+
+/// The names of the study's sensors.
+fn names(source: &Source) -> Vec<String> {
+    let sensors = Path::new("sensor");
+    let name = |index: usize| source.str(&sensors.entry(index).key("name")).map(String::from);
+    (0..source.count(&sensors)).filter_map(name).collect()
+}
+
+struct Editor<'a> {
+    source: &'a mut Source,
+    known: &'a Known,
+    /// The placed sensors, if they can be read: costs can be changed even if not.
+    plan: Result<Vec<PlacedName>>,
+    /// The sensors before the edit.
+    alone: Vec<String>,
+}
+
+impl Editor<'_> {
+    fn plan(&mut self) -> Result<Vec<PlacedName>> {
+        std::mem::replace(&mut self.plan, Ok(Vec::new())).inspect(|plan| self.plan = Ok(plan.clone()))
+    }
+
+    fn placed(&mut self, index: usize) -> Result<PlacedName> {
+        let plan = self.plan()?;
+        plan.get(index).cloned().ok_or_else(|| {
+            let rule = format!("must be a number below {}, the number of placed sensors", plan.len());
+            Issue::value("index", index, rule).into()
+        })
+    }
+
+    /// Writes a plan, and finds one of its sensors in it.
+    fn write(&mut self, plan: &[PlacedName], changed: Option<&PlacedName>) -> Result<Option<usize>> {
+        plan::write(self.source, plan, &self.alone)?;
+        let plan = plan::read(self.source, self.known)?;
+        Ok(changed.and_then(|changed| plan.iter().position(|placed| placed == changed)))
+    }
+
+    fn stance(&self, sensor: &str) -> Result<Stance> {
+        if let Some(known) = self.known.sensors.iter().find(|known| known.name == sensor) {
+            return match known.is_posed {
+                true => Ok(known.stance),
+                false => Err(Error::input(
+                    format!("sensor {sensor:?}"),
+                    "has no poses: it is where its own keys say",
+                )
+                .with_advice("edit those, as its box, in the file")),
+            };
+        }
+        let model = self.source.str(&group::sensor(self.source, sensor)?.key("model"));
+        let model = model.and_then(|model| self.known.models.iter().find(|known| known.name == model));
+        let unknown = || Error::input(format!("sensor {sensor:?}"), "is not known until the study loads");
+        model.map(|model| model.stance).ok_or_else(unknown)
+    }
+
+    /// Fails unless a sensor has a pose.
+    fn check_pose(&self, sensor: &str, pose: &str) -> Result<()> {
+        group::sensor(self.source, sensor)?;
+        let known = self.known.sensors.iter().find(|known| known.name == sensor);
+        let mut poses = known.iter().flat_map(|known| &known.poses).map(|(name, _)| name);
+        if poses.any(|name| name == pose) || group::find(self.source, sensor, pose).is_some() {
+            return Ok(());
+        }
+        let like = known.and_then(|known| known.poses.first()).map_or("wall/1/0", |(name, _)| name);
+        Err(Issue::value("pose", format!("{pose:?}"), format!("must be a pose of {sensor:?}, as {like:?}"))
+            .into())
+    }
+
+    fn refuse_twice(plan: &[PlacedName], placed: &PlacedName) -> Result<()> {
+        let PlacedName { sensor, pose } = placed;
+        match plan.contains(placed) {
+            true => Err(Error::input(format!("sensor {sensor:?}"), format!("one is at {pose:?} already"))
+                .with_advice("take another pose")),
+            false => Ok(()),
+        }
+    }
+
+    fn place(&mut self, sensor: &str, pose: &str) -> Result<Option<usize>> {
+        self.check_pose(sensor, pose)?;
+        let (mut plan, placed) = (self.plan()?, PlacedName::new(sensor, pose));
+        Self::refuse_twice(&plan, &placed)?;
+        plan.push(placed.clone());
+        self.write(&plan, Some(&placed))
+    }
+
+    fn add(&mut self, device: &Device, at: &Pose6, cost: Option<f64>) -> Result<Option<usize>> {
+        let mut plan = self.plan()?;
+        let placed = self.new_pose(device, at, cost)?;
+        plan.push(placed.clone());
+        self.write(&plan, Some(&placed))
+    }
+
+    /// A sensor at a new pose.
+    fn new_pose(&mut self, device: &Device, at: &Pose6, cost: Option<f64>) -> Result<PlacedName> {
+        at.check()?;
+        match device {
+            Device::Model(model) => self.new_sensor(model, at, cost),
+            Device::Sensor(sensor) => {
+                group::sensor(self.source, sensor)?;
+                let stance = self.stance(sensor)?;
+                let pose = self.list_pose(sensor, stance, at)?;
+                Ok(PlacedName::new(sensor, &pose))
+            }
+        }
+    }
+
+    /// Lists a new pose of a sensor. One that had the poses of another gets them as its own, but for those that were dragged
+    /// there for the other.
+    fn list_pose(&mut self, sensor: &str, stance: Stance, at: &Pose6) -> Result<String> {
+        let shared = self.source.get(&group::sensor(self.source, sensor)?.key("same_poses_as")).is_some();
+        let pose = group::add(self.source, self.known, sensor, stance, at)?;
+        if shared {
+            let plan = self.plan()?;
+            for name in group::planned_poses(self.source, sensor)? {
+                let copy = PlacedName::new(sensor, &name);
+                let listed = group::find(self.source, sensor, &name);
+                if let Some(listed) =
+                    listed.filter(|_| name != pose && !self.is_used(&plan, usize::MAX, &copy))
+                {
+                    group::remove(self.source, &listed)?;
+                }
+            }
+        }
+        Ok(pose)
+    }
+
+    /// What one of a new sensor costs. A study in which all others have a cost would not load without.
+    fn new_cost(&self, model: &str, known: Option<f64>) -> Result<Option<f64>> {
+        let sensors = Path::new("sensor");
+        let all: Vec<Path> = (0..self.source.count(&sensors)).map(|index| sensors.entry(index)).collect();
+        let cost = |at: &Path| self.source.get(&at.key("cost")).and_then(Item::as_value).and_then(to_number);
+        let like = all.iter().filter(|at| self.source.str(&at.key("model")) == Some(model)).find_map(cost);
+        let found = known.or(like);
+        match found.is_none() && !all.is_empty() && all.iter().all(|at| cost(at).is_some()) {
+            true => Err(Error::input(
+                format!("model {model:?}"),
+                "has no cost, and every sensor of the study has one",
+            )
+            .with_advice("say what one costs; 0 if it is there already")),
+            false => found.map(|cost| check_amount("cost", cost).map(|()| cost)).transpose(),
+        }
+    }
+
+    /// A new sensor of the study, at one pose.
+    fn new_sensor(&mut self, model: &str, at: &Pose6, cost: Option<f64>) -> Result<PlacedName> {
+        let Some(known) = self.known.models.iter().find(|known| known.name == model) else {
+            return Err(
+                Issue::value("model", format!("{model:?}"), "must be a device of the catalogue").into()
+            );
+        };
+        let cost = self.new_cost(model, cost.or(known.cost))?;
+        let later = (2..).map(|number| format!("{model}-{number}"));
+        let mut all = std::iter::once(model.to_string()).chain(later);
+        let name = all.find(|name| !self.alone.contains(name)).unwrap_or_default();
+        let own = [("name".to_string(), quote(&name)), ("model".to_string(), quote(model))];
+        let cost = cost.map(|cost| ("cost".to_string(), number(cost)));
+        let keys = own.iter().chain(&cost).chain(&known.keys).map(|(key, value)| format!("{key} = {value}"));
+        let keys: Vec<String> = keys.collect();
+        let entry = group::inline_entry("0", at, known.stance);
+        let sensors = Path::new("sensor");
+        match self.source.get(&sensors) {
+            Some(Item::Value(_)) => {
+                let poses = format!("poses = [{{ name = {}, list = [{entry}] }}]", quote(PLANNED));
+                self.source.push(&sensors, &format!("{{ {}, {poses} }}", keys.join(", ")))?;
+            }
+            found => {
+                let end = found.and_then(whole_end).unwrap_or(self.source.text().trim_end().len());
+                let poses = group::planned_keys(PLANNED, &entry).join("\n");
+                let block = format!("\n[[sensor]]\n{}\n[[sensor.poses]]\n{poses}", keys.join("\n"));
+                self.source.append_block(end, &block)?;
+            }
+        }
+        Ok(PlacedName { sensor: name, pose: format!("{PLANNED}/0") })
+    }
+
+    fn go(&mut self, index: usize, at: &Pose6) -> Result<Option<usize>> {
+        at.check()?;
+        let (mut plan, placed) = (self.plan()?, self.placed(index)?);
+        let stance = self.stance(&placed.sensor)?;
+        let listed = group::find(self.source, &placed.sensor, &placed.pose);
+        if let Some(listed) = listed.filter(|_| !self.is_used(&plan, index, &placed)) {
+            group::set(self.source, &listed, at, stance)?;
+            return self.write(&plan, Some(&placed));
+        }
+        plan[index].pose = self.list_pose(&placed.sensor, stance, at)?;
+        self.write(&plan, None)?;
+        self.clean(&plan, &placed)?;
+        let moved = plan[index].clone();
+        self.write(&plan, Some(&moved))
+    }
+
+    fn snap(&mut self, index: usize, pose: &str) -> Result<Option<usize>> {
+        let (mut plan, placed) = (self.plan()?, self.placed(index)?);
+        if placed.pose == pose {
+            return Ok(Some(index));
+        }
+        self.check_pose(&placed.sensor, pose)?;
+        let snapped = PlacedName::new(&placed.sensor, pose);
+        Self::refuse_twice(&plan, &snapped)?;
+        plan[index] = snapped.clone();
+        self.write(&plan, None)?;
+        self.clean(&plan, &placed)?;
+        self.write(&plan, Some(&snapped))
+    }
+
+    fn remove(&mut self, index: usize) -> Result<Option<usize>> {
+        let (mut plan, placed) = (self.plan()?, self.placed(index)?);
+        plan.remove(index);
+        self.write(&plan, None)?;
+        self.clean(&plan, &placed)?;
+        Ok(None)
+    }
+
+    fn set_sensor(&mut self, index: usize, device: &Device, cost: Option<f64>) -> Result<Option<usize>> {
+        let (mut plan, placed) = (self.plan()?, self.placed(index)?);
+        if *device == Device::Sensor(placed.sensor.clone()) {
+            return Ok(Some(index));
+        }
+        let poses = self.known.sensors.iter().filter(|known| known.name == placed.sensor);
+        let pose = poses.flat_map(|known| &known.poses).find(|(name, _)| *name == placed.pose);
+        let pose = pose.and_then(|(_, pose)| *pose).ok_or_else(|| {
+            let what = format!("where {:?} is is not known until the study loads", placed.pose);
+            Error::input(format!("sensor {:?}", placed.sensor), what)
+        })?;
+        // A pose that the other has there, too, is taken.
+        let same = match device {
+            Device::Model(_) => None,
+            Device::Sensor(name) => {
+                let others = self.known.sensors.iter().filter(|known| known.name == *name);
+                let mut poses = others.flat_map(|known| &known.poses).filter(|(_, at)| *at == Some(pose));
+                let name_of = |(pose, _): &(String, _)| PlacedName::new(name, pose);
+                poses.find(|one| !plan.contains(&name_of(one))).map(name_of)
+            }
+        };
+        let new = match same {
+            Some(same) => same,
+            None => self.new_pose(device, &Pose6::new(&pose), cost)?,
+        };
+        plan[index] = new.clone();
+        self.write(&plan, None)?;
+        self.clean(&plan, &placed)?;
+        self.write(&plan, Some(&new))
+    }
+
+    /// Removes what only a sensor needed that left its pose: the pose, its group, and the sensor that had no other.
+    fn clean(&mut self, plan: &[PlacedName], left: &PlacedName) -> Result<()> {
+        let Some(listed) = group::find(self.source, &left.sensor, &left.pose) else { return Ok(()) };
+        if self.is_used(plan, usize::MAX, left) {
+            return Ok(());
+        }
+        if listed.is_last_of_group(self.source) && self.is_group_named(left) {
+            return Ok(());
+        }
+        if !listed.is_last_of_sensor(self.source) {
+            return group::remove(self.source, &listed);
+        }
+        // A sensor without poses is none: it goes, unless something else of the study names it.
+        match names(self.source).len() > 1 && !self.is_named(&left.sensor) {
+            true => {
+                let sensors = Path::new("sensor");
+                let index = self.source.position(&sensors, "name", &left.sensor);
+                index.map_or(Ok(()), |index| self.source.remove(&sensors, index))
+            }
+            false => Ok(()),
+        }
+    }
+
+    /// The sensors that have the poses of a sensor, itself among them.
+    fn family(&self, sensor: &str) -> Vec<String> {
+        let mut family = vec![sensor.to_string()];
+        for name in names(self.source) {
+            let like = group::sensor(self.source, &name).ok();
+            let like = like.and_then(|at| self.source.str(&at.key("same_poses_as")).map(String::from));
+            if like.is_some_and(|like| family.contains(&like)) {
+                family.push(name);
+            }
+        }
+        family
+    }
+
+    /// Other combinations than the plan's.
+    fn others(&self) -> Vec<Path> {
+        let (all, planned) = (Path::new("combination"), plan::combination(self.source));
+        (0..self.source.count(&all)).filter(|i| Some(*i) != planned).map(|i| all.entry(i)).collect()
+    }
+
+    /// The patterns of poses that other combinations have for some sensors.
+    fn patterns(&self, sensors: &[String]) -> Vec<String> {
+        let of = |at: Path| {
+            let each = sensors.iter().map(move |sensor| at.key("poses").key(sensor));
+            each.flat_map(|path| self.source.strings(&path).unwrap_or_default()).collect::<Vec<_>>()
+        };
+        self.others().into_iter().flat_map(of).collect()
+    }
+
+    /// Whether a pose is used by more than one of the plan.
+    fn is_used(&self, plan: &[PlacedName], besides: usize, pose: &PlacedName) -> bool {
+        let family = self.family(&pose.sensor);
+        let others = plan.iter().enumerate().filter(|(i, _)| *i != besides);
+        let placed =
+            others.map(|(_, placed)| placed).any(|p| family.contains(&p.sensor) && p.pose == pose.pose);
+        let always = self.source.strings(&Path::new("choose").key("always")).unwrap_or_default();
+        let is_always = family.iter().any(|sensor| always.contains(&format!("{sensor}:{}", pose.pose)));
+        placed || is_always || self.patterns(&family).contains(&pose.pose)
+    }
+
+    /// Whether other combinations name the group of a pose, which must then not be empty.
+    fn is_group_named(&self, pose: &PlacedName) -> bool {
+        let group = pose.pose.split('/').next().unwrap_or_default();
+        let patterns = self.patterns(&self.family(&pose.sensor));
+        patterns.iter().any(|pattern| pattern.split('/').next() == Some(group))
+    }
+
+    /// Whether something else of the study than the plan names a sensor.
+    fn is_named(&self, sensor: &str) -> bool {
+        let is_it = |name: &String| name == sensor;
+        let combined =
+            |at: &Path| self.source.strings(&at.key("sensors")).unwrap_or_default().iter().any(is_it);
+        let always = self.source.strings(&Path::new("choose").key("always")).unwrap_or_default();
+        let is_always = always.iter().any(|name| name.split(':').next() == Some(sensor));
+        let said = Path::new("choose").key("representation").key(sensor);
+        let is_said = self.source.get(&said).is_some();
+        self.others().iter().any(combined) || is_always || is_said || self.family(sensor).len() > 1
+    }
+
+    fn set_cost(&mut self, sensor: &str, cost: f64) -> Result<()> {
+        check_amount("cost", cost)?;
+        let at = group::sensor(self.source, sensor)?;
+        self.source.set_number(&at, "cost", cost)
+    }
+
+    fn set_budget(&mut self, budget: Option<f64>) -> Result<()> {
+        let choose = Path::new("choose");
+        let Some(budget) = budget else { return self.source.unset(&choose, "budget") };
+        check_amount("budget", budget)?;
+        let priced = names(self.source).iter().all(|name| {
+            group::sensor(self.source, name).is_ok_and(|at| self.source.get(&at.key("cost")).is_some())
+        });
+        let has_requirements = self.source.count(&Path::new("require")) > 0;
+        let is_written = match self.source.get(&choose) {
+            Some(Item::Table(table)) => !table.is_implicit() || table.is_dotted(),
+            Some(_) => true,
+            None => false,
+        };
+        if is_written {
+            return self.source.set_number(&choose, "budget", budget);
+        }
+        if !(priced && has_requirements) {
+            let cure = "write [choose] into the file, with objective, region and at_most; or give each sensor a cost and the \
+                        study [[require]]";
+            return Err(Error::input("budget", "it is of what is looked for, which the study does not say")
+                .with_advice(cure));
+        }
+        let end = self.source.text().trim_end().len();
+        let block = format!("\n[choose]\nbudget = {}", number(budget));
+        self.source.append_block(end, &block)
+    }
+
+    fn set_box(&mut self, table: BoxTable, name: &str, shape: &ShapeEdit) -> Result<()> {
+        let (list, what) = match table {
+            BoxTable::Region => (Path::new("region"), "region"),
+            BoxTable::Entry => (Path::new("approach").key("entry"), "entry"),
+        };
+        let place = || format!("{what} {name:?}");
+        let Some(index) = self.source.position(&list, "name", name) else {
+            return Err(
+                Error::input(place(), "is not in the study").with_advice("name one that the file has")
+            );
+        };
+        let at = list.entry(index);
+        let (numbers, shapes): (&[f64], &[&str]) = match shape {
+            ShapeEdit::Box { min_m, max_m } => (&[*min_m, *max_m].concat(), &["box"]),
+            ShapeEdit::Sphere { center_m, radius_m } => {
+                (&[&center_m[..], &[*radius_m]].concat(), &["sphere", "half_sphere"])
+            }
+        };
+        if let Some(wrong) = numbers.iter().find(|value| value.is_nan() || value.abs() > 1e6) {
+            return Err(Error::input(place(), format!("{wrong} is not a length in metres up to 1000000")));
+        }
+        let numbers: Vec<f64> =
+            numbers.iter().map(|metres| (metres * 1000.0).round() / 1000.0 + 0.0).collect();
+        let Some(shape) = shapes.iter().find(|shape| self.source.get(&at.key(shape)).is_some()) else {
+            let advice = "change what it is in the file";
+            return Err(Error::input(place(), format!("is not a {}", shapes[0])).with_advice(advice));
+        };
+        let at = at.key(shape);
+        match numbers[..] {
+            [x, y, z, ref high @ ..] if high.len() == 3 => {
+                if [x, y, z].iter().zip(high).any(|(low, high)| low >= high) {
+                    let rule = "must be above min_m on every axis";
+                    return Err(
+                        Error::from(Issue::value("max_m", format!("{high:?}"), rule)).with_place(place())
+                    );
+                }
+                self.source.set_numbers(&at, "min_m", &[x, y, z])?;
+                self.source.set_numbers(&at, "max_m", high)
+            }
+            [ref center @ .., radius] => {
+                if radius <= 0.0 {
+                    let rule = "must be above 0";
+                    return Err(Error::from(Issue::value("radius_m", radius, rule)).with_place(place()));
+                }
+                self.source.set_numbers(&at, "center_m", center)?;
+                self.source.set_number(&at, "radius_m", radius)
+            }
+            [] => Ok(()),
+        }
+    }
+}
+
+fn check_amount(key: &str, amount: f64) -> Result<()> {
+    match amount.is_finite() && amount >= 0.0 {
+        true => Ok(()),
+        false => Err(Issue::value(key, amount, "must be a number, 0 or more").into()),
+    }
+}

@@ -1,0 +1,75 @@
+//! What edits must know of a study beyond its text: the names and places of its poses, and the catalogue.
+
+use perirobot_scene::pose::Pose;
+use perirobot_study::input::Study;
+use perirobot_study::input::catalogue::models;
+use perirobot_study::sensor::{Sensor, Setting, Stance};
+
+/// What is known of a study, and of devices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Known {
+    /// Its sensors.
+    pub sensors: Vec<KnownSensor>,
+    /// The devices of the catalogue.
+    pub models: Vec<KnownModel>,
+}
+
+/// What is known of a sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownSensor {
+    /// Its name.
+    pub name: String,
+    /// How it is turned by what it faces.
+    pub stance: Stance,
+    /// Whether it has poses that a person can choose. A light curtain that is where its box is has none.
+    pub is_posed: bool,
+    /// All candidates by name, with the pose of those that have one.
+    pub poses: Vec<(String, Option<Pose>)>,
+}
+
+/// What is known of a device of the catalogue.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownModel {
+    /// Its name there.
+    pub name: String,
+    /// How it is turned by what it faces.
+    pub stance: Stance,
+    /// What one costs, if that is known: a study whose sensors all have a cost gets it with the sensor.
+    pub cost: Option<f64>,
+    /// Further keys of a sensor that is made of it, each with its value as TOML.
+    pub keys: Vec<(String, String)>,
+}
+
+impl Known {
+    /// What a study says, beside the whole catalogue.
+    pub fn new(study: &Study) -> Known {
+        Known { sensors: study.sensors.iter().map(KnownSensor::new).collect(), ..Known::catalogue() }
+    }
+
+    /// The catalogue alone, for a study that does not load.
+    pub fn catalogue() -> Known {
+        let models = models().iter().map(|model| {
+            let mount = model.keys.get("mount").and_then(|mount| mount.as_str());
+            let stance = match (model.kind(), mount) {
+                ("lidar", None | Some("upright")) => Stance::Upright,
+                ("pad" | "gate", _) => Stance::Level,
+                _ => Stance::Facing,
+            };
+            KnownModel { name: model.name.clone(), stance, cost: None, keys: Vec::new() }
+        });
+        Known { sensors: Vec::new(), models: models.collect() }
+    }
+}
+
+impl KnownSensor {
+    fn new(sensor: &Sensor) -> KnownSensor {
+        let pose = |setting: &Setting| match setting {
+            Setting::Pose(pose) => Some(*pose),
+            _ => None,
+        };
+        let poses: Vec<_> =
+            sensor.candidates.iter().map(|known| (known.name.clone(), pose(&known.setting))).collect();
+        let is_posed = poses.iter().any(|(_, pose)| pose.is_some());
+        KnownSensor { name: sensor.name.clone(), stance: sensor.kind.stance(), is_posed, poses }
+    }
+}
