@@ -1,5 +1,7 @@
-//! `perirobot init`: a first study to change, with the files that it needs. They are beside this file, and in
-//! `scenes/paper/`.
+//! `perirobot init`: a first study to change, with the files that it needs, or that of a usual cell. They are beside this
+//! file, and in `scenes/`.
+
+mod templates;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -7,33 +9,46 @@ use std::process::ExitCode;
 use perirobot_march::{Error, Result};
 use perirobot_study::input::schema;
 use perirobot_sweep::results::files::write_whole;
+pub(super) use templates::Template;
 
 /// Write a small study with comments to begin with
 ///
 /// The folder then holds a study, its cell (a room, a table, a robot, a person who walks up to it), the
 /// robot's and the person's files, and the schemas by which editors complete and check keys. Nothing that is
 /// there is overwritten.
+///
+/// With --template it is a usual cell with people at several moments, prices and requirements, and a plan
+/// that misses some of them.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   perirobot init my-cell
-      then: perirobot check my-cell/study.toml")]
+      then: perirobot check my-cell/study.toml
+  perirobot init --template palletiser my-cell
+      then: perirobot choose my-cell/study.toml --out out")]
 pub(super) struct Args {
+    /// Begin with a usual cell instead
+    #[arg(long, value_name = "NAME")]
+    template: Option<Template>,
     /// The folder that the files go to; made if needed
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
 
-/// Their names, and what is in them.
-fn files() -> [(&'static str, &'static str); 6] {
-    [
+/// The names of the files, and what is in them.
+fn files() -> Vec<(String, &'static str)> {
+    let own = [
         ("study.toml", include_str!("init/study.toml")),
         ("cell.toml", include_str!("init/cell.toml")),
         ("operator.csv", perirobot_shipped::OPERATOR),
         ("robot.urdf", perirobot_shipped::UR10),
-        ("schemas/study.schema.json", schema::study()),
-        ("schemas/scene.schema.json", schema::scene()),
-    ]
+    ];
+    own.into_iter().chain(schemas()).map(|(name, text)| (name.into(), text)).collect()
+}
+
+/// The schemas, by which editors complete and check keys.
+fn schemas() -> [(&'static str, &'static str); 2] {
+    [("schemas/study.schema.json", schema::study()), ("schemas/scene.schema.json", schema::scene())]
 }
 
 fn write(files: &[(PathBuf, &str)]) -> Result<()> {
@@ -51,31 +66,58 @@ fn write(files: &[(PathBuf, &str)]) -> Result<()> {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
-    let files = files().map(|(name, text)| (args.folder.join(name), text));
+    let files = args.template.map_or_else(files, Template::files);
+    let files: Vec<(PathBuf, &str)> =
+        files.into_iter().map(|(name, text)| (args.folder.join(name), text)).collect();
     // A link that leads nowhere counts as a file, too.
     if let Some((path, _)) = files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
         let what = "is there already and would be lost: name another folder";
         return Err(Error::input(path, what));
     }
     let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
-    let schemas = args.folder.join("schemas");
-    let made: Vec<PathBuf> = schemas.ancestors().take_while(missing).map(Path::to_path_buf).collect();
+    let inner = files.iter().filter_map(|(path, _)| path.parent());
+    let mut made: Vec<PathBuf> = Vec::new();
+    for folder in inner.flat_map(|folder| folder.ancestors().take_while(missing)) {
+        if !made.iter().any(|known| known == folder) {
+            made.push(folder.into());
+        }
+    }
+    // The innermost first, so that they are empty when they are taken away.
+    made.sort_by_key(|folder| std::cmp::Reverse(folder.components().count()));
     if let Err(error) = write(&files) {
         // The same command must find nothing in its way.
         files.iter().for_each(|(path, _)| drop(std::fs::remove_file(path)));
         made.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
         return Err(error);
     }
-    let folder = args.folder.display();
     super::print(&format!(
-        "{} files in {folder}. Next:\n\
-         \x20 perirobot check {folder}/study.toml                   what it contains, and how long it takes\n\
-         \x20 perirobot sweep {folder}/study.toml --out {folder}/out       score all poses\n\
-         \x20 perirobot summary {folder}/out                        the tables behind the best\n\
-         \x20 perirobot why {folder}/out                            what the best poses miss, and why\n\
-         \x20 perirobot report {folder}/out                         all of it as one page, with a 3D view\n\
-         Then change {folder}/study.toml and {folder}/cell.toml: every line says what it is for.\n",
-        files.len()
+        "{} files in {}. Next:\n{}",
+        files.len(),
+        args.folder.display(),
+        next_steps(&args.folder, args.template)
     ))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The commands that follow.
+fn next_steps(folder: &Path, template: Option<Template>) -> String {
+    let folder = folder.display();
+    match template {
+        None => format!(
+            "  perirobot check {folder}/study.toml                   what it contains, and how long it takes\n\
+             \x20 perirobot sweep {folder}/study.toml --out {folder}/out       score all poses\n\
+             \x20 perirobot summary {folder}/out                        the tables behind the best\n\
+             \x20 perirobot why {folder}/out                            what the best poses miss, and why\n\
+             \x20 perirobot report {folder}/out                         all of it as one page, with a 3D view\n\
+             Then change {folder}/study.toml and {folder}/cell.toml: every line says what it is for.\n"
+        ),
+        Some(_) => format!(
+            "  perirobot check {folder}/study.toml                   what it contains, and how long it takes\n\
+             \x20 perirobot sweep {folder}/study.toml --out {folder}/planned   score the planned sensors\n\
+             \x20 perirobot judge {folder}/planned                      which requirements they miss\n\
+             \x20 perirobot choose {folder}/study.toml --out {folder}/out      the cheapest set that meets all\n\
+             \x20 perirobot report {folder}/out                         all of it as one page, with a 3D view\n\
+             Then change {folder}/study.toml and {folder}/cell.toml to your own cell.\n"
+        ),
+    }
 }

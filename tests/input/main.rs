@@ -21,6 +21,7 @@ mod schemas;
 mod snapshots;
 #[cfg(target_os = "linux")]
 mod strangers;
+mod templates;
 mod warnings;
 mod world_files;
 #[cfg(unix)]

@@ -3,6 +3,7 @@
 
 pub mod build;
 pub mod bvh;
+pub mod carrier;
 pub mod collada;
 pub mod gltf;
 pub mod joint_table;
@@ -12,6 +13,7 @@ pub mod obj;
 pub mod octomap;
 pub mod primitive;
 pub mod sdf;
+pub mod sides;
 pub mod spec;
 pub mod stl;
 pub mod urdf;
@@ -146,10 +148,7 @@ impl Linkage {
     /// Names the links there are.
     pub fn link(&self, name: &str) -> Result<&Pose, Issue> {
         let found = self.links.iter().find(|(link, _)| link == name).map(|(_, pose)| pose);
-        found.ok_or_else(|| {
-            let names: Vec<&str> = self.links.iter().map(|(link, _)| link.as_str()).collect();
-            Issue::says(format!("there is no link {name:?}")).cure(format!("there are {}", names.join(", ")))
-        })
+        found.ok_or_else(|| unknown_link(name, self.links.iter().map(|(link, _)| link.as_str())))
     }
 
     /// The same robot, standing somewhere else.
@@ -170,4 +169,10 @@ pub struct Scene {
     /// Objects in file order, the same ones in every snapshot of a scene. What does not move from one snapshot to
     /// another is one allocation in both, so that it is voxelized once.
     pub objects: Vec<Arc<Object>>,
+}
+
+/// The error for a link that a robot does not have.
+fn unknown_link<'a>(name: &str, links: impl Iterator<Item = &'a str>) -> Issue {
+    let known = links.collect::<Vec<_>>().join(", ");
+    Issue::says(format!("there is no link {name:?}")).cure(format!("there are {known}"))
 }

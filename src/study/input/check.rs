@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::approach::ApproachFile;
 use super::file::{self, StudyFile};
+use super::poses::Surfaces;
 use super::region::{self, RegionSpec};
 use super::scene_file::parse_scene;
 use super::{
@@ -38,6 +39,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     if is_whole {
         problems.keep_each(lists_that_must_be_there(at, &file));
     }
+    let listed = file.scene.len();
     let scenes = scenes(at, &mut file, &sources, &mut problems);
     let written = Written::new(&text);
     let context = sensor::SensorContext {
@@ -48,6 +50,8 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         poses: 0,
         sources: &sources,
         scenes: &scenes,
+        has_all_scenes: is_whole && scenes.len() >= listed && listed > 0,
+        surfaces: &Surfaces::default(),
         line_of: &|steps| written.line_of(steps),
     };
     let mut of_sensors = Problems::default();

@@ -157,6 +157,7 @@ impl Study {
             candidates,
             draw_words: Vec::new(),
             spreads: Vec::new(),
+            surfaces: Vec::new(),
             noise: SaidOfNoise::Nothing,
             thinned: None,
             terms: CostTerms::default(),

@@ -1,7 +1,9 @@
-//! Candidate poses: lattices, lists, tables and random draws become named poses in study order.
+//! Candidate poses: lattices, surfaces of objects, lists, tables and random draws become named poses in study order.
 
 mod file;
+mod surface;
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
@@ -13,14 +15,16 @@ use super::slug;
 use crate::diagnostics::{FARTHEST_M, Place};
 use crate::keys::{AxisValues, MAX_NUMBERS, numbers};
 use crate::sensor::spread::WAYS;
-use crate::sensor::{Candidate, PoseSpread, Setting, Stance};
+use crate::sensor::{Candidate, GroupSurface, MountLink, PoseSpread, Setting, Stance};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
+use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::source::{Sources, decimal_commas, refuse_other_separators, refuse_width, table_issue};
 
 pub(super) use file::PosesFile;
 use file::{PanTilt, PoseFile, RandomFile};
+pub(super) use surface::Surfaces;
 
 /// Most poses of a study, all its sensors together: about 1 GB. A larger number comes from a mistyped step.
 pub(super) const MAX_POSES: usize = MAX_NUMBERS;
@@ -37,51 +41,74 @@ pub(super) struct PoseSource<'a> {
     pub(super) stream: u64,
     /// Poses that the study may still have.
     pub(super) most: usize,
-    /// The sources through which a table is read.
+    /// The sources through which tables and surfaces are read.
     pub(super) files: &'a Sources,
+    /// The link that carries the sensor, if one does.
+    pub(super) on: Option<&'a MountLink>,
+    /// The scenes that could be read, and whether those are all.
+    pub(super) scenes: &'a [SceneSpec],
+    pub(super) has_all_scenes: bool,
+    /// Surfaces of their objects that were read before.
+    pub(super) surfaces: &'a Surfaces,
 }
 
 /// Poses by their names, how each is turned from where they face (the first follows the last, again and again),
-/// and how far they are from each other in each way, if others are possible between them.
+/// and stretches of them with how far they are from each other in each way, if others are possible between them.
 struct Expanded {
     poses: Vec<(String, Pose)>,
     turns_deg: Vec<[f64; 2]>,
-    steps: [f64; WAYS],
+    stretches: Vec<(Range<usize>, [f64; WAYS])>,
 }
 
 impl Expanded {
     /// Poses that are listed one by one.
     fn from_list(poses: Vec<(String, Pose)>) -> Expanded {
-        Expanded { poses, turns_deg: vec![[0.0; 2]], steps: [0.0; WAYS] }
+        Expanded { poses, turns_deg: vec![[0.0; 2]], stretches: Vec::new() }
+    }
+
+    /// Poses in one stretch.
+    fn from_stretch(poses: Vec<(String, Pose)>, turns_deg: Vec<[f64; 2]>, steps: [f64; WAYS]) -> Expanded {
+        Expanded { stretches: vec![(0..poses.len(), steps)], poses, turns_deg }
     }
 }
 
-/// Adds the poses of one `[[sensor.poses]]` entry. Returns between which of them others are possible, if they are.
+/// What is known of the poses of a group besides themselves.
+#[derive(Default)]
+pub(super) struct GroupExtras {
+    /// Between which of them others are possible.
+    pub(super) spreads: Vec<PoseSpread>,
+    /// The object that they are on, if the study says so.
+    pub(super) surface: Option<GroupSurface>,
+}
+
+/// Adds the poses of one `[[sensor.poses]]` entry.
 pub(super) fn expand(
     at: &Place,
     entry: &PosesFile,
     source: &PoseSource,
     candidates: &mut Vec<Candidate>,
-) -> Result<Option<PoseSpread>> {
+) -> Result<GroupExtras> {
     let at = &at.key(&format!("poses {:?}", entry.name));
     let group = slug(&entry.name);
     if group.is_empty() {
         return Err(at.says("the name needs a letter or a digit"));
     }
     let lattice = entry.x_m.as_ref().or(entry.y_m.as_ref()).or(entry.z_m.as_ref()).is_some();
-    let given = [lattice, entry.list.is_some(), entry.csv.is_some(), entry.random.is_some()];
+    let on_surface = entry.surface.is_some();
+    let given = [lattice, on_surface, entry.list.is_some(), entry.csv.is_some(), entry.random.is_some()];
     if given.iter().filter(|&&g| g).count() != 1 {
-        return Err(at.says("give one of: x_m, y_m and z_m (a lattice); list; csv; random"));
+        return Err(at.says("give one of: x_m, y_m and z_m (a lattice); surface; list; csv; random"));
     }
     let takes = |key: &str, given: bool, belongs: bool| match given && !belongs {
         true => Err(at.says(format!("{key} does not belong here"))),
         false => Ok(()),
     };
-    takes("facing", entry.facing.is_some(), lattice || entry.random.is_some())?;
-    takes("orientations_deg", entry.orientations_deg.is_some(), lattice)?;
+    takes("facing", entry.facing.is_some(), lattice || on_surface || entry.random.is_some())?;
+    takes("orientations_deg", entry.orientations_deg.is_some(), lattice || on_surface)?;
     takes("frame", entry.frame.is_some(), entry.csv.is_some())?;
     let most = source.most.saturating_sub(candidates.len());
-    let Expanded { poses: named, turns_deg, steps } = if let Some(list) = &entry.list {
+    let mut object = None;
+    let Expanded { poses: named, turns_deg, stretches } = if let Some(list) = &entry.list {
         at.some("list", list, "list = [{ position_m = [0, 0, 2], facing = [1, 0, 0] }]")?;
         let poses = list.iter().enumerate().map(|(i, pose)| {
             let name = pose.name.clone().unwrap_or_else(|| i.to_string());
@@ -97,6 +124,10 @@ pub(super) fn expand(
         Expanded::from_list(poses.map_err(|e| at.wrap(e.with_place("csv")))?)
     } else if let Some(random) = &entry.random {
         draw_poses(at, random, entry.facing, source, most)?
+    } else if let Some(file) = &entry.surface {
+        let (expanded, name) = surface::surface_poses(at, entry, file, source, most)?;
+        object = name;
+        expanded
     } else {
         lattice_poses(at, entry, source.stance, most)?
     };
@@ -104,14 +135,18 @@ pub(super) fn expand(
         return Err(at.wrap(too_many()));
     }
     let poses: Vec<&Pose> = named.iter().map(|(_, pose)| pose).collect();
-    let has_steps = steps.iter().any(|&step| step > 0.0);
-    let spread = has_steps.then(|| PoseSpread::new(candidates.len(), &poses, turns_deg, steps));
+    let possible = stretches.iter().filter(|(_, steps)| steps.iter().any(|&step| step > 0.0));
+    let spreads = possible.map(|(own, steps)| {
+        let first = candidates.len() + own.start;
+        PoseSpread::new(first, &poses[own.clone()], turns_deg.clone(), *steps)
+    });
+    let spreads = spreads.collect();
     candidates.extend(named.into_iter().map(|(name, pose)| Candidate {
         name: format!("{group}/{name}"),
         group: group.clone(),
         setting: Setting::Pose(pose),
     }));
-    Ok(spread)
+    Ok(GroupExtras { spreads, surface: object.map(|object| GroupSurface { group, object }) })
 }
 
 /// The numbers of one axis of a lattice.
@@ -164,7 +199,7 @@ fn lattice_poses(at: &Place, entry: &PosesFile, stance: Stance, most: usize) -> 
     let steps_deg = [0, 1].map(|turn| least_apart(turns_deg.iter().map(|turns| turns[turn]).collect()));
     let steps =
         [even(&xs, &entry.x_m), even(&ys, &entry.y_m), even(&zs, &entry.z_m), steps_deg[0], steps_deg[1]];
-    Ok(Expanded { poses, turns_deg, steps })
+    Ok(Expanded::from_stretch(poses, turns_deg, steps))
 }
 
 /// The step of numbers that are evenly spaced: a lattice, or a list that could be one. Of two numbers in a list
@@ -389,7 +424,7 @@ fn draw_poses(
     let sizes = [box_m[0], box_m[1], box_m[2], pan_deg[1] - pan_deg[0], tilt_deg[1] - tilt_deg[0]];
     let ways = sizes.iter().filter(|size| **size > 0.0).count().max(1);
     let along = libm::pow(f64::from(random.count), 1.0 / ways as f64);
-    Ok(Expanded { poses, turns_deg, steps: sizes.map(|size| size / along) })
+    Ok(Expanded::from_stretch(poses, turns_deg, sizes.map(|size| size / along)))
 }
 
 #[cfg(test)]

@@ -53,6 +53,8 @@ pub struct Sensor {
     pub draw_words: Vec<u32>,
     /// The groups of candidates between which others are possible.
     pub spreads: Vec<PoseSpread>,
+    /// The objects on which groups of its candidates are, where the study says so.
+    pub surfaces: Vec<GroupSurface>,
     /// What the study says of its noise.
     pub noise: SaidOfNoise,
     /// That it casts fewer rays than the device of the catalogue that it is, if so: `casts …`.
@@ -83,6 +85,15 @@ pub struct MountLink {
     pub object: String,
     /// Name of the link in its URDF.
     pub link: String,
+}
+
+/// The object that the candidates of a group are mounted on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GroupSurface {
+    /// The name of the group.
+    pub group: String,
+    /// The name of the object, or of a part of it.
+    pub object: String,
 }
 
 /// One way a sensor may be set up.

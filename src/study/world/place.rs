@@ -1,6 +1,6 @@
-//! Where a pose is, in words for people: `left wall, x 0.5 m, 2.2 m high, 30° down`. The wall, ceiling or
-//! floor is taken from the name of the group of poses; where that names none, it is what stands next to the
-//! sensor in the first scene. Heights are above the floor that is walked on.
+//! Where a pose is, in words for people: `left wall, x 0.5 m, 2.2 m high, 30° down`. What it is on is the object whose
+//! surface the study names; else the wall, ceiling or floor is taken from the name of the group of poses; where that
+//! names none, it is what stands next to the sensor in the first scene. Heights are above the floor that is walked on.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::World;
 use crate::input::{Combination, Study};
 use crate::sensor::turned::Turned;
-use crate::sensor::{Candidate, MountLink, Sensor, Setting, Stance};
+use crate::sensor::{Candidate, GroupSurface, MountLink, Sensor, Setting, Stance};
 use perirobot_march::voxel::Grid;
 use perirobot_scene::objects::Role;
 use perirobot_scene::pose::Pose;
@@ -32,6 +32,8 @@ const LEVEL_DEG: f64 = 0.05;
 const WAYS: [[i32; 3]; 6] = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
 /// What a room has there.
 const SIDES: [&str; 6] = ["wall at -x", "wall at +x", "wall at -y", "wall at +y", "floor", "ceiling"];
+/// The sides of an object that has a sensor outside of it.
+const FACING: [&str; 6] = ["-x side", "+x side", "-y side", "+y side", "underside", "top"];
 const DOWN: usize = 4;
 const UP: usize = 5;
 
@@ -115,6 +117,10 @@ impl<'a> Places<'a> {
     /// What a sensor of a group is mounted on.
     fn mount(&self, sensor: usize, group: &str, at: DVec3) -> Mount {
         let name = || group.replace('-', " ");
+        let mut surfaces = self.study.sensors[sensor].surfaces.iter();
+        if let Some(GroupSurface { object, .. }) = surfaces.find(|surface| surface.group == group) {
+            return self.mount_on(object, at);
+        }
         if let Some(&across) = self.walls[sensor].get(group) {
             return Mount { words: name(), across };
         }
@@ -125,16 +131,42 @@ impl<'a> Places<'a> {
             return Mount { words: "free-standing".into(), across: None };
         };
         let object = &self.truth.objects[object];
-        let side_m = self.room_m[way % 2][way / 2];
-        let is_side = is_room(object, self.room_m) && (at[way / 2] - side_m).abs() <= WALL_M;
-        let words = match (is_side, way) {
-            (true, _) => SIDES[way].to_string(),
+        let words = match (self.is_wall(object, way, at), way) {
+            (true, _) => return wall(way),
             (false, DOWN) => format!("on {}", object.name),
             (false, UP) => format!("under {}", object.name),
             (false, _) => format!("at {}", object.name),
         };
-        Mount { words, across: Some(way / 2).filter(|axis| is_side && *axis < 2) }
+        Mount { words, across: None }
     }
+
+    /// The mount of a sensor of which the study says what it is on: a wall of the room, or a side of that object.
+    fn mount_on(&self, name: &str, at: DVec3) -> Mount {
+        let on = |side: &str| Mount { words: format!("on {name}{side}"), across: None };
+        let Some(object) = self.truth.objects.iter().find(|object| object.name == name) else {
+            return on("");
+        };
+        let [low, high] = object.bounds_m;
+        // How far the sensor is from each side, inwards and outwards.
+        let inwards: [f64; 6] = std::array::from_fn(|way| [at - low, high - at][way % 2][way / 2]);
+        let nearest = (0..6).reduce(|a, b| if inwards[b] < inwards[a] { b } else { a });
+        match nearest {
+            Some(way) if self.is_wall(object, way, at) => wall(way),
+            Some(way) if inwards[way] < 0.0 && way != UP => on(&format!(" ({})", FACING[way])),
+            _ => on(""),
+        }
+    }
+
+    /// Whether what is on this side of a sensor is the room's own wall, floor or ceiling.
+    fn is_wall(&self, object: &ObjectVoxels, way: usize, at: DVec3) -> bool {
+        let side_m = self.room_m[way % 2][way / 2];
+        is_room(object, self.room_m) && (at[way / 2] - side_m).abs() <= WALL_M
+    }
+}
+
+/// A wall, the floor or the ceiling of the room.
+fn wall(way: usize) -> Mount {
+    Mount { words: SIDES[way].into(), across: Some(way / 2).filter(|axis| *axis < 2) }
 }
 
 /// Whether a pose of a group is mounted on a wall that is this object: the room itself, or what is next to a group named

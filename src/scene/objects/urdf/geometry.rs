@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::{GeometryUse, LinkShape, Packages, PlacedShape, RobotModel};
 use crate::objects::mesh_file::load_mesh;
-use crate::objects::{Mesh, primitive};
+use crate::objects::{Mesh, primitive, unknown_link};
 use crate::source::Sources;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -59,6 +59,18 @@ impl RobotModel {
             return Err(in_file(self.bare(geometry)).into());
         }
         Ok(meshes)
+    }
+
+    /// The number of a link among [`RobotModel::meshes`].
+    ///
+    /// # Errors
+    /// Names the links there are.
+    pub(crate) fn link_number(&self, name: &str) -> Result<usize, Issue> {
+        let found = self.links.iter().position(|link| link.name == name);
+        found.ok_or_else(|| {
+            let links = self.links.iter().map(|link| link.name.as_str());
+            unknown_link(name, links).with_place(&self.path)
+        })
     }
 
     fn bare(&self, geometry: GeometryUse) -> Issue {

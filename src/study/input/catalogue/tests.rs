@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::*;
+use crate::input::poses::Surfaces;
 use crate::input::sensor;
 use crate::sensor::{RayScale, SaidOfNoise};
 use perirobot_scene::source::Sources;
@@ -46,6 +47,8 @@ fn every_device_is_a_sensor_with_a_source() {
                 poses: 0,
                 sources: &Sources::from_main(Path::new(STUDY)),
                 scenes: &[],
+                has_all_scenes: true,
+                surfaces: &Surfaces::default(),
                 line_of: &|_| None,
             },
         );
@@ -102,6 +105,8 @@ fn known_devices_have_known_rays() {
             poses: 0,
             sources: &sources,
             scenes: &[],
+            has_all_scenes: true,
+            surfaces: &Surfaces::default(),
             line_of: &|_| None,
         };
         let sensor = sensor::check(&place(), toml::from_str(&keys).unwrap(), &context).unwrap();

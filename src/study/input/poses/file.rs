@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
+use super::surface::SurfaceFile;
 use crate::keys::{AxisValues, QuaternionKeys, exactly, exactly_if_given};
 use perirobot_scene::pose::RotationFrame;
 
-/// Candidate poses: a lattice (x_m, y_m, z_m), a list, a table (csv), or random ones.
+/// Candidate poses: a lattice (x_m, y_m, z_m), an object's surface, a list, a table (csv), or random ones.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -20,10 +21,12 @@ pub(crate) struct PosesFile {
     pub(crate) y_m: Option<AxisValues>,
     /// A number, a list, or { start, stop, step }.
     pub(crate) z_m: Option<AxisValues>,
-    /// Where the sensors look: a direction, as [0, 1, 0].
+    /// On the surface of an object of the scenes.
+    pub(crate) surface: Option<SurfaceFile>,
+    /// Where the sensors look: a direction, as [0, 1, 0]. Default, on a surface, straight away from it.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub(crate) facing: Option<[f64; 3]>,
-    /// Turned from there, at each point of the lattice. Default straight.
+    /// Turned from there, at each point of the lattice or the surface. Default straight.
     pub(crate) orientations_deg: Option<Vec<PanTilt>>,
     /// Poses one by one.
     pub(crate) list: Option<Vec<PoseFile>>,

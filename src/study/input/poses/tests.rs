@@ -9,10 +9,26 @@ fn at_most(most: usize, stance: Stance, seed: u64, stream: u64, entry: &str) -> 
     let entry: PosesFile = toml::from_str(entry).unwrap();
     let at = Place::new(Path::new("study.toml"));
     let mut candidates = Vec::new();
-    let files = &Sources::from_main(at.file);
-    let source = PoseSource { sensor: "s", stance, seed, stream, most, files };
+    let (files, surfaces) = (&Sources::from_main(at.file), &Surfaces::default());
+    let source = PoseSource { stance, seed, stream, most, ..source(files, surfaces) };
     expand(&at, &entry, &source, &mut candidates)?;
     Ok(candidates)
+}
+
+/// The source of a study without scenes.
+pub(super) fn source<'a>(files: &'a Sources, surfaces: &'a Surfaces) -> PoseSource<'a> {
+    PoseSource {
+        sensor: "s",
+        stance: Stance::Facing,
+        seed: 1,
+        stream: 0,
+        most: MAX_POSES,
+        files,
+        on: None,
+        scenes: &[],
+        has_all_scenes: true,
+        surfaces,
+    }
 }
 
 #[track_caller]
@@ -108,10 +124,8 @@ fn tables_give_one_sensors_poses_with_their_lines() {
     let path = folder.path().join("poses.csv");
     let read = |text: &str, frame| {
         std::fs::write(&path, text).unwrap();
-        let files = &Sources::from_main(&path);
-        let source =
-            PoseSource { sensor: "s", stance: Stance::Facing, seed: 1, stream: 0, most: MAX_POSES, files };
-        table(&path, frame, &source).map_err(|e| e.to_string())
+        let (files, surfaces) = (&Sources::from_main(&path), &Surfaces::default());
+        table(&path, frame, &source(files, surfaces)).map_err(|e| e.to_string())
     };
     let text = "sensor,pose,x_m,y_m,z_m,qw,qx,qy,qz,note\ns,a,1,2,3,1,0,0,0,\nother,b,1,2,3,1,0,0,0,\n,,4,5,6,0,0,0,1,x\n";
     let found = read(text, RotationFrame::Link).unwrap();

@@ -7,12 +7,12 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use super::catalogue::{self, FromModel};
-use super::poses::{self, PosesFile};
+use super::poses::{self, PosesFile, Surfaces};
 use crate::diagnostics::{LineOf, Place, Problems, Step, Unread, Unreadable, describe, read};
 use crate::sensor::kinds::shared::range::noise_in;
 use crate::sensor::kinds::{self, Checked, EXAMPLES, KindEntry, LARGEST_M};
 use crate::sensor::lens::has_lens;
-use crate::sensor::{Candidate, Cost, CostTerms, Kind, MountLink, PoseSpread, Sensor, Setting};
+use crate::sensor::{Candidate, Cost, CostTerms, GroupSurface, Kind, MountLink, PoseSpread, Sensor, Setting};
 use perirobot_march::{Error, Result};
 use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::source::Sources;
@@ -72,8 +72,11 @@ pub(super) struct SensorContext<'a> {
     pub(super) poses: usize,
     /// The sources through which its files are read.
     pub(super) sources: &'a Sources,
-    /// The study's scenes.
+    /// The study's scenes that could be read, and whether those are all.
     pub(super) scenes: &'a [SceneSpec],
+    pub(super) has_all_scenes: bool,
+    /// Surfaces of their objects that were read before.
+    pub(super) surfaces: &'a Surfaces,
     /// On which line of the study a key stands.
     pub(super) line_of: LineOf<'a>,
 }
@@ -116,8 +119,9 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
         ]);
     }
     let like = common.same_poses_as.as_deref();
-    let source = CandidateSource { like, context };
-    let (candidates, spreads) = candidates(at, &common.name, &*kind, &common.poses, &source)?;
+    let source = CandidateSource { like, on: on.as_ref(), context };
+    let CandidateSets { candidates, spreads, surfaces } =
+        candidates(at, &common.name, &*kind, &common.poses, &source)?;
     Ok(Sensor {
         name: common.name,
         kind,
@@ -125,6 +129,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
         candidates,
         draw_words: Vec::new(),
         spreads,
+        surfaces,
         noise,
         thinned,
         terms,
@@ -182,7 +187,15 @@ fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorConte
 /// Where candidates may come from besides the sensor's own poses.
 struct CandidateSource<'a> {
     like: Option<&'a str>,
+    on: Option<&'a MountLink>,
     context: &'a SensorContext<'a>,
+}
+
+/// The candidates of a sensor, and what is known of groups of them.
+struct CandidateSets {
+    candidates: Vec<Candidate>,
+    spreads: Vec<PoseSpread>,
+    surfaces: Vec<GroupSurface>,
 }
 
 fn candidates(
@@ -191,7 +204,7 @@ fn candidates(
     kind: &dyn Kind,
     groups: &[PosesFile],
     source: &CandidateSource,
-) -> Result<(Vec<Candidate>, Vec<PoseSpread>), Vec<Error>> {
+) -> Result<CandidateSets, Vec<Error>> {
     let one = |e: Error| vec![e];
     if !kind.takes_poses() && (!groups.is_empty() || source.like.is_some()) {
         return Err(one(at
@@ -205,20 +218,35 @@ fn candidates(
     let settings = kind.settings();
     if groups.is_empty() && !settings.is_empty() {
         let candidate = |(name, setting)| Candidate { name, group: kind.name().into(), setting };
-        return Ok((settings.into_iter().map(candidate).collect(), Vec::new()));
+        let candidates = settings.into_iter().map(candidate).collect();
+        return Ok(CandidateSets { candidates, spreads: Vec::new(), surfaces: Vec::new() });
     }
     at.some("poses", groups, "[[sensor.poses]] name = \"wall\"").map_err(one)?;
-    let (mut candidates, mut spreads, mut problems) = (Vec::new(), Vec::new(), Problems::default());
+    let mut problems = Problems::default();
+    let (mut candidates, mut spreads, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
     for (i, group) in groups.iter().enumerate() {
         let stream = (source.context.index as u64) << 32 | i as u64;
-        let (stance, seed, files) = (kind.stance(), source.context.seed, source.context.sources);
-        let source = poses::PoseSource { sensor: name, stance, seed, stream, most, files };
-        let spread = problems.keep(poses::expand(at, group, &source, &mut candidates));
-        spreads.extend(spread.flatten());
+        let &SensorContext { seed, sources: files, scenes, has_all_scenes, surfaces: known, .. } =
+            source.context;
+        let source = poses::PoseSource {
+            sensor: name,
+            stance: kind.stance(),
+            seed,
+            stream,
+            most,
+            files,
+            on: source.on,
+            scenes,
+            has_all_scenes,
+            surfaces: known,
+        };
+        let extras = problems.keep(poses::expand(at, group, &source, &mut candidates)).unwrap_or_default();
+        spreads.extend(extras.spreads);
+        surfaces.extend(extras.surface);
     }
     problems.none()?;
     at.unique("pose", candidates.iter().map(|c| c.name.as_str())).map_err(one)?;
-    Ok((candidates, spreads))
+    Ok(CandidateSets { candidates, spreads, surfaces })
 }
 
 /// The candidates of an earlier sensor with the same stance.
@@ -229,7 +257,7 @@ fn same_poses(
     like: &str,
     earlier: &[Sensor],
     most: usize,
-) -> Result<(Vec<Candidate>, Vec<PoseSpread>)> {
+) -> Result<CandidateSets> {
     if !groups.is_empty() {
         return Err(at.says("both poses and same_poses_as").with_advice("give one"));
     }
@@ -247,7 +275,8 @@ fn same_poses(
     if found.candidates.len() > most {
         return Err(at.wrap(poses::too_many().with_place("same_poses_as")));
     }
-    Ok((found.candidates.clone(), found.spreads.clone()))
+    let Sensor { candidates, spreads, surfaces, .. } = found.clone();
+    Ok(CandidateSets { candidates, spreads, surfaces })
 }
 
 fn has_poses(sensor: &Sensor) -> bool {

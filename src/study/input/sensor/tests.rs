@@ -17,6 +17,8 @@ fn read(keys: &str, noiseless: bool) -> Sensor {
         poses: 0,
         sources: &sources,
         scenes: &[],
+        has_all_scenes: true,
+        surfaces: &Surfaces::default(),
         line_of: &|_| None,
     };
     check(&at, toml::from_str(keys).unwrap(), &context).unwrap()
@@ -163,6 +165,8 @@ fn a_table_of_rays_gives_directions_of_any_length() {
         poses: 0,
         sources: &sources,
         scenes: &[],
+        has_all_scenes: true,
+        surfaces: &Surfaces::default(),
         line_of: &|_| None,
     };
     let sensor = check(&at, toml::from_str(keys).unwrap(), &context).unwrap();
@@ -188,6 +192,8 @@ fn poses_of_another_sensor_are_the_same_poses() {
         poses: 1,
         sources: &sources,
         scenes: &[],
+        has_all_scenes: true,
+        surfaces: &Surfaces::default(),
         line_of: &|_| None,
     };
     let second = check(&at, toml::from_str(&like).unwrap(), &context).unwrap();

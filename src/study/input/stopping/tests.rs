@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use super::*;
+use crate::input::poses::Surfaces;
 use crate::input::sensor::{self, SensorContext};
 use perirobot_scene::source::Sources;
 
@@ -36,6 +37,8 @@ fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
         poses: 0,
         sources: &sources,
         scenes: &[],
+        has_all_scenes: true,
+        surfaces: &Surfaces::default(),
         line_of: &|_| None,
     };
     let keys = toml::from_str(&format!("name = {name:?}\n{keys}\n{poses}")).unwrap();

@@ -175,3 +175,29 @@ fn what_stands_upright_has_no_direction_to_speak_of() {
         ]
     );
 }
+
+#[test]
+fn a_surface_of_the_study_is_what_it_is_on() {
+    let on = |object: &str, more: &str| {
+        camera(
+            "",
+            &format!("name = \"wall mounts\"\nsurface = {{ object = \"{object}\", spacing_m = 2, {more} }}"),
+        )
+    };
+    assert_eq!(
+        on("beam", "off_m = 0.4, sides = [\"-x\", \"-z\"]"),
+        [
+            "on beam (-x side), x -1.5 m, y 0.0 m, 2.0 m high, pan 180°, level",
+            "on beam (underside), x -1.0 m, y 0.0 m, 1.5 m high, straight down",
+        ]
+    );
+    assert_eq!(on("bench", "sides = [\"+z\"]"), ["on bench, x 1.0 m, y 0.0 m, 0.85 m high, straight up"]);
+    assert_eq!(
+        on("hall", "sides = [\"-x\", \"-z\"], margin_m = 2"),
+        [
+            "wall at +x, y 0.0 m, 1.5 m high, level",
+            "ceiling, x -1.0 m, y 0.0 m, 2.95 m high, straight down",
+            "ceiling, x 1.0 m, y 0.0 m, 2.95 m high, straight down",
+        ]
+    );
+}

@@ -1,0 +1,48 @@
+//! Usual cells to begin with. Their studies and cells are in the folders beside this file, and so are robots that only they
+//! have; people and the arm are those that ship.
+
+use super::schemas;
+
+/// A usual cell. Each has people at several moments, entries, prices and requirements, and a planned set of sensors that
+/// misses some of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(in crate::cli) enum Template {
+    /// A person works at a table with an arm
+    Assembly,
+    /// A conveyor, pallets, and a forklift that fetches them
+    Palletiser,
+    /// A robot behind sheet metal, with a door and a jig
+    Welding,
+    /// A mobile robot hands a part to a person
+    Handover,
+    /// A small arm on a laboratory bench
+    Laboratory,
+}
+
+/// The study, the cell and the robot of a template.
+macro_rules! texts {
+    ($name:literal) => {
+        texts!($name, include_str!(concat!($name, "/robot.urdf")))
+    };
+    ($name:literal, $robot:expr) => {
+        [include_str!(concat!($name, "/study.toml")), include_str!(concat!($name, "/cell.toml")), $robot]
+    };
+}
+
+impl Template {
+    /// The names of its files, and what is in them.
+    pub(in crate::cli) fn files(self) -> Vec<(String, &'static str)> {
+        let [study, cell, robot] = match self {
+            Template::Assembly => texts!("assembly", perirobot_shipped::UR10),
+            Template::Palletiser => texts!("palletiser", perirobot_shipped::UR10),
+            Template::Welding => texts!("welding", perirobot_shipped::UR10),
+            Template::Handover => texts!("handover"),
+            Template::Laboratory => texts!("laboratory"),
+        };
+        let own = [("study.toml", study), ("cell.toml", cell), ("robot.urdf", robot)];
+        let own = own.into_iter().chain(schemas()).map(|(name, text)| (String::from(name), text));
+        let people = perirobot_shipped::PEOPLE.iter();
+        let people = people.map(|person| (format!("people/{}.csv", person.name), person.joints));
+        own.chain(people.filter(|(name, _)| cell.contains(&format!("{name:?}")))).collect()
+    }
+}
