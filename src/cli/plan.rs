@@ -5,13 +5,14 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::Duration;
 
+use clap::ValueEnum;
 use perirobot_march::{Error, Result};
 use perirobot_plan::server::Server;
 use perirobot_plan::session::{Session, StudyReader};
-use perirobot_study::input::{Overrides, Study};
+use perirobot_study::input::Study;
 
 use super::backend::BackendArgs;
-use super::init;
+use super::init::Template;
 use super::stop::StopAt;
 use super::study::StudyArgs;
 
@@ -61,7 +62,7 @@ Examples:
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let Some(study) = &args.study else {
-        super::print(&init::template_list("plan"))?;
+        super::print(&templates())?;
         return Ok(ExitCode::SUCCESS);
     };
     args.backend.start_threads()?;
@@ -74,23 +75,31 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Held until the planner ends.
     let _page = if args.no_open { None } else { open_browser(&url) };
     thread::scope(|scope| {
-        let (ending, stop) = (server.stopper(), &stop);
-        let is_over = std::sync::atomic::AtomicBool::new(false);
-        let over = &is_over;
-        let watcher = scope.spawn(move || {
-            while stop.reason().is_none() && !over.load(std::sync::atomic::Ordering::Relaxed) {
+        let (ending, stop, session) = (server.stopper(), &stop, &session);
+        scope.spawn(move || {
+            while stop.reason().is_none() {
                 thread::sleep(Duration::from_millis(50));
             }
+            session.stop();
             ending.stop();
         });
         server.run(|request| session.answer(request));
-        is_over.store(true, std::sync::atomic::Ordering::Relaxed);
-        drop(watcher);
     });
     if session.is_changed() {
         say!("warning: changes were not saved; the page has their text as long as it is open (Copy as TOML)");
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The cells to begin with.
+fn templates() -> String {
+    let mut text = String::from("Name a study, or begin with one of these cells:\n");
+    for template in Template::value_variants() {
+        let Some(value) = template.to_possible_value() else { continue };
+        let about = value.get_help().map(ToString::to_string).unwrap_or_default();
+        text += &format!("  {:<12} {about}\n", value.get_name());
+    }
+    text + "as in:\n  perirobot init --template palletiser my-cell\n  perirobot plan my-cell/study.toml\n"
 }
 
 /// Reads the study as the command line says.

@@ -20,26 +20,26 @@ use crate::state::role_name;
 /// `POST /score`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ScoreQuestion {
+pub(crate) struct ScoreQuestion {
     /// Comes back with the answer.
     #[serde(default)]
-    pub n: u64,
+    pub(crate) n: u64,
     /// The moment.
-    pub moment: usize,
+    pub(crate) moment: usize,
     /// In which voxels.
-    pub voxel: VoxelWord,
+    pub(crate) voxel: VoxelWord,
     /// What a person is about to change.
     #[serde(default)]
-    pub r#move: Option<MoveRequest>,
+    pub(crate) r#move: Option<MoveRequest>,
     /// Which sensor is dead.
     #[serde(default)]
-    pub dead: Option<usize>,
+    pub(crate) dead: Option<usize>,
 }
 
 /// In which voxels something is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum VoxelWord {
+pub(crate) enum VoxelWord {
     /// In larger ones, while something is dragged.
     Coarse,
     /// In those of the study.
@@ -48,7 +48,7 @@ pub enum VoxelWord {
 
 impl VoxelWord {
     /// The same for [`crate::live`].
-    pub fn resolution(self) -> Resolution {
+    pub(crate) fn resolution(self) -> Resolution {
         match self {
             VoxelWord::Coarse => Resolution::Coarse,
             VoxelWord::Fine => Resolution::Fine,
@@ -59,31 +59,31 @@ impl VoxelWord {
 /// A sensor that is dragged, or about to be added.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct MoveRequest {
+pub(crate) struct MoveRequest {
     /// Which of the plan.
     #[serde(default)]
-    pub index: Option<usize>,
+    pub(crate) index: Option<usize>,
     /// What is added.
     #[serde(default)]
-    pub add: Option<AddedDevice>,
+    pub(crate) add: Option<AddedDevice>,
     /// Where.
-    pub at: Pose6,
+    pub(crate) at: Pose6,
     /// The listed pose that is there.
     #[serde(default)]
-    pub pose: Option<String>,
+    pub(crate) pose: Option<String>,
 }
 
 /// A sensor of the study, or a device of the catalogue.
 #[derive(Clone, Debug, Deserialize)]
-pub struct AddedDevice {
+pub(crate) struct AddedDevice {
     /// The sensor's name.
     #[serde(default)]
-    pub sensor: Option<String>,
+    pub(crate) sensor: Option<String>,
 }
 
 /// What is counted in a region.
 #[derive(Clone, Debug, Serialize)]
-pub struct CountsReply {
+pub(crate) struct CountsReply {
     region: String,
     tp: u64,
     fp: u64,
@@ -135,7 +135,11 @@ impl CountsReply {
             people_detected: counts.detection.people_detected,
             parts: counts.detection.parts,
             parts_detected: counts.detection.parts_detected,
-            parts_missed: missed.split('+').filter(|name| !name.is_empty()).map(|name| name.replace('_', " ")).collect(),
+            parts_missed: missed
+                .split('+')
+                .filter(|name| !name.is_empty())
+                .map(|name| name.replace('_', " "))
+                .collect(),
             seen_twice: counts.seen_twice(),
             f1: counts.f1(),
             kappa: counts.kappa(),
@@ -146,7 +150,7 @@ impl CountsReply {
 
 /// What is wrong with a placed sensor.
 #[derive(Clone, Debug, Serialize)]
-pub struct ProblemReply {
+pub(crate) struct ProblemReply {
     index: usize,
     words: String,
 }
@@ -157,7 +161,7 @@ fn problem_replies(problems: &[PlacedProblem]) -> Vec<ProblemReply> {
 
 /// The answer to [`ScoreQuestion`].
 #[derive(Clone, Debug, Serialize)]
-pub struct ScoreReply {
+pub(crate) struct ScoreReply {
     n: u64,
     moment: usize,
     voxel: VoxelWord,
@@ -182,7 +186,7 @@ struct FrustumReply {
 
 impl ScoreReply {
     /// Of an answer; `without` are the counts without each sensor.
-    pub fn new(
+    pub(crate) fn new(
         question: &ScoreQuestion,
         answer: &ScoreAnswer,
         without: &[Vec<Confusion>],
@@ -246,7 +250,7 @@ fn columns(floor: &FloorMap, world: &World) -> String {
 
 /// `GET /cell`: a moment in voxels, x the fastest.
 #[derive(Clone, Debug, Serialize)]
-pub struct CellAnswer {
+pub(crate) struct CellAnswer {
     voxel_size_m: f64,
     /// World key of the first voxel.
     origin: [i32; 3],
@@ -259,7 +263,7 @@ pub struct CellAnswer {
 
 impl CellAnswer {
     /// Of a world.
-    pub fn new(world: &World) -> CellAnswer {
+    pub(crate) fn new(world: &World) -> CellAnswer {
         let (truth, grid) = (world.truth(), world.grid);
         let voxels = || BitGrid::full(grid.window());
         let role = |voxel| match () {
@@ -284,7 +288,7 @@ impl CellAnswer {
 
 /// `GET /scenery`: the surfaces of a moment.
 #[derive(Clone, Debug, Serialize)]
-pub struct SceneryReply {
+pub(crate) struct SceneryReply {
     things: Vec<ThingReply>,
 }
 
@@ -302,7 +306,7 @@ struct ThingReply {
 
 impl SceneryReply {
     /// Of surfaces.
-    pub fn new(scenery: &Scenery) -> SceneryReply {
+    pub(crate) fn new(scenery: &Scenery) -> SceneryReply {
         let metres = |x: f32| (x * 1e4).round() / 1e4;
         let thing = |one: &crate::live::Thing| ThingReply {
             name: one.name.clone(),
@@ -317,7 +321,7 @@ impl SceneryReply {
 
 /// The answer to `POST /why`.
 #[derive(Clone, Debug, Serialize)]
-pub struct WhyReply {
+pub(crate) struct WhyReply {
     n: u64,
     object: Option<String>,
     sensors: Vec<SightReply>,
@@ -332,7 +336,7 @@ struct SightReply {
 
 impl WhyReply {
     /// Of an answer.
-    pub fn new(n: u64, answer: &WhyAnswer) -> WhyReply {
+    pub(crate) fn new(n: u64, answer: &WhyAnswer) -> WhyReply {
         let sight = |one: &crate::live::SensorSight| SightReply {
             index: one.index,
             sees: one.sees,
@@ -344,7 +348,7 @@ impl WhyReply {
 
 /// The answer to `POST /judge`.
 #[derive(Clone, Debug, Serialize)]
-pub struct JudgeReply {
+pub(crate) struct JudgeReply {
     n: u64,
     moments: Vec<MomentReply>,
     verdicts: Vec<VerdictReply>,
@@ -387,7 +391,7 @@ struct WorstReply {
 
 impl JudgeReply {
     /// Of what was judged.
-    pub fn new(
+    pub(crate) fn new(
         n: u64,
         answer: &JudgeAnswer,
         budget: Option<f64>,

@@ -4,7 +4,7 @@
 use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 
 use glam::DVec3;
 use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
@@ -270,10 +270,7 @@ impl<'a> Session<'a> {
     fn state(&self, desk: &Desk) -> Response<'_> {
         let path = desk.file.path();
         let shown = path.display().to_string();
-        let report = [
-            format!("perirobot sweep {shown} --out out"),
-            "perirobot report out".to_string(),
-        ];
+        let report = [format!("perirobot sweep {shown} --out out"), "perirobot report out".to_string()];
         let state = State {
             version: desk.version,
             name: path.file_name().unwrap_or_default().to_string_lossy().into(),
@@ -295,7 +292,9 @@ impl<'a> Session<'a> {
 
     fn text(&self) -> Answer<'_> {
         let desk = locked(&self.desk);
-        json_of(&json!({ "text": desk.document.text(), "plan": desk.document.plan_text() }))
+        let known = desk.loaded.as_ref().map_or_else(Arc::default, |loaded| loaded.known.clone());
+        let plan = desk.document.plan_text(&known).unwrap_or_default();
+        json_of(&json!({ "text": desk.document.text(), "plan": plan }))
     }
 
     fn scenery(&self, request: &Request) -> Answer<'_> {
@@ -367,7 +366,12 @@ impl<'a> Session<'a> {
                 }
                 judged => {
                     let cost = loaded.cell.budget;
-                    return json_of(&JudgeReply::new(question.n, &judged?, cost, (&loaded.study, &loaded.worlds)));
+                    return json_of(&JudgeReply::new(
+                        question.n,
+                        &judged?,
+                        cost,
+                        (&loaded.study, &loaded.worlds),
+                    ));
                 }
             }
         }
@@ -385,7 +389,8 @@ impl<'a> Session<'a> {
         let EditRequest { edit, gesture } = read(request)?;
         let mut desk = locked(&self.desk);
         let before = desk.document.clone();
-        let known = desk.loaded.as_ref().map_or_else(|| Arc::new(Known::catalogue()), |one| one.known.clone());
+        let known =
+            desk.loaded.as_ref().map_or_else(|| Arc::new(Known::catalogue()), |one| one.known.clone());
         desk.document.apply(&edit, gesture, &known)?;
         let was_right = desk.problems.is_empty();
         self.load(&mut desk);
@@ -416,7 +421,11 @@ impl<'a> Session<'a> {
         match file.save(document.text(), overwrite)? {
             Saved::ChangedOnDisk => {
                 let words = "another program has changed the file since it was opened";
-                Ok(Response::new(409, "application/json", json!({ "error": words, "changed_on_disk": true }).to_string()))
+                Ok(Response::new(
+                    409,
+                    "application/json",
+                    json!({ "error": words, "changed_on_disk": true }).to_string(),
+                ))
             }
             Saved::Written => {
                 document.saved();
@@ -430,25 +439,33 @@ impl<'a> Session<'a> {
         let mut question: FindRequest = read(request)?;
         let loaded = self.loaded()?;
         if question.keep {
-            question.always = loaded.placed.iter().map(|&[sensor, pose]| pose_name(&loaded.study, sensor, pose)).collect();
+            question.always =
+                loaded.placed.iter().map(|&[sensor, pose]| pose_name(&loaded.study, sensor, pose)).collect();
         }
         let stream = move |out: &mut dyn Write| {
             // The search before gives way.
             self.stop_finding.store(true, Ordering::Relaxed);
             let _alone = locked(&self.finding);
             self.stop_finding.store(false, Ordering::Relaxed);
-            let out = Mutex::new(out);
-            let emit = |event: FindEvent| {
-                let line = serde_json::to_string(&event).expect("an event is JSON") + "\n";
-                if locked(&out).write_all(line.as_bytes()).is_err() {
-                    self.stop_finding.store(true, Ordering::Relaxed);
-                }
-            };
             let study = (&*loaded.study, loaded.worlds.as_slice());
-            let ended = find(study, &question, &self.backend, self.evidence.path(), &self.stop_finding, &emit);
-            if let Err(error) = ended {
-                emit(FindEvent::Error(error.to_string()));
-            }
+            std::thread::scope(|scope| {
+                let (sender, events) = mpsc::channel();
+                scope.spawn(move || {
+                    let emit = |event: FindEvent| drop(sender.send(event));
+                    let folder = self.evidence.path();
+                    if let Err(error) =
+                        find(study, &question, &self.backend, folder, &self.stop_finding, &emit)
+                    {
+                        emit(FindEvent::Error(error.to_string()));
+                    }
+                });
+                for event in events {
+                    let line = serde_json::to_string(&event).expect("an event is JSON") + "\n";
+                    if out.write_all(line.as_bytes()).is_err() {
+                        self.stop_finding.store(true, Ordering::Relaxed);
+                    }
+                }
+            });
             Ok(())
         };
         Ok(Response {
@@ -538,7 +555,8 @@ fn number(request: &Request, key: &str) -> Result<usize, Refused> {
 
 /// What a request says.
 fn read<T: DeserializeOwned>(request: &Request) -> Result<T, Refused> {
-    serde_json::from_slice(&request.body).map_err(|e| Refused(400, format!("the request is not understood: {e}")))
+    serde_json::from_slice(&request.body)
+        .map_err(|e| Refused(400, format!("the request is not understood: {e}")))
 }
 
 fn json_of<'s>(answer: &impl serde::Serialize) -> Answer<'s> {

@@ -29,6 +29,7 @@ pub(super) fn apply(source: &mut Source, edit: &Edit, known: &Known) -> Result<O
         }
         Edit::Remove { index } => editor.remove(*index),
         Edit::SetSensor { index, device, cost } => editor.set_sensor(*index, device, *cost),
+        Edit::SetPlan { placed } => editor.set_plan(placed),
         Edit::SetCost { sensor, cost } => editor.set_cost(sensor, *cost).map(|()| None),
         Edit::SetBudget { budget } => editor.set_budget(*budget).map(|()| None),
         Edit::SetBox { table, name, shape } => editor.set_box(*table, name, shape).map(|()| None),
@@ -277,6 +278,17 @@ impl Editor<'_> {
         self.write(&plan, None)?;
         self.clean(&plan, &placed)?;
         self.write(&plan, Some(&new))
+    }
+
+    fn set_plan(&mut self, placed: &[PlacedName]) -> Result<Option<usize>> {
+        let before = self.plan()?;
+        for (number, one) in placed.iter().enumerate() {
+            self.check_pose(&one.sensor, &one.pose)?;
+            Self::refuse_twice(&placed[..number], one)?;
+        }
+        self.write(placed, None)?;
+        before.iter().filter(|one| !placed.contains(one)).try_for_each(|one| self.clean(placed, one))?;
+        self.write(placed, None)
     }
 
     /// Removes what only a sensor needed that left its pose: the pose, its group, and the sensor that had no other.

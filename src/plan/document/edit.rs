@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::plan::PlacedName;
 use super::pose::Pose6;
 
 /// A change of the study. Numbers are those of the plan, in its order.
@@ -62,6 +63,11 @@ pub enum Edit {
         /// What one costs, if it is new in the study.
         #[serde(default)]
         cost: Option<f64>,
+    },
+    /// Other sensors at listed poses are the plan.
+    SetPlan {
+        /// All of them.
+        placed: Vec<PlacedName>,
     },
     /// What one of a sensor costs.
     SetCost {

@@ -78,6 +78,14 @@ impl Document {
         plan::read(&Source::new(self.text.clone())?, known)
     }
 
+    /// The tables that another study needs for this plan, to be copied.
+    ///
+    /// # Errors
+    /// As [`Document::plan`].
+    pub fn plan_text(&self, known: &Known) -> Result<String> {
+        Ok(plan::text(&self.plan(known)?, known))
+    }
+
     /// Changes the study. Edits of one gesture become one step. Returns which of the placed sensors was changed, if it is
     /// still there.
     ///

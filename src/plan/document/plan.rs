@@ -4,11 +4,14 @@
 use toml_edit::{Item, Value};
 
 use perirobot_march::{Error, Result};
+use perirobot_scene::pose::Pose;
 use perirobot_study::input::slug;
 use serde::{Deserialize, Serialize};
 
+use super::group;
 use super::known::Known;
 use super::path::Path;
+use super::pose::Pose6;
 use super::source::{Source, list, quote, quote_key};
 use super::span::whole_end;
 
@@ -66,7 +69,7 @@ pub(super) fn read(source: &Source, known: &Known) -> Result<Vec<PlacedName>> {
 }
 
 /// A pose's name whose group may be spelled as in the study, in the spelling of names.
-fn spelled(pose: &str, candidates: Option<&Vec<(String, Option<perirobot_scene::pose::Pose>)>>) -> String {
+fn spelled(pose: &str, candidates: Option<&Vec<(String, Option<Pose>)>>) -> String {
     let is_known = candidates.is_some_and(|all| all.iter().any(|(name, _)| name == pose));
     match pose.split_once('/') {
         Some((group, rest)) if !is_known => format!("{}/{rest}", slug(group)),
@@ -91,12 +94,7 @@ fn poses_of<'a>(plan: &'a [PlacedName], sensor: &'a str) -> Vec<String> {
 /// Writes the placed sensors. `alone` are the sensors of a study without combinations, which go on being scored alone.
 pub(super) fn write(source: &mut Source, plan: &[PlacedName], alone: &[String]) -> Result<()> {
     let combinations = Path::new("combination");
-    let mut sensors: Vec<String> = Vec::new();
-    for placed in plan {
-        if !sensors.contains(&placed.sensor) {
-            sensors.push(placed.sensor.clone());
-        }
-    }
+    let sensors = sensors_of(plan);
     match (combination(source), plan.is_empty()) {
         (Some(index), false) => update(source, &combinations.entry(index), plan, &sensors),
         (None, false) => append(source, plan, &sensors, alone),
@@ -163,13 +161,54 @@ fn count_table(plan: &[PlacedName], sensors: &[String]) -> String {
     format!("{{ {} }}", pairs.join(", "))
 }
 
-fn append(source: &mut Source, plan: &[PlacedName], sensors: &[String], alone: &[String]) -> Result<()> {
-    let names = |names: &[String]| list(names.iter().map(|name| quote(name)));
-    let mut keys = vec![format!("name = {}", quote(PLANNED)), format!("sensors = {}", names(sensors))];
+/// The keys of the combination.
+fn keys(plan: &[PlacedName], sensors: &[String]) -> Vec<String> {
+    let names = list(sensors.iter().map(|name| quote(name)));
+    let mut keys = vec![format!("name = {}", quote(PLANNED)), format!("sensors = {names}")];
     if sensors.len() < plan.len() {
         keys.push(format!("count = {}", count_table(plan, sensors)));
     }
     keys.push(format!("poses = {}", poses_table(plan, sensors)));
+    keys
+}
+
+/// The sensors of a plan, each once.
+fn sensors_of(plan: &[PlacedName]) -> Vec<String> {
+    let mut sensors: Vec<String> = Vec::new();
+    for placed in plan {
+        if !sensors.contains(&placed.sensor) {
+            sensors.push(placed.sensor.clone());
+        }
+    }
+    sensors
+}
+
+/// The tables that another study needs for this plan: the poses that were dragged, and the combination.
+pub(super) fn text(plan: &[PlacedName], known: &Known) -> String {
+    let mut text = String::new();
+    let sensors = sensors_of(plan);
+    for sensor in known.sensors.iter().filter(|sensor| sensors.contains(&sensor.name)) {
+        let own = |(name, pose): &(String, Option<Pose>)| {
+            let own = name.strip_prefix(PLANNED)?.strip_prefix('/')?;
+            let is_placed = plan.iter().any(|one| one.sensor == sensor.name && one.pose == *name);
+            let entry = |pose: Pose| group::inline_entry(own, &Pose6::new(&pose), sensor.stance);
+            pose.filter(|_| is_placed).map(entry)
+        };
+        let entries: Vec<String> = sensor.poses.iter().filter_map(own).collect();
+        if !entries.is_empty() {
+            let keys = group::planned_keys(PLANNED, &entries.join(",\n    ")).join("\n");
+            text += &format!("# below [[sensor]] {}\n[[sensor.poses]]\n{keys}\n\n", quote(&sensor.name));
+        }
+    }
+    match plan.is_empty() {
+        true => text,
+        false => text + "[[combination]]\n" + &keys(plan, &sensors).join("\n") + "\n",
+    }
+}
+
+fn append(source: &mut Source, plan: &[PlacedName], sensors: &[String], alone: &[String]) -> Result<()> {
+    let names = |names: &[String]| list(names.iter().map(|name| quote(name)));
+    let keys = keys(plan, sensors);
     let path = Path::new("combination");
     if let Some(Item::Value(Value::Array(_))) = source.get(&path) {
         return source.push(&path, &format!("{{ {} }}", keys.join(", ")));
