@@ -1,3 +1,5 @@
 #![doc = include_str!("README.md")]
 // The pages of rooms are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
+
+pub mod live;
