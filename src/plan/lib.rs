@@ -2,10 +2,13 @@
 // The pages of rooms are read by developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
+mod answers;
 pub mod document;
 pub mod find;
+pub mod live;
 pub mod page;
 pub mod problem;
 pub mod server;
+pub mod session;
 pub mod state;
 pub mod study_file;

@@ -38,7 +38,7 @@ fn camera(random: &mut Random) -> Rays {
         1 => cases::steps((0..4096).map(|step| (step - 2048) / 1800 * 65_536).collect(), lost_below),
         _ => Noise { lost_below, ..Noise::default() },
     };
-    Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise }
+    Rays { dirs_q15: camera.dirs_q15().into(), image: Some(camera.image()), gates, noise }
 }
 
 /// A random cell, seen by cameras from anywhere; every other one is open but for a wall, so that boxes of
@@ -163,7 +163,7 @@ fn large_cameras_equal_the_cpu() {
         backdrop: true,
     };
     let noise = cases::steps((0..4096).map(|step| (step - 2048) * 80).collect(), 0);
-    let rays = Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise };
+    let rays = Rays { dirs_q15: camera.dirs_q15().into(), image: Some(camera.image()), gates, noise };
     // In front of the region, beside it, and inside.
     let origins = [[50, 2, 30], [55, 5, 35], [21, 40, 30], [5, 40, 30], [60, 40, 20], [97, 77, 57]];
     let mut shots = Vec::new();
@@ -222,7 +222,7 @@ fn room(random: &mut Random) -> VoxelScene {
     let over_time = random.one_in(3).then(|| {
         let mut always = blockers.clone();
         always.remove(&BitGrid::full(cases::inner(random, grid)).to_window(grid));
-        std::sync::Arc::new(OverTime { always, ever: blockers.clone() })
+        std::sync::Arc::new(OverTime { always: always.into(), ever: blockers.clone().into() })
     });
     let window = cases::inner(random, inside);
     let region = |random: &mut Random| BitGrid::full(cases::inner(random, window)).to_window(window);
@@ -264,7 +264,7 @@ fn rooms_equal_the_oracle() {
             backdrop: random.one_in(3),
         };
         let noise = if random.one_in(2) { Noise::default() } else { cases::noise(&mut random) };
-        let rays = Rays { dirs_q15: camera.dirs_q15(), image: Some(camera.image()), gates, noise };
+        let rays = Rays { dirs_q15: camera.dirs_q15().into(), image: Some(camera.image()), gates, noise };
         // In the room, more often than not where it matters.
         let shots = (0..6).map(|slot| {
             let around = if random.one_in(3) { scene.blockers.window() } else { scene.window };
@@ -339,7 +339,7 @@ fn hits_are_kept_from_snapshot_to_snapshot() {
         moving.iter().for_each(|&voxel| first.set(voxel));
         still.remove(&first);
         let ever = BitGrid::clone(&case.scene.blockers);
-        let over_time = std::sync::Arc::new(OverTime { always: still.clone(), ever });
+        let over_time = std::sync::Arc::new(OverTime { always: still.clone().into(), ever: ever.into() });
         for (number, part) in [2, 3, 1].into_iter().enumerate() {
             let mut blockers = BitGrid::clone(&still);
             moving.iter().step_by(part).for_each(|&voxel| blockers.set(voxel));

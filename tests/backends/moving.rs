@@ -52,7 +52,7 @@ fn what_is_kept_of_a_pose_changes_nothing() {
         moving.iter().for_each(|&voxel| moves.set(voxel));
         always.remove(&moves);
         let ever = BitGrid::clone(&case.scene.blockers);
-        let over_time = Arc::new(OverTime { always: always.clone(), ever });
+        let over_time = Arc::new(OverTime { always: always.clone().into(), ever: ever.into() });
         let by_ray = random.one_in(2);
         let cpu = || {
             let cpu = Cpu::new(Some(1)).unwrap();

@@ -289,7 +289,7 @@ fn people_are_hit_where_no_ray_is_believed_to_come_near() {
     let placement =
         GridPose { origin_q16: at([1; 3]), axis_q15: looks(-32_768), truly: Some(truly), draws: 0 };
     let dirs_q15 = cases::camera(24, 16, 0.2, 0.2);
-    let rays = Rays { dirs_q15, image: None, gates: open_gates(), noise: Noise::default() };
+    let rays = Rays { dirs_q15: dirs_q15.into(), image: None, gates: open_gates(), noise: Noise::default() };
     let reading = Reading { slot: 0, volume: None, hit: 847, miss: -405, presence: true };
     let case = Case {
         seed: 0,
@@ -314,7 +314,7 @@ fn a_camera_of_several_dispatches() {
     let mut large = case(1);
     let dirs_q15 = cases::camera(700, 500, 1.2, 0.8);
     let noise = cases::steps((0..4096).map(|step| (step - 2048) << 7).collect(), 1 << 29);
-    large.tables = vec![Rays { dirs_q15, image: None, gates: open_gates(), noise }];
+    large.tables = vec![Rays { dirs_q15: dirs_q15.into(), image: None, gates: open_gates(), noise }];
     large.shots.truncate(2);
     large.shots.iter_mut().for_each(|shot| shot.table = 0);
     let mut cpu = Cpu::new(Some(2)).unwrap_or_else(|e| panic!("{e}"));

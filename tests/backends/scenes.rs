@@ -390,7 +390,7 @@ fn the_best_of_a_few_poses_sees_the_operator() {
     let table = ray_tables(&study)[0].clone().unwrap();
     let mut cpu = Cpu::new(None).unwrap();
     cpu.tables(&[Rays {
-        dirs_q15: small.dirs_q15(),
+        dirs_q15: small.dirs_q15().into(),
         image: Some(small.image()),
         noise: Noise::default(),
         ..table

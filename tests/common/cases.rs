@@ -75,7 +75,7 @@ fn table(random: &mut Random, scene: &VoxelScene, placement: &GridPose) -> Rays 
     } else {
         let mut dirs_q15 = if random.one_in(2) { pinhole(random) } else { lidar(random) };
         dirs_q15.extend(lattice());
-        Rays { dirs_q15, image: None, gates: open_gates(), noise: Noise::default() }
+        Rays { dirs_q15: dirs_q15.into(), image: None, gates: open_gates(), noise: Noise::default() }
     };
     rays.gates = gates(random, scene, &rays, placement);
     rays.noise = noise(random);
@@ -98,7 +98,7 @@ pub(crate) fn image(random: &mut Random) -> Rays {
         },
     };
     Rays {
-        dirs_q15: camera.dirs_q15(),
+        dirs_q15: camera.dirs_q15().into(),
         image: Some(camera.image()),
         gates: open_gates(),
         noise: Noise::default(),
@@ -255,7 +255,7 @@ fn scene(random: &mut Random, grid: Window) -> VoxelScene {
         let mut always = blockers.clone();
         let moves = inner(random, grid);
         always.remove(&BitGrid::full(moves));
-        Arc::new(OverTime { always, ever: blockers.clone() })
+        Arc::new(OverTime { always: always.into(), ever: blockers.clone().into() })
     });
     VoxelScene { blockers: blockers.into(), over_time, window, truth, human, robot, regions, people }
 }

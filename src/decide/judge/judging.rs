@@ -16,7 +16,7 @@ use super::what_if::WhatIf;
 use crate::approach::{Ground, fusion_warning};
 use crate::controller::{MeasuredMoment, separation_csv};
 use crate::view::Choice;
-use perirobot_march::backend::factory::ChosenBackends;
+use perirobot_march::backend::factory::{BackendFactory, ChosenBackends};
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
@@ -126,8 +126,13 @@ impl<'a> Judging<'a> {
                 }
                 _ => Conditions::from_results(self.study, self.results, choice)?,
             };
-            let (conditions, drawn) =
-                what_if.add_cases(conditions, &asked, grounds, (backends.as_mut(), open), progress)?;
+            let (conditions, drawn) = what_if.add_cases(
+                conditions,
+                &asked,
+                grounds,
+                (backends.as_mut().map(|backends| backends as &mut dyn BackendFactory), open),
+                progress,
+            )?;
             all_draws.extend(drawn);
             sets.push(match is_swept(choice) {
                 true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),

@@ -44,6 +44,7 @@ mod verdict;
 mod what_if;
 
 pub(crate) use alone::judge_alone;
+pub use alone::judge_set;
 pub use alter::alter;
 pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
@@ -56,6 +57,7 @@ pub use judged::JudgedSet;
 pub use judging::{JudgeResult, Judging, forget, requires_something};
 pub use junit::junit_xml;
 pub use leaders::{LeaderScope, chosen_sets, leaders};
+pub use near::nearest_approaches;
 pub(crate) use near::passages;
 pub use postures::check_postures;
 pub use speed::Speeds;

@@ -12,12 +12,13 @@ use super::draws::Draws;
 use super::scope::approach_conditions;
 use super::what_if::WhatIf;
 use crate::approach::{ApproachMoment, Body, Company, Ground, NearestApproach};
+use crate::view::Choice;
 use crate::view::watched::{WatchScene, Watcher, Watchers};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
-use perirobot_study::input::EntrySpec;
+use perirobot_study::input::{EntrySpec, Study};
 use perirobot_study::world::World;
 
 /// Most cases that are put together at once.
@@ -81,6 +82,32 @@ impl<'a> WhatIf<'a> {
     fn watchers(&self) -> Vec<Watcher> {
         self.members.iter().map(watcher).collect()
     }
+}
+
+/// How near each body comes by each way in, of a choice as planned in the first repeat, whether or not the study requires
+/// anything of that.
+///
+/// # Errors
+/// When that cannot be asked of a scene, such as of one without a robot; `Error::Stopped`.
+pub fn nearest_approaches(
+    study: &Study,
+    worlds: &[World],
+    choice: &Choice,
+    progress: &dyn Progress,
+) -> Result<Vec<(Passage, NearestApproach)>> {
+    let what_if = WhatIf::new(study, worlds, choice);
+    let mut all = Vec::new();
+    for ground in &Ground::from_scenes(study, worlds, &what_if.watchers())? {
+        for company in ground.companies() {
+            progress.check_stop()?;
+            let truths: Vec<Arc<Truth>> = ground.worlds.iter().map(|world| company.truth(world)).collect();
+            let moment = ApproachMoment::new(ground, company, ground.worlds, &truths)?;
+            let scene = CompanyScene::new(&what_if, ground, None, &truths, choice.repeat);
+            let watched = scene.watched_voxels(&[&mut Case::default()]).swap_remove(0);
+            all.extend(passages(ground, company, choice.repeat).into_iter().zip(moment.nearest(&watched)));
+        }
+    }
+    Ok(all)
 }
 
 fn watcher(&[sensor, candidate, representation]: &[usize; 3]) -> Watcher {

@@ -72,6 +72,12 @@ impl<'a, 'b> Viewer<'a, 'b> {
         self.view_window(world, world.grid.window(), choices)
     }
 
+    /// The view of a choice that holds for one voxel only: each sensor casts just the rays that tell of it.
+    pub fn view_voxel(&mut self, world: &'a World, voxel: [i32; 3], choice: Choice) -> Result<View<'a>> {
+        let window = Window::from_corners(voxel, voxel);
+        Ok(self.view_window(world, window, &[choice])?.swap_remove(0))
+    }
+
     fn view_window(&mut self, world: &'a World, window: Window, choices: &[Choice]) -> Result<Vec<View<'a>>> {
         let loaded = self.load(world, window)?;
         let said: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
@@ -117,7 +123,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
         let before = self.loaded.take().filter(|known| std::ptr::eq(known.world, world));
         if before.as_ref().is_none_or(|known| known.window != window) {
             let mut scene = world.scene(window);
-            if window == world.grid.window() {
+            if window != window_of(&world.regions) || window == world.grid.window() {
                 // Backends decide the voxels of regions only.
                 scene.regions = vec![BitGrid::full(window)];
             }

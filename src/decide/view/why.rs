@@ -132,6 +132,17 @@ pub struct Cause {
     pub object: Option<usize>,
 }
 
+/// What one sensor knows of a voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sighting {
+    /// It calls the voxel occupied.
+    Occupied,
+    /// It calls the voxel free.
+    Free,
+    /// It says nothing of the voxel.
+    Unknown(Cause),
+}
+
 /// Voxels that are unknown for the same cause.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missed {
@@ -175,6 +186,16 @@ impl View<'_> {
             planes.entry(cause).or_insert_with(|| BitGrid::new(unknown.window())).set(voxel);
         }
         planes.into_iter().map(|(cause, plane)| Missed { cause, voxels: plane.trim() }).collect()
+    }
+
+    /// What each sensor knows of a voxel of the view, in the order they speak: its label, or why it has none.
+    pub fn sightings(&self, voxel: [i32; 3]) -> Vec<Sighting> {
+        let sighting = |member: &SensorView| match [&member.says.occupied, &member.says.free] {
+            [occupied, _] if occupied.get(voxel) => Sighting::Occupied,
+            [_, free] if free.get(voxel) => Sighting::Free,
+            _ => Sighting::Unknown(Witness::new(self, member).cause(voxel)),
+        };
+        self.members.iter().map(sighting).collect()
     }
 
     /// Why voxels of all regions are unknown.

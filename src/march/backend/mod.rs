@@ -45,20 +45,48 @@ pub struct VoxelScene {
     pub people: People,
 }
 
+impl VoxelScene {
+    /// Whether all of it is as in another scene, but for the numbers of first hits.
+    pub(crate) fn is_same(&self, other: &VoxelScene) -> bool {
+        self.has_same_layers(other)
+            && (self.window, &self.people) == (other.window, &other.people)
+            && (Arc::ptr_eq(&self.blockers, &other.blockers) || self.blockers == other.blockers)
+            && [&self.truth, &self.human, &self.robot] == [&other.truth, &other.human, &other.robot]
+            && self.regions == other.regions
+    }
+
+    /// Whether the same blocks over all snapshots.
+    pub(crate) fn has_same_layers(&self, other: &VoxelScene) -> bool {
+        match (&self.over_time, &other.over_time) {
+            (None, None) => true,
+            (Some(own), Some(other)) => own.has_layers_of(other),
+            _ => false,
+        }
+    }
+}
+
 /// The blockers of a scene over all its snapshots, each over the whole grid.
 #[derive(Clone, Debug)]
 pub struct OverTime {
     /// Those of every snapshot, which stand still: against them rays are cast only once.
-    pub always: BitGrid,
+    pub always: Arc<BitGrid>,
     /// Those of any.
-    pub ever: BitGrid,
+    pub ever: Arc<BitGrid>,
+}
+
+impl OverTime {
+    /// Whether both layers are the very allocations of another's.
+    pub(crate) fn has_layers_of(&self, other: &OverTime) -> bool {
+        Arc::ptr_eq(&self.always, &other.always) && Arc::ptr_eq(&self.ever, &other.ever)
+    }
 }
 
 /// One table of rays, as the backends see it: where they go, what ends them, and what chance does to them.
 #[derive(Clone, Debug)]
 pub struct Rays {
-    /// Unit directions in the sensor's frame, Q15, in ray order. Depth is measured along its third axis.
-    pub dirs_q15: Vec<[i32; 3]>,
+    /// Unit directions in the sensor's frame, Q15, in ray order. Depth is measured along its third axis. A clone of a
+    /// table shares them, so that a backend recognises a table that it has made ready.
+    pub dirs_q15: Arc<Vec<[i32; 3]>>,
     /// Where the rays come from, if they are the pixels of a camera, row by row.
     pub image: Option<Image>,
     /// Ranges and rules that decide how a ray ends.
@@ -68,6 +96,12 @@ pub struct Rays {
 }
 
 impl Rays {
+    /// Whether the other is a clone of this table. A table that was made again from the same sensor is not.
+    pub(crate) fn is_clone_of(&self, other: &Rays) -> bool {
+        Arc::ptr_eq(&self.dirs_q15, &other.dirs_q15)
+            && (self.image, self.gates, &self.noise) == (other.image, other.gates, &other.noise)
+    }
+
     /// The gates of a ray of the table, along it.
     pub fn gates_of(&self, ray: usize) -> Gates {
         self.gates.ray_gates(self.dirs_q15[ray][2])
@@ -298,11 +332,12 @@ pub trait Backend {
     /// What runs: adapter or processor, for people and manifests.
     fn device(&self) -> String;
 
-    /// Makes the tables of a study's casting sensors ready, in the order by which [`Backend::sense`] names them.
+    /// Makes the tables of a study's casting sensors ready, in the order by which [`Backend::sense`] names them. Tables that
+    /// are clones of those that are ready cost nothing.
     fn tables(&mut self, tables: &[Rays]) -> Result<()>;
 
     /// Makes a scene ready, and forgets all evidence; no request may be open. If the scene does not fit the
-    /// device, the error says what would.
+    /// device, the error says what would. A scene that was loaded lately may cost little.
     fn load(&mut self, scene: &VoxelScene) -> Result<()>;
 
     /// How many pieces of evidence of the loaded scene can be kept at once; at least 1.

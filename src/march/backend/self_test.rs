@@ -70,7 +70,7 @@ fn camera() -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    let dirs_q15 = (0..size_px[0] * size_px[1]).map(pixel).collect();
+    let dirs_q15 = (0..size_px[0] * size_px[1]).map(pixel).collect::<Vec<_>>().into();
     Rays { dirs_q15, image: Some(Image { size_px, focal_px }), gates, noise: Noise::default() }
 }
 

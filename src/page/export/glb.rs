@@ -97,7 +97,7 @@ pub(super) fn plate(corners: &[DVec3]) -> Result<Mesh> {
 }
 
 /// The faces of voxels that no other voxel covers.
-pub(super) fn faces(edge_m: f64, keys: &[[i32; 3]]) -> Mesh {
+pub fn faces(edge_m: f64, keys: &[[i32; 3]]) -> Mesh {
     let filled: HashSet<[i32; 3]> = keys.iter().copied().collect();
     let mut mesh = Mesh::default();
     for &key in keys {

@@ -17,6 +17,15 @@ pub struct Canvas {
 }
 
 impl Canvas {
+    /// A picture of these pixels, three bytes each.
+    ///
+    /// # Panics
+    /// If there are not as many as its sides say.
+    pub fn from_rgb(size: [u32; 2], rgb: Vec<u8>) -> Canvas {
+        assert_eq!(rgb.len(), 3 * size[0] as usize * size[1] as usize, "three bytes a pixel");
+        Canvas { size, rgb }
+    }
+
     pub(super) fn white(size: [u32; 2]) -> Canvas {
         Canvas { size, rgb: vec![255; 3 * size[0] as usize * size[1] as usize] }
     }

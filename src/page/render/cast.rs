@@ -110,7 +110,7 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    Rays { dirs_q15: dirs_q15.to_vec(), image: None, gates, noise: Noise::default() }
+    Rays { dirs_q15: dirs_q15.to_vec().into(), image: None, gates, noise: Noise::default() }
 }
 
 /// Follows a ray that returned to its end once more.

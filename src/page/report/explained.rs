@@ -81,7 +81,7 @@ fn percent(part: u64, of: u64) -> String {
 }
 
 /// A cause in words.
-pub(super) fn phrase(view: &View, cause: &Cause) -> String {
+pub fn phrase(view: &View, cause: &Cause) -> String {
     let object = view.object(cause).unwrap_or_default();
     match cause.reason {
         Reason::OutOfView => "out of view".into(),

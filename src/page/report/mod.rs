@@ -12,6 +12,7 @@ mod chosen_sets;
 #[cfg(feature = "report")]
 pub(crate) mod colours;
 mod explained;
+pub use explained::phrase as describe_cause;
 #[cfg(feature = "report")]
 pub mod figures;
 mod maximum;

@@ -18,6 +18,7 @@ use crate::diagnostics::{
     self, List, Place, Problems, Written, parse_in_parts, refuse_folder, top_keys, wrong_with,
 };
 use crate::sensor::{Cost, SaidOfNoise, Sensor};
+use crate::world::KeptRays;
 use perirobot_march::error::{Argument, Issue, Site, Words};
 use perirobot_march::voxel::grid::VOXEL_SIZES_M;
 use perirobot_march::{Error, Result};
@@ -116,6 +117,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         min_hits: file.min_hits,
         currency: file.currency,
         sources,
+        kept_rays: KeptRays::default(),
     })
 }
 

@@ -101,7 +101,7 @@ impl Study {
     }
 
     /// A pose in whole numbers: its position in 1/65536 voxels, and its rotation row by row in Q15.
-    fn quantise(&self, pose: &Pose) -> [u32; 12] {
+    pub(super) fn quantise(&self, pose: &Pose) -> [u32; 12] {
         let (at, link) = (pose.position_m.to_array(), pose.link());
         std::array::from_fn(|number| match number.checked_sub(3) {
             None => length_q16(at[number], self.voxel_size_m) as u32,

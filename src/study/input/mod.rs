@@ -13,6 +13,7 @@ mod combination;
 mod disturb;
 mod elsewhere;
 mod file;
+mod plan;
 mod poses;
 mod postures;
 mod region;
@@ -32,6 +33,7 @@ use glam::DVec3;
 pub use crate::diagnostics::IN_MEMORY;
 use crate::sensor::kinds::recorded::Recorded;
 use crate::sensor::{Candidate, CostTerms, Kind, SaidOfNoise, Sensor};
+use crate::world::KeptRays;
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;
 pub use choose::{Choose, Purchase, PurchaseFront, SetRequirement, Wanted};
@@ -42,6 +44,7 @@ use perirobot_march::backend::Fusion;
 use perirobot_march::{Error, Result};
 use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::source::Sources;
+pub use plan::{PLANNED, Planned, PlannedAt};
 pub use postures::Posture;
 pub use region::RegionSpec;
 pub use require::{
@@ -101,6 +104,8 @@ pub struct Study {
     pub min_hits: u32,
     /// The sources through which its files were read, and its meshes will be.
     pub sources: Sources,
+    /// The tables of rays of its sensors.
+    pub kept_rays: KeptRays,
 }
 
 /// What a command line may override.

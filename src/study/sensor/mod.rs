@@ -172,7 +172,7 @@ pub enum Approached {
 }
 
 /// What a sensor's table of rays depends on besides the sensor.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayScale {
     /// Edge of a voxel in metres.
     pub voxel_size_m: f64,

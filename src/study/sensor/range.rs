@@ -59,7 +59,7 @@ impl Range {
         let gates = self.gates(scale);
         let voxels = gates.range_max_q16 >> 16;
         let noise = noise::noise(&self.noise, self.dropout, voxels, scale.voxel_size_m);
-        Rays { dirs_q15, image: None, gates, noise }
+        Rays { dirs_q15: dirs_q15.into(), image: None, gates, noise }
     }
 
     /// Whether its readings depend on chance.

@@ -96,6 +96,19 @@ pub(super) fn warnings(
     lines
 }
 
+/// Why a sensor that looks out sees nothing from a candidate at a moment, with what to do, by a few of its rays. Walls around
+/// it are not looked for.
+pub(super) fn blindness(study: &Study, world: &World, [sensor, candidate]: [usize; 2]) -> Option<String> {
+    let (spec, setting) = (&study.sensors[sensor], world.settings[sensor][candidate]);
+    let looks = spec.kind.range().is_some() && spec.kind.stance() != Stance::Level;
+    if !looks || !matches!(setting, Setting::Pose(_)) {
+        return None;
+    }
+    let rays = SampledRays::new(study, sensor, RAYS[1]);
+    let Why { what, cure, .. } = rays.blindness(&world.truth(), candidate, &setting)?;
+    Some(format!("{what}: {cure}"))
+}
+
 /// Poses of one group that are dead for one reason.
 struct DeadPoses<'a> {
     sensor: usize,
@@ -171,9 +184,10 @@ impl SampledRays<'_> {
         let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
         let dirs_q15 = match kind.field_of_view() {
             FieldOfView::Spacing => {
-                let all = kind.rays(&scale).map_or(Vec::new(), |rays| rays.dirs_q15);
-                let step = all.len().div_ceil(most).max(1);
-                all.into_iter().step_by(step).collect()
+                let rays = super::ray_table(study, sensor);
+                let all = rays.iter().flat_map(|rays| rays.dirs_q15.iter().copied());
+                let step = rays.as_ref().map_or(0, |rays| rays.dirs_q15.len()).div_ceil(most).max(1);
+                all.step_by(step).collect()
             }
             field => field.some(most).into_iter().map(|dir| dir.to_array().map(quantise_q15)).collect(),
         };
@@ -190,23 +204,7 @@ impl SampledRays<'_> {
             posed.into_iter().filter(|(_, setting)| matches!(setting, Setting::Pose(_))).collect();
         let walled: Vec<Option<String>> =
             posed.iter().map(|(_, setting)| hollows.walls(self, setting)).collect();
-        let verdict =
-            |pose: &Pose| self.verdict(truth, &crate::sensor::placement(self.kind, pose, &truth.grid, 0));
-        let by_rays = |(candidate, setting): &(usize, Setting)| {
-            let pose = setting.pose();
-            // Half a turn about its own z.
-            let round = Pose { rotation: pose.rotation * DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0), ..pose };
-            match verdict(&pose)? {
-                why if why.cause == DeadCause::TooNear && verdict(&round).is_none() => {
-                    let group = &self.candidates[*candidate].group;
-                    let is_wall = |object| place::is_own_wall(truth, group, pose.position_m, object);
-                    let cause =
-                        if why.before.is_some_and(is_wall) { DeadCause::OwnWall } else { DeadCause::TooNear };
-                    Some(Why { cause, cure: "turn it round, or move it away".into(), ..why })
-                }
-                why => Some(why),
-            }
-        };
+        let by_rays = |(candidate, setting): &(usize, Setting)| self.blindness(truth, *candidate, setting);
         let by_rays: Vec<Option<Why>> = posed.par_iter().map(by_rays).collect();
         let walled = walled.into_iter().map(|what| {
             what.map(|what| Why {
@@ -218,6 +216,25 @@ impl SampledRays<'_> {
         });
         let why = walled.zip(by_rays).map(|(walled, by_rays)| walled.or(by_rays));
         posed.iter().zip(why).filter_map(|((candidate, _), why)| Some((*candidate, why?))).collect()
+    }
+
+    /// Why the rays of a candidate tell nothing, if so.
+    fn blindness(&self, truth: &Truth, candidate: usize, setting: &Setting) -> Option<Why> {
+        let verdict =
+            |pose: &Pose| self.verdict(truth, &crate::sensor::placement(self.kind, pose, &truth.grid, 0));
+        let pose = setting.pose();
+        // Half a turn about its own z.
+        let round = Pose { rotation: pose.rotation * DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0), ..pose };
+        match verdict(&pose)? {
+            why if why.cause == DeadCause::TooNear && verdict(&round).is_none() => {
+                let group = &self.candidates[candidate].group;
+                let is_wall = |object| place::is_own_wall(truth, group, pose.position_m, object);
+                let cause =
+                    if why.before.is_some_and(is_wall) { DeadCause::OwnWall } else { DeadCause::TooNear };
+                Some(Why { cause, cure: "turn it round, or move it away".into(), ..why })
+            }
+            why => Some(why),
+        }
     }
 
     /// Why rays from here tell nothing. Casts no more of them than it takes to know that they tell something.

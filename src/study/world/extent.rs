@@ -26,13 +26,7 @@ pub(super) fn grid(
     let one = |p: DVec3| Window::from_corners(key(p), key(p));
     let Some([min, max]) = study.bounds_m else {
         voxelize::grid_over_all(surfaces, size_m, snapshots)?;
-        let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());
-        let all = each.flat_map(|(sensor, all)| {
-            let candidates = all.iter().enumerate();
-            candidates.flat_map(move |(candidate, setting)| positions(study, [sensor, candidate], setting))
-        });
-        let all = all.fold(*surfaces, |all, p| all.union(&one(p)));
-        return voxelize::grid_over(&all, size_m).map_err(|e| {
+        return voxelize::grid_over(&stretched(study, settings, surfaces), size_m).map_err(|e| {
             let (mut extent, mut last) = (*surfaces, DVec3::ZERO);
             let stretches = |p: DVec3| {
                 (extent, last) = (extent.union(&one(p)), p);
@@ -54,6 +48,35 @@ pub(super) fn grid(
             .with_advice("move it, or widen the bounds")
             .into()),
     }
+}
+
+/// The grid of a scene of which all surfaces are known; `None` where it cannot be.
+pub(super) fn grid_of(study: &Study, settings: &[Vec<Arc<Vec<Setting>>>], surfaces: &Window) -> Option<Grid> {
+    let at_world = Grid { voxel_size_m: study.voxel_size_m, origin: [0; 3], size: [1; 3] };
+    let key = |p: DVec3| Grid::voxel_of(at_world.position_q16(p));
+    let window = match study.bounds_m {
+        None => stretched(study, settings, surfaces),
+        Some([min, max]) => {
+            let bounds = Window::from_corners(key(min), key(max));
+            if first_pose(study, settings, |p| !bounds.contains(key(p))).is_some() {
+                return None;
+            }
+            bounds
+        }
+    };
+    voxelize::grid_over(&window, study.voxel_size_m).ok()
+}
+
+/// All surfaces, and all positions of sensors.
+fn stretched(study: &Study, settings: &[Vec<Arc<Vec<Setting>>>], surfaces: &Window) -> Window {
+    let at_world = Grid { voxel_size_m: study.voxel_size_m, origin: [0; 3], size: [1; 3] };
+    let key = |p: DVec3| Grid::voxel_of(at_world.position_q16(p));
+    let each = settings.iter().flat_map(|snapshot| snapshot.iter().enumerate());
+    let all = each.flat_map(|(sensor, all)| {
+        let candidates = all.iter().enumerate();
+        candidates.flat_map(move |(candidate, setting)| positions(study, [sensor, candidate], setting))
+    });
+    all.fold(*surfaces, |all, p| all.union(&Window::from_corners(key(p), key(p))))
 }
 
 /// Where a setting puts a sensor that looks out from there: where it is believed to be, and where it truly is

@@ -11,9 +11,11 @@ mod floor;
 mod mounts;
 mod people;
 pub mod place;
+mod placed;
 mod prepare;
 mod rays;
 mod robots;
+mod same;
 pub mod shapes;
 mod sizes;
 mod stuck;
@@ -35,8 +37,11 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::objects::Role;
 use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::{Region, Snapshots, Truth, region};
+pub use placed::PlacementProblem;
+pub use rays::KeptRays;
 pub use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
+pub use same::{share_kinds, with_sensors_of, worlds_key};
 
 /// A scene of a study at one moment, in voxels.
 #[derive(Clone, Debug)]
@@ -62,6 +67,8 @@ pub struct World {
     pub settings: Vec<Arc<Vec<Setting>>>,
     /// For each sensor, where the link is that carries it, if one does.
     carriers: Vec<Option<Pose>>,
+    /// The voxels of all surfaces of all snapshots of the scene, from the world's origin.
+    surfaces: Window,
     /// For each region, what the simplest answers would score.
     pub baselines: Vec<Baselines>,
     /// The people, and the voxels of each.

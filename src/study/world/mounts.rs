@@ -11,6 +11,7 @@ use perirobot_march::Result;
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::voxel::Grid;
 use perirobot_scene::pose::Pose;
+use perirobot_scene::truth::Truth;
 
 impl World {
     /// The same voxels with other candidates of the study's sensors, which [`World::takes`] or [`World::examine_sensors`].
@@ -26,33 +27,38 @@ impl World {
     /// # Errors
     /// The first candidate that is wrong, by its name.
     pub fn examine_sensors(&self, study: &Study) -> Result<()> {
-        let (truth, window) = (self.truth(), self.grid.window());
+        let truth = self.truth();
         let settings = self.with_sensors(&study.sensors).settings;
         for (number, (sensor, settings)) in study.sensors.iter().zip(&settings).enumerate() {
             for (index, (candidate, &setting)) in sensor.candidates.iter().zip(settings.iter()).enumerate() {
-                let station = Station {
-                    moment: [self.scene, self.snapshot],
-                    truth: &truth,
-                    window,
-                    setting,
-                    rays: None,
-                    truly: None,
-                    draws: 0,
-                };
-                let voxel = |pose: &Pose| Grid::voxel_of(self.grid.position_q16(pose.position_m));
-                let is_outside = |pose: &Pose| !window.contains(voxel(pose));
-                let believed = matches!(setting, Setting::Pose(_)).then(|| setting.pose());
-                let off = true_poses(study, setting, [number, index]).find(is_outside);
-                let (checked, mount) = match (believed.filter(is_outside), off) {
-                    (Some(pose), _) => (Err(self.misplaced_issue(pose.position_m)), ""),
-                    (None, Some(pose)) => (Err(self.misplaced_issue(pose.position_m)), " with its mount off"),
-                    (None, None) => (sensor.kind.check(&station), ""),
-                };
+                let (mount, checked) = self.examine_setting(study, &truth, [number, index], setting);
                 let name = Site::Subject(format!("pose {}{mount}", candidate.name));
                 checked.map_err(|e| e.with_place(name).with_place(format!("sensor {:?}", sensor.name)))?;
             }
         }
         Ok(())
+    }
+
+    /// Whether a sensor can work at a setting: in the grid, where its kind can stand. With it, words where its mount is to
+    /// blame.
+    pub(super) fn examine_setting(
+        &self,
+        study: &Study,
+        truth: &Truth,
+        [sensor, candidate]: [usize; 2],
+        setting: Setting,
+    ) -> (&'static str, Result<(), Issue>) {
+        let (moment, window) = ([self.scene, self.snapshot], self.grid.window());
+        let station = Station { moment, truth, window, setting, rays: None, truly: None, draws: 0 };
+        let voxel = |pose: &Pose| Grid::voxel_of(self.grid.position_q16(pose.position_m));
+        let is_outside = |pose: &Pose| !window.contains(voxel(pose));
+        let believed = matches!(setting, Setting::Pose(_)).then(|| setting.pose());
+        let off = true_poses(study, setting, [sensor, candidate]).find(is_outside);
+        match (believed.filter(is_outside), off) {
+            (Some(pose), _) => ("", Err(self.misplaced_issue(pose.position_m))),
+            (None, Some(pose)) => (" with its mount off", Err(self.misplaced_issue(pose.position_m))),
+            (None, None) => ("", study.sensors[sensor].kind.check(&station)),
+        }
     }
 
     /// What is wrong with a place outside of the grid.

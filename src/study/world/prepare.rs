@@ -35,7 +35,8 @@ pub(super) fn worlds(study: &Study, scene: usize, progress: &dyn Progress) -> Re
     let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
     let voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, progress).map_err(in_scene)?);
     let shapes = shapes::shapes(study).map_err(|e| study.sources.classify(vec![e]))?;
-    let cell = SceneVoxels { study, scene, floor: Floor::new(study, &snapshots[0]), voxels, shapes };
+    let floor = Floor::new(study, &snapshots[0]);
+    let cell = SceneVoxels { study, scene, floor, voxels, shapes, surfaces };
     let mut worlds = cell.worlds(mounts, progress)?;
     let told = warnings::warnings(study, &snapshots, &worlds);
     (worlds[0].warnings, worlds[0].is_filled) = (told.lines, told.is_filled);
@@ -107,6 +108,7 @@ struct SceneVoxels<'a> {
     floor: Floor,
     voxels: Arc<Snapshots>,
     shapes: Vec<RegionShape>,
+    surfaces: Window,
 }
 
 impl SceneVoxels<'_> {
@@ -114,7 +116,7 @@ impl SceneVoxels<'_> {
     fn worlds(&self, mounts: Vec<Mounts>, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
         let spec = &self.study.scenes[self.scene];
         let mut worlds: Vec<World> = Vec::new();
-        let mut over_time: Option<OverTime> = None;
+        let mut over_time: Option<[BitGrid; 2]> = None;
         for (snapshot, mounts) in mounts.into_iter().enumerate() {
             progress.check_stop().map_err(|e| vec![e])?;
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
@@ -124,14 +126,14 @@ impl SceneVoxels<'_> {
             })?;
             worlds.last().iter().for_each(|before| share_regions(&mut world, before));
             let blockers = &world.truth().blockers;
-            let first = || OverTime { always: BitGrid::clone(blockers), ever: BitGrid::clone(blockers) };
-            let all = over_time.get_or_insert_with(first);
-            all.always.keep(blockers);
-            all.ever.add(blockers);
+            let first = || [BitGrid::clone(blockers), BitGrid::clone(blockers)];
+            let [always, ever] = over_time.get_or_insert_with(first);
+            always.keep(blockers);
+            ever.add(blockers);
             worlds.push(world);
         }
-        if let (Some(all), [_, _, ..]) = (over_time, &worlds[..]) {
-            let all = Arc::new(all);
+        if let (Some([always, ever]), [_, _, ..]) = (over_time, &worlds[..]) {
+            let all = Arc::new(OverTime { always: always.into(), ever: ever.into() });
             worlds.iter_mut().for_each(|world| world.over_time = Some(all.clone()));
         }
         Ok(worlds)
@@ -165,6 +167,7 @@ impl SceneVoxels<'_> {
             regions,
             settings,
             carriers,
+            surfaces: self.surfaces,
             baselines,
             people,
             warnings: Vec::new(),

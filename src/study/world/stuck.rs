@@ -47,6 +47,22 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
     ))
 }
 
+/// The same of one candidate at one moment: what trips it, if anything does.
+pub(super) fn tripped_by(study: &Study, world: &World, [sensor, candidate]: [usize; 2]) -> Option<String> {
+    let truth = world.truth();
+    let station = Station {
+        moment: [world.scene, world.snapshot],
+        truth: &truth,
+        window: truth.grid.window(),
+        setting: world.settings[sensor][candidate],
+        rays: None,
+        truly: None,
+        draws: 0,
+    };
+    let by = study.sensors[sensor].kind.stuck_by(&station);
+    (!by.is_empty()).then(|| what(&truth, &by))
+}
+
 /// The object with most of some voxels, and the first of its voxels there.
 fn what(truth: &Truth, voxels: &BitGrid) -> String {
     let shared = truth.objects.iter().map(|object| {

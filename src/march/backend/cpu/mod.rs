@@ -59,6 +59,9 @@ use table::{Blockers, RayTable, TableCaster};
 /// Most pieces of evidence kept at once, however small they are.
 const MOST_SLOTS: usize = 4096;
 
+/// Most rays of tables that are kept ready though no job needs them now: some fifty bytes each.
+const SPARE_RAYS: usize = 1 << 21;
+
 /// The thread pool and what it works on.
 pub struct Cpu {
     pool: rayon::ThreadPool,
@@ -66,7 +69,11 @@ pub struct Cpu {
     simd: SimdLevel,
     carving: Option<Carving>,
     tables: Vec<RayTable>,
+    /// Tables that were ready before, the latest last: as many as have no more than [`SPARE_RAYS`].
+    spare: Vec<RayTable>,
     loaded: Option<LoadedScene>,
+    /// Scenes that were loaded before, the latest last: as many as have room.
+    earlier: Vec<LoadedScene>,
     slots: Vec<Option<Planes>>,
     /// What is kept of poses from snapshot to snapshot, by slot.
     kept: Vec<PoseCache>,
@@ -78,10 +85,10 @@ pub struct Cpu {
 /// A scene made ready.
 struct LoadedScene {
     scene: VoxelScene,
-    /// Those over all snapshots; the very allocation of the scene, so that the next scene's can be known for the same.
-    over_time: Option<(Arc<OverTime>, Layers)>,
+    /// Those over all snapshots, which scenes of the same snapshots share.
+    layers: Option<Arc<Layers>>,
     /// The other blockers, or all.
-    moving: Layer,
+    moving: Arc<Layer>,
     wanted: RelevantVoxels,
     tally: RegionTally,
 }
@@ -95,22 +102,32 @@ struct Layers {
 }
 
 impl LoadedScene {
-    /// Makes a scene ready. `before` is what the last one had over time, which may be this one's.
-    fn new(scene: &VoxelScene, before: Option<(Arc<OverTime>, Layers)>) -> Self {
-        let same = |all: &Arc<OverTime>| before.filter(|(known, _)| Arc::ptr_eq(known, all));
-        let ready = |all: &OverTime| {
-            let mut sometimes = all.ever.clone();
-            sometimes.remove(&all.always);
-            Layers { always: Layer::new(all.always.clone()), sometimes: Layer::new(sometimes) }
+    /// Makes a scene ready; earlier ones may have what is over time.
+    fn new(scene: &VoxelScene, earlier: &[LoadedScene]) -> Self {
+        let same = |all: &OverTime| {
+            let is_same = |known: &&LoadedScene| {
+                known.scene.over_time.as_ref().is_some_and(|known| known.has_layers_of(all))
+            };
+            earlier.iter().find(is_same).and_then(|known| known.layers.clone())
         };
-        let over_time = scene.over_time.as_ref();
-        let over_time = over_time.map(|all| same(all).unwrap_or_else(|| (all.clone(), ready(all))));
-        let mut moving = BitGrid::clone(&scene.blockers);
-        over_time.iter().for_each(|(all, _)| moving.remove(&all.always));
+        let ready = |all: &OverTime| {
+            let mut sometimes = BitGrid::clone(&all.ever);
+            sometimes.remove(&all.always);
+            let always = Layer::new(BitGrid::clone(&all.always));
+            Arc::new(Layers { always, sometimes: Layer::new(sometimes) })
+        };
+        let is_alike = |known: &&LoadedScene| {
+            Arc::ptr_eq(&known.scene.blockers, &scene.blockers) && known.scene.has_same_layers(scene)
+        };
+        let moving = || {
+            let mut moving = BitGrid::clone(&scene.blockers);
+            scene.over_time.iter().for_each(|all| moving.remove(&all.always));
+            Arc::new(Layer::new(moving))
+        };
         let wanted = RelevantVoxels::new(scene.window, &scene.regions);
         LoadedScene {
-            over_time,
-            moving: Layer::new(moving),
+            layers: scene.over_time.as_deref().map(|all| same(all).unwrap_or_else(|| ready(all))),
+            moving: earlier.iter().find(is_alike).map_or_else(moving, |known| known.moving.clone()),
             wanted,
             tally: RegionTally::new(scene),
             scene: scene.clone(),
@@ -118,12 +135,19 @@ impl LoadedScene {
     }
 
     fn blockers(&self) -> Blockers<'_> {
-        let layers = self.over_time.as_ref().map(|(_, layers)| layers);
+        let layers = self.layers.as_deref();
         Blockers {
             still: layers.map(|layers| &layers.always),
             moving: &self.moving,
             sometimes: layers.map(|layers| &layers.sometimes),
         }
+    }
+
+    /// About how much memory it takes: planes of the grid and of the window, and the bricks.
+    fn bytes(&self) -> u64 {
+        let VoxelScene { blockers, truth, regions, .. } = &self.scene;
+        let (whole, part) = (blockers.words().len() as u64, truth.words().len() as u64);
+        4 * (2 * whole + (5 + 2 * regions.len() as u64) * part)
     }
 }
 
@@ -141,7 +165,9 @@ impl Cpu {
             simd: SimdLevel::most(),
             carving: None,
             tables: Vec::new(),
+            spare: Vec::new(),
             loaded: None,
+            earlier: Vec::new(),
             kept: Vec::new(),
             plane_words: 0,
             slots: Vec::new(),
@@ -149,8 +175,8 @@ impl Cpu {
         })
     }
 
-    /// The same with half of so much memory for evidence and a quarter for first hits, instead of
-    /// [`MEMORY_BYTES`].
+    /// The same with half of so much memory for evidence, a quarter for first hits and a quarter for scenes that may come
+    /// back, instead of [`MEMORY_BYTES`].
     pub(crate) fn memory(self, bytes: u64) -> Self {
         Cpu { memory_bytes: bytes, ..self }
     }
@@ -169,6 +195,18 @@ impl Cpu {
 
     fn loaded_scene(&self) -> Result<&LoadedScene> {
         self.loaded.as_ref().ok_or_else(|| Error::device("no scene is loaded"))
+    }
+
+    /// Forgets the oldest of the earlier scenes until the others take no more than a quarter of the memory.
+    fn forget_earlier(&mut self) {
+        let mut room = self.memory_bytes / 4;
+        let fitting = self.earlier.iter().rev().take_while(|scene| {
+            let left = room.checked_sub(scene.bytes());
+            room = left.unwrap_or(0);
+            left.is_some()
+        });
+        let forgotten = self.earlier.len() - fitting.count();
+        self.earlier.drain(..forgotten);
     }
 
     /// What is kept for a shot; nothing yet if it is new.
@@ -202,7 +240,21 @@ impl Backend for Cpu {
 
     fn tables(&mut self, tables: &[Rays]) -> Result<()> {
         self.kept.clear();
-        self.tables = tables.iter().map(RayTable::new).collect();
+        let mut ready = std::mem::take(&mut self.spare);
+        ready.append(&mut self.tables);
+        let table = |rays: &Rays| match ready.iter().position(|table| table.rays.is_clone_of(rays)) {
+            Some(known) => ready.swap_remove(known),
+            None => RayTable::new(rays),
+        };
+        self.tables = tables.iter().map(table).collect();
+        let mut room = SPARE_RAYS;
+        let fitting = ready.iter().rev().take_while(|table| {
+            let left = room.checked_sub(table.packets.rays());
+            room = left.unwrap_or(0);
+            left.is_some()
+        });
+        let forgotten = ready.len() - fitting.count();
+        self.spare = ready.split_off(forgotten);
         Ok(())
     }
 
@@ -213,15 +265,19 @@ impl Backend for Cpu {
         // sensors fits.
         let least = 4 * self.pool.current_num_threads().max(4);
         self.slots = vec![None; (evidence / piece).min(MOST_SLOTS).max(least)];
-        let before = self.loaded.take().and_then(|loaded| loaded.over_time);
-        let was = before.as_ref().map(|(all, _)| all.clone());
-        let loaded = LoadedScene::new(scene, before);
-        let is = loaded.over_time.as_ref().map(|(all, _)| all);
-        if !was.iter().zip(is).any(|(was, is)| Arc::ptr_eq(was, is)) {
+        let before = self.loaded.take();
+        let was = before.as_ref().and_then(|loaded| loaded.scene.over_time.clone());
+        if !was.iter().zip(&scene.over_time).any(|(was, is)| Arc::ptr_eq(was, is)) {
             self.kept.clear();
             self.plane_words = scene.truth.words().len();
         }
-        self.loaded = Some(loaded);
+        self.earlier.extend(before);
+        let known = self.earlier.iter().rposition(|earlier| earlier.scene.is_same(scene));
+        self.loaded = Some(match known.map(|known| self.earlier.remove(known)) {
+            Some(known) => LoadedScene { scene: scene.clone(), ..known },
+            None => LoadedScene::new(scene, &self.earlier),
+        });
+        self.forget_earlier();
         log::debug!("cpu: scene loaded, room for {} pieces of evidence of {piece} bytes", self.slots.len());
         Ok(())
     }
@@ -231,7 +287,7 @@ impl Backend for Cpu {
     }
 
     fn first_hit_slots(&self) -> usize {
-        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.over_time.is_some()) else { return 0 };
+        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.layers.is_some()) else { return 0 };
         let of_table = |table: &RayTable| {
             let rays = table.packets.count() * packet::RAYS;
             // A first hit of each ray; of rays that are carved one by one also up to where each is marked, which of them

@@ -19,6 +19,8 @@ pub(super) struct RayTable {
     pub(super) gates: Gates,
     limits: Vec<PacketLimits>,
     pub(super) noise: Noise,
+    /// What it was made of.
+    pub(super) rays: Rays,
     /// The farthest before its distance that a return may be read.
     pub(super) nearer_q16: u32,
 }
@@ -33,7 +35,8 @@ impl RayTable {
         let groups = groups.iter().map(|tiles| Cone::new(&packets, tiles)).collect();
         let limits = PacketLimits::from_packets(&packets, &rays.gates);
         let nearer_q16 = rays.nearest_q16();
-        RayTable { packets, cones, groups, gates: rays.gates, limits, noise: rays.noise.clone(), nearer_q16 }
+        let (gates, noise, rays) = (rays.gates, rays.noise.clone(), rays.clone());
+        RayTable { packets, cones, groups, gates, limits, noise, rays, nearer_q16 }
     }
 
     /// The limits of a packet's rays.

@@ -22,6 +22,6 @@ pub(super) fn camera(focal_px: [f64; 2]) -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    let dirs_q15 = (0..SIZE_PX[0] * SIZE_PX[1]).map(dir).collect();
+    let dirs_q15 = (0..SIZE_PX[0] * SIZE_PX[1]).map(dir).collect::<Vec<_>>().into();
     Rays { dirs_q15, image: Some(Image { size_px: SIZE_PX, focal_px }), gates, noise: Noise::default() }
 }

@@ -14,6 +14,8 @@ use crate::{Error, Result};
 /// A table of rays on the device.
 pub(super) struct DeviceTable {
     pub(super) sizes: TableSizes,
+    /// What it was made of.
+    pub(super) rays: Rays,
     /// The uniform [`TableWords`].
     pub(super) words: wgpu::Buffer,
     /// Two words a ray.
@@ -31,6 +33,7 @@ impl DeviceTable {
         let words = TableWords::new(rays, sizes.ends_words());
         Ok(DeviceTable {
             sizes,
+            rays: rays.clone(),
             words: GrowingBuffer::uniform("table").fill(device, &[words]),
             dirs: device.upload("dirs", &rays.dirs_q15.iter().copied().map(dir_words).collect::<Vec<_>>()),
             noise: device.upload("noise", &noise),

@@ -43,7 +43,7 @@ fn corridor() -> (VoxelScene, Rays, GridPose) {
         no_return_is_free: false,
         backdrop: false,
     };
-    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]], image: None, gates, noise: Noise::default() };
+    let rays = Rays { dirs_q15: vec![[32_768, 0, 0]].into(), image: None, gates, noise: Noise::default() };
     let placement = GridPose {
         origin_q16: [0x8000, 0x18000, 0x18000],
         axis_q15: [[32_768, 0, 0], [0, 32_768, 0], [0, 0, 32_768]],
@@ -131,7 +131,7 @@ fn a_diagonal_takes_x_before_y_before_z() {
     let (mut scene, mut rays, mut placement) = corridor();
     placement.origin_q16 = [0x8000; 3];
     let diagonal = 18_919; // 2¹⁵ / √3: all three axes cross together
-    rays.dirs_q15 = vec![[diagonal; 3]];
+    rays.dirs_q15 = vec![[diagonal; 3]].into();
     scene.blockers = BitGrid::new(scene.window).into();
     Arc::make_mut(&mut scene.blockers).set([1, 1, 0]);
     check(&scene, &rays, &placement, (RETURN, 2), [0, 1, 0, 2, 9, 78]);
@@ -196,7 +196,7 @@ fn a_ray_draws_its_own_step() {
     // The hash of 0 is 129 708 002: step 123. That of 1 is 2 831 084 092: step 2699.
     rays.noise = steps(vec![0; 4096]);
     (rays.noise.unit_q12[123], rays.noise.unit_q12[2699]) = (65_536, 2 * 65_536);
-    rays.dirs_q15 = vec![[32_768, 0, 0]; 3];
+    rays.dirs_q15 = vec![[32_768, 0, 0]; 3].into();
     let mut oracle = Oracle::default();
     oracle.tables(&[rays]).unwrap();
     oracle.load(&scene).unwrap();
@@ -287,7 +287,7 @@ fn evidence_is_written_where_the_mount_is_believed_to_be() {
 fn a_believed_ray_takes_all_axes_that_are_crossed_at_a_distance() {
     let (mut scene, mut rays, mut placement) = corridor();
     placement.origin_q16 = [3 << 16, 1 << 16, 0x8000];
-    rays.dirs_q15 = vec![[-23_170, -23_170, 0]];
+    rays.dirs_q15 = vec![[-23_170, -23_170, 0]].into();
     scene.blockers = BitGrid::new(scene.window).into();
     Arc::make_mut(&mut scene.blockers).set([2, 1, 0]);
     check(&scene, &rays, &placement, (RETURN, 1), [0, 1, 0, 1, 9, 79]);
@@ -302,7 +302,7 @@ fn a_hit_at_the_sensor_takes_all_axes_that_are_crossed_there() {
     // On the edge between four voxels, backwards: x and y are crossed at distance 0, x first, and there is
     // the hit.
     placement.origin_q16 = [3 << 16, 1 << 16, 0x8000];
-    rays.dirs_q15 = vec![[-23_170, -23_170, 0]];
+    rays.dirs_q15 = vec![[-23_170, -23_170, 0]].into();
     scene.blockers = BitGrid::new(scene.window).into();
     Arc::make_mut(&mut scene.blockers).set([2, 1, 0]);
     check(&scene, &rays, &placement, (RETURN, 1), [0, 1, 0, 1, 9, 79]);

@@ -172,7 +172,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
     let sensor = check(&at, toml::from_str(keys).unwrap(), &context).unwrap();
     let rays = sensor.kind.rays(&RayScale { voxel_size_m: 0.1, backdrop: false }).unwrap();
     // 0.6 · 2¹⁵ = 19660.8 and 0.8 · 2¹⁵ = 26214.4.
-    assert_eq!(rays.dirs_q15, [[32_768, 0, 0], [0, -32_768, 0], [19_661, 0, 26_214]]);
+    assert_eq!(*rays.dirs_q15, [[32_768, 0, 0], [0, -32_768, 0], [19_661, 0, 26_214]]);
     assert_eq!(rays.gates.range_max_q16, 10 << 16);
 }
 

@@ -152,7 +152,7 @@ fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
         let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };
         let Extent::Only(field) = lidar.reach(&at) else { panic!("a field") };
         let mut oracle = Oracle::default();
-        let alone = |&dir| Rays { dirs_q15: vec![dir], ..rays.clone() };
+        let alone = |&dir| Rays { dirs_q15: vec![dir].into(), ..rays.clone() };
         oracle.tables(&rays.dirs_q15.iter().map(alone).collect::<Vec<_>>()).unwrap();
         let blank = BitGrid::new(truth.grid.window());
         let [occupied, blockers] = [&truth.occupied, &truth.blockers].map(Arc::clone);

@@ -78,7 +78,7 @@ fn marking_ray(
 ) -> Result<Option<usize>> {
     let mut oracle = Oracle::default();
     let mut marked_by = |first: usize| -> Result<bool> {
-        oracle.tables(&[Rays { dirs_q15: rays.dirs_q15[..first].to_vec(), ..rays.clone() }])?;
+        oracle.tables(&[Rays { dirs_q15: rays.dirs_q15[..first].to_vec().into(), ..rays.clone() }])?;
         oracle.load(scene)?;
         Ok(marked(&oracle.read(0, placement)?))
     };

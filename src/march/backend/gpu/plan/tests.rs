@@ -331,7 +331,7 @@ fn rays(number: usize) -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    Rays { dirs_q15: vec![[0, 0, 32_768]; number], image: None, gates, noise: Noise::default() }
+    Rays { dirs_q15: vec![[0, 0, 32_768]; number].into(), image: None, gates, noise: Noise::default() }
 }
 
 #[test]

@@ -1,0 +1,60 @@
+//! What is wrong with one sensor where somebody has placed it, in the words of the warnings about whole studies.
+
+use super::{World, dead, stuck};
+use crate::input::Study;
+use crate::sensor::{Setting, Stance};
+use perirobot_march::voxel::Grid;
+
+/// What is wrong with a sensor where it is placed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlacementProblem {
+    /// In words, with what to do.
+    pub words: String,
+    /// Whether it cannot be counted there at all.
+    pub is_impossible: bool,
+}
+
+impl World {
+    /// Why a sensor at a candidate cannot be counted at this moment, in words: it is outside of the grid, or not where its
+    /// kind can work.
+    pub fn impossible_placement(&self, study: &Study, [sensor, candidate]: [usize; 2]) -> Option<String> {
+        let setting = self.settings[sensor][candidate];
+        let (mount, checked) = self.examine_setting(study, &self.truth(), [sensor, candidate], setting);
+        checked.err().map(|issue| match mount.is_empty() {
+            true => issue.to_string(),
+            false => format!("{issue} ({})", mount.trim_start()),
+        })
+    }
+
+    /// What is wrong with a sensor at a candidate at this moment; the first of: outside of the grid, not where its kind can
+    /// work, inside of an object, always on, blind. Of a sensor that is walled in nothing is said.
+    pub fn placement_problem(
+        &self,
+        study: &Study,
+        [sensor, candidate]: [usize; 2],
+    ) -> Option<PlacementProblem> {
+        if let Some(words) = self.impossible_placement(study, [sensor, candidate]) {
+            return Some(PlacementProblem { words, is_impossible: true });
+        }
+        let (truth, setting) = (self.truth(), self.settings[sensor][candidate]);
+        let is_inside = |setting: Setting| match setting {
+            Setting::Pose(pose) => {
+                truth.blockers.get(Grid::voxel_of(self.grid.position_q16(pose.position_m)))
+            }
+            _ => false,
+        };
+        let looks_out = study.sensors[sensor].kind.stance() != Stance::Level;
+        let words = if looks_out && is_inside(setting) {
+            let words = "stands in an occupied voxel (move it out of it): its rays start behind its surface";
+            Some(words.to_string())
+        } else if let Some(what) = stuck::tripped_by(study, self, [sensor, candidate]) {
+            Some(format!(
+                "the environment alone trips it, so that it is always on ({what}): keep the box or the field off floor and \
+                 walls, or give a pad tare = true"
+            ))
+        } else {
+            dead::blindness(study, self, [sensor, candidate])
+        };
+        words.map(|words| PlacementProblem { words, is_impossible: false })
+    }
+}
