@@ -18,7 +18,7 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use crate::answers::{
-    CellAnswer, JudgeReply, MoveRequest, SceneryReply, ScoreQuestion, ScoreReply, WhyReply,
+    CellAnswer, JudgeReply, MoveRequest, SceneryReply, ScoreQuestion, ScoreReply, VoxelWord, WhyReply,
 };
 use crate::document::{Document, EditRequest, Known, PlacedName, rounded};
 use crate::find::{FindEvent, FindRequest, find};
@@ -306,11 +306,12 @@ impl<'a> Session<'a> {
     fn cell(&self, request: &Request) -> Answer<'_> {
         let moment = number(request, "moment")?;
         self.loaded()?;
-        let resolution = match request.value("voxel") {
+        let wanted = match request.value("voxel") {
             Some("coarse") => Resolution::Coarse,
             _ => Resolution::Fine,
         };
         let mut live = self.lock_live();
+        let resolution = possible(&mut live, wanted);
         let worlds = live.worlds(resolution)?;
         let world = worlds.get(moment).ok_or_else(|| no_moment(moment, worlds.len()))?;
         json_of(&CellAnswer::new(world))
@@ -326,14 +327,17 @@ impl<'a> Session<'a> {
     }
 
     fn score(&self, request: &Request) -> Answer<'_> {
-        let question: ScoreQuestion = read(request)?;
+        let mut question: ScoreQuestion = read(request)?;
         let loaded = self.loaded()?;
         let plan = plan_of(&loaded, question.r#move.as_ref())?;
         if let Some(dead) = question.dead.filter(|&dead| dead >= plan.len()) {
             return Err(no_sensor(dead, plan.len()));
         }
-        let resolution = question.voxel.resolution();
         let mut live = self.lock_live();
+        let resolution = possible(&mut live, question.voxel.resolution());
+        if resolution == Resolution::Fine {
+            question.voxel = VoxelWord::Fine;
+        }
         let ask = ScoreRequest { plan, moment: question.moment, repeat: 0, resolution, dead: question.dead };
         let answer = live.score(&ask)?;
         // What each sensor adds: what is lost without it. Asked only of a plan at rest.
@@ -480,6 +484,14 @@ impl<'a> Session<'a> {
             true => Err(Refused(403, "the study is open to be read only".into())),
             false => Ok(()),
         }
+    }
+}
+
+/// The wanted voxels, or those of the study if a thin region or zone has none of the larger ones.
+fn possible(live: &mut Live, wanted: Resolution) -> Resolution {
+    match wanted == Resolution::Coarse && live.worlds(Resolution::Coarse).is_ok() {
+        true => Resolution::Coarse,
+        false => Resolution::Fine,
     }
 }
 
