@@ -118,7 +118,8 @@ function stage(home, label, hooks = {}) {
     if (pace >= 3 || pace <= -3) { coarseness = Math.max(0, Math.min(FINENESS.length - 1, coarseness + Math.sign(pace))); pace = 0; }
     paint(FINENESS[coarseness]);
     clearTimeout(sharpens);
-    if (coarseness) sharpens = setTimeout(paint, 220);
+    // Without the card's smoothing, more pixels than the screen has smooth the edges of what is at rest.
+    if (coarseness || isSlow) sharpens = setTimeout(() => paint(isSlow ? 1.5 : 1), 220);
   }
 
   function paint(share = 1) {
