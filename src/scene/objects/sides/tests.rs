@@ -22,6 +22,9 @@ fn a_box_has_six_sides_with_rows_about_their_middles() {
     assert_eq!(rounded(&sides[0]), [[[-1000, 0, 0], [-1000, 0, 0]]]);
     assert_eq!(rounded(&sides[3]), along.map(|x| [[x, 100, 0], [0, 1000, 0]]));
     assert_eq!(rounded(&sides[4]), along.map(|x| [[x, 0, -150], [0, 0, -1000]]));
+    // 1.9 m have room for three only: the ends are at least a quarter of a metre away.
+    let short = primitive::cuboid(DVec3::new(1.9, 0.2, 0.3)).sides(&grid(0.5)).unwrap();
+    assert_eq!(rounded(&short[4]), [-500, 0, 500].map(|x| [[x, 0, -150], [0, 0, -1000]]));
     // With a margin of 0.1 m there is room for 1.8 / 0.5 = 3 steps.
     let close = SideGrid { margin_m: Some(0.1), ..grid(0.5) };
     assert_eq!(rounded(&beam.sides(&close).unwrap()[4]), along.map(|x| [[x, 0, -150], [0, 0, -1000]]));
@@ -107,6 +110,8 @@ fn the_inside_of_bodies_is_known() {
         ([1.49, 0.0, 0.0], true),
         ([1.6, 0.0, 0.0], false),
         ([0.0, 0.0, -3.0], false),
+        // Behind the box, seen along the line that is followed.
+        ([-0.6, -0.84, -1.71], false),
     ] {
         assert_eq!(enclosed.contains(DVec3::from_array(point)), inside, "{point:?}");
     }
