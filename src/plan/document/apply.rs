@@ -1,4 +1,4 @@
-//! Each edit, as changes of the text.
+//! Each edit, as changes of the text; those of the plan are here.
 
 use toml_edit::Item;
 
@@ -6,14 +6,16 @@ use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Stance;
 
-use super::edit::{BoxTable, Device, Edit, ShapeEdit};
+use super::edit::{Device, Edit};
 use super::group;
 use super::known::Known;
+use super::number::{number, quote, to_number};
 use super::path::Path;
 use super::plan::{self, PLANNED, PlacedName};
 use super::pose::Pose6;
-use super::source::{Source, number, quote, to_number};
+use super::source::Source;
 use super::span::whole_end;
+use super::values::check_amount;
 
 /// Changes a study. Returns which of the placed sensors was changed, if it is still there.
 pub(super) fn apply(source: &mut Source, edit: &Edit, known: &Known) -> Result<Option<usize>> {
@@ -39,14 +41,15 @@ pub(super) fn apply(source: &mut Source, edit: &Edit, known: &Known) -> Result<O
 }
 
 /// The names of the study's sensors.
-fn names(source: &Source) -> Vec<String> {
+pub(super) fn names(source: &Source) -> Vec<String> {
     let sensors = Path::new("sensor");
     let name = |index: usize| source.str(&sensors.entry(index).key("name")).map(String::from);
     (0..source.count(&sensors)).filter_map(name).collect()
 }
 
-struct Editor<'a> {
-    source: &'a mut Source,
+/// A study that is edited.
+pub(super) struct Editor<'a> {
+    pub(super) source: &'a mut Source,
     known: &'a Known,
     /// The placed sensors, if they can be read: costs can be changed even if not.
     plan: Result<Vec<PlacedName>>,
@@ -289,177 +292,5 @@ impl Editor<'_> {
         self.write(placed, None)?;
         before.iter().filter(|one| !placed.contains(one)).try_for_each(|one| self.clean(placed, one))?;
         self.write(placed, None)
-    }
-
-    /// Removes what only a sensor needed that left its pose: the pose, its group, and the sensor that had no other.
-    fn clean(&mut self, plan: &[PlacedName], left: &PlacedName) -> Result<()> {
-        let Some(listed) = group::find(self.source, &left.sensor, &left.pose) else { return Ok(()) };
-        if self.is_used(plan, usize::MAX, left) {
-            return Ok(());
-        }
-        if listed.is_last_of_group(self.source) && self.is_group_named(left) {
-            return Ok(());
-        }
-        if !listed.is_last_of_sensor(self.source) {
-            return group::remove(self.source, &listed);
-        }
-        // A sensor without poses is none: it goes, unless something else of the study names it.
-        match names(self.source).len() > 1 && !self.is_named(&left.sensor) {
-            true => {
-                let sensors = Path::new("sensor");
-                let index = self.source.position(&sensors, "name", &left.sensor);
-                index.map_or(Ok(()), |index| self.source.remove(&sensors, index))
-            }
-            false => Ok(()),
-        }
-    }
-
-    /// The sensors that have the poses of a sensor, itself among them.
-    fn family(&self, sensor: &str) -> Vec<String> {
-        let mut family = vec![sensor.to_string()];
-        for name in names(self.source) {
-            let like = group::sensor(self.source, &name).ok();
-            let like = like.and_then(|at| self.source.str(&at.key("same_poses_as")).map(String::from));
-            if like.is_some_and(|like| family.contains(&like)) {
-                family.push(name);
-            }
-        }
-        family
-    }
-
-    /// Other combinations than the plan's.
-    fn others(&self) -> Vec<Path> {
-        let (all, planned) = (Path::new("combination"), plan::combination(self.source));
-        (0..self.source.count(&all)).filter(|i| Some(*i) != planned).map(|i| all.entry(i)).collect()
-    }
-
-    /// The patterns of poses that other combinations have for some sensors.
-    fn patterns(&self, sensors: &[String]) -> Vec<String> {
-        let of = |at: Path| {
-            let each = sensors.iter().map(move |sensor| at.key("poses").key(sensor));
-            each.flat_map(|path| self.source.strings(&path).unwrap_or_default()).collect::<Vec<_>>()
-        };
-        self.others().into_iter().flat_map(of).collect()
-    }
-
-    /// Whether a pose is used by more than one of the plan.
-    fn is_used(&self, plan: &[PlacedName], besides: usize, pose: &PlacedName) -> bool {
-        let family = self.family(&pose.sensor);
-        let others = plan.iter().enumerate().filter(|(i, _)| *i != besides);
-        let placed =
-            others.map(|(_, placed)| placed).any(|p| family.contains(&p.sensor) && p.pose == pose.pose);
-        let always = self.source.strings(&Path::new("choose").key("always")).unwrap_or_default();
-        let is_always = family.iter().any(|sensor| always.contains(&format!("{sensor}:{}", pose.pose)));
-        placed || is_always || self.patterns(&family).contains(&pose.pose)
-    }
-
-    /// Whether other combinations name the group of a pose, which must then not be empty.
-    fn is_group_named(&self, pose: &PlacedName) -> bool {
-        let group = pose.pose.split('/').next().unwrap_or_default();
-        let patterns = self.patterns(&self.family(&pose.sensor));
-        patterns.iter().any(|pattern| pattern.split('/').next() == Some(group))
-    }
-
-    /// Whether something else of the study than the plan names a sensor.
-    fn is_named(&self, sensor: &str) -> bool {
-        let is_it = |name: &String| name == sensor;
-        let combined =
-            |at: &Path| self.source.strings(&at.key("sensors")).unwrap_or_default().iter().any(is_it);
-        let always = self.source.strings(&Path::new("choose").key("always")).unwrap_or_default();
-        let is_always = always.iter().any(|name| name.split(':').next() == Some(sensor));
-        let said = Path::new("choose").key("representation").key(sensor);
-        let is_said = self.source.get(&said).is_some();
-        self.others().iter().any(combined) || is_always || is_said || self.family(sensor).len() > 1
-    }
-
-    fn set_cost(&mut self, sensor: &str, cost: f64) -> Result<()> {
-        check_amount("cost", cost)?;
-        let at = group::sensor(self.source, sensor)?;
-        self.source.set_number(&at, "cost", cost)
-    }
-
-    fn set_budget(&mut self, budget: Option<f64>) -> Result<()> {
-        let choose = Path::new("choose");
-        let Some(budget) = budget else { return self.source.unset(&choose, "budget") };
-        check_amount("budget", budget)?;
-        let priced = names(self.source).iter().all(|name| {
-            group::sensor(self.source, name).is_ok_and(|at| self.source.get(&at.key("cost")).is_some())
-        });
-        let has_requirements = self.source.count(&Path::new("require")) > 0;
-        let is_written = match self.source.get(&choose) {
-            Some(Item::Table(table)) => !table.is_implicit() || table.is_dotted(),
-            Some(_) => true,
-            None => false,
-        };
-        if is_written {
-            return self.source.set_number(&choose, "budget", budget);
-        }
-        if !(priced && has_requirements) {
-            let cure = "write [choose] into the file, with objective, region and at_most; or give each sensor a cost and the \
-                        study [[require]]";
-            return Err(Error::input("budget", "it is of what is looked for, which the study does not say")
-                .with_advice(cure));
-        }
-        let end = self.source.text().trim_end().len();
-        let block = format!("\n[choose]\nbudget = {}", number(budget));
-        self.source.append_block(end, &block)
-    }
-
-    fn set_box(&mut self, table: BoxTable, name: &str, shape: &ShapeEdit) -> Result<()> {
-        let (list, what) = match table {
-            BoxTable::Region => (Path::new("region"), "region"),
-            BoxTable::Entry => (Path::new("approach").key("entry"), "entry"),
-        };
-        let place = || format!("{what} {name:?}");
-        let Some(index) = self.source.position(&list, "name", name) else {
-            return Err(
-                Error::input(place(), "is not in the study").with_advice("name one that the file has")
-            );
-        };
-        let at = list.entry(index);
-        let (numbers, shapes): (&[f64], &[&str]) = match shape {
-            ShapeEdit::Box { min_m, max_m } => (&[*min_m, *max_m].concat(), &["box"]),
-            ShapeEdit::Sphere { center_m, radius_m } => {
-                (&[&center_m[..], &[*radius_m]].concat(), &["sphere", "half_sphere"])
-            }
-        };
-        if let Some(wrong) = numbers.iter().find(|value| value.is_nan() || value.abs() > 1e6) {
-            return Err(Error::input(place(), format!("{wrong} is not a length in metres up to 1000000")));
-        }
-        let numbers: Vec<f64> =
-            numbers.iter().map(|metres| (metres * 1000.0).round() / 1000.0 + 0.0).collect();
-        let Some(shape) = shapes.iter().find(|shape| self.source.get(&at.key(shape)).is_some()) else {
-            let advice = "change what it is in the file";
-            return Err(Error::input(place(), format!("is not a {}", shapes[0])).with_advice(advice));
-        };
-        let at = at.key(shape);
-        match numbers[..] {
-            [x, y, z, ref high @ ..] if high.len() == 3 => {
-                if [x, y, z].iter().zip(high).any(|(low, high)| low >= high) {
-                    let rule = "must be above min_m on every axis";
-                    return Err(
-                        Error::from(Issue::value("max_m", format!("{high:?}"), rule)).with_place(place())
-                    );
-                }
-                self.source.set_numbers(&at, "min_m", &[x, y, z])?;
-                self.source.set_numbers(&at, "max_m", high)
-            }
-            [ref center @ .., radius] => {
-                if radius <= 0.0 {
-                    let rule = "must be above 0";
-                    return Err(Error::from(Issue::value("radius_m", radius, rule)).with_place(place()));
-                }
-                self.source.set_numbers(&at, "center_m", center)?;
-                self.source.set_number(&at, "radius_m", radius)
-            }
-            [] => Ok(()),
-        }
-    }
-}
-
-fn check_amount(key: &str, amount: f64) -> Result<()> {
-    match amount.is_finite() && amount >= 0.0 {
-        true => Ok(()),
-        false => Err(Issue::value(key, amount, "must be a number, 0 or more").into()),
     }
 }

@@ -8,10 +8,11 @@ use perirobot_study::input::slug;
 use perirobot_study::sensor::Stance;
 
 use super::known::Known;
+use super::number::{list, number, quote};
 use super::path::Path;
 use super::plan::PLANNED;
 use super::pose::{Orientation, Pose6};
-use super::source::{Source, list, number, quote};
+use super::source::Source;
 use super::span::{pieces, whole_end};
 
 /// A pose that is listed in a planner's group.

@@ -7,11 +7,15 @@ mod difference;
 mod edit;
 mod group;
 mod known;
+mod lists;
+mod number;
 mod path;
 mod plan;
 mod pose;
 mod source;
 mod span;
+mod uses;
+mod values;
 
 #[cfg(test)]
 mod tests;

@@ -10,9 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::group;
 use super::known::Known;
+use super::number::{list, quote, quote_key};
 use super::path::Path;
 use super::pose::Pose6;
-use super::source::{Source, list, quote, quote_key};
+use super::source::Source;
 use super::span::whole_end;
 
 /// The name of the combination, and of the groups of poses that are the planner's.

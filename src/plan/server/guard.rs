@@ -42,12 +42,16 @@ impl Guard {
         if fields.only("origin")?.is_some_and(|origin| !is_own_origin(origin)) {
             return Err(Refusal::Hostile("the request comes from a page of another origin"));
         }
-        if fields.only("sec-fetch-site")?.is_some_and(|site| ![&b"none"[..], b"same-origin"].contains(&site))
-        {
-            return Err(Refusal::Hostile("the request comes from another site"));
-        }
         let path = target.split('?').next().unwrap_or_default();
         let is_page = method == "GET" && path == "/";
+        // A person may follow a link to the page, as from a notebook. It has no secret, and no frame shows it.
+        let follows_link = is_page
+            && fields.only("sec-fetch-mode")? == Some(b"navigate")
+            && fields.only("sec-fetch-dest")? == Some(b"document");
+        let is_own_site = |site: &[u8]| site == b"none" || site == b"same-origin";
+        if fields.only("sec-fetch-site")?.is_some_and(|site| !is_own_site(site) && !follows_link) {
+            return Err(Refusal::Hostile("the request comes from another site"));
+        }
         let token = fields.only(TOKEN_HEADER)?;
         if !is_page && !token.is_some_and(|token| is_equal(token, self.token.as_bytes())) {
             return Err(Refusal::Hostile(

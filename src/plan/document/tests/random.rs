@@ -56,16 +56,20 @@ fn known_of(path: &Path, text: &str) -> Known {
 fn undo_and_redo_leave_what_plain_edits_leave() {
     let mut all_fit = 0;
     for number in 0..100 {
-        let name =
-            ["scenes/tutorial/study.toml", "scenes/quick.toml", "scenes/palletiser/study.toml"][number % 3];
+        // The longest takes longest.
+        let name = match number % 20 {
+            0 => "scenes/palletiser/study.toml",
+            1..8 => "scenes/quick.toml",
+            _ => "scenes/tutorial/study.toml",
+        };
         let path = root().join(name);
         let original = std::fs::read_to_string(&path).unwrap();
         let known = known_of(&path, &original);
         let (mut draws, mut document) = (Draws(number as u64), Document::new(original.clone()));
         // Steps of one or more edits, and how many of them are not undone.
-        let (mut steps, mut done): (Vec<(Option<u64>, Vec<Edit>)>, usize) = (Vec::new(), 0);
+        let (mut steps, mut done) = (Vec::<(Option<u64>, Vec<Edit>)>::new(), 0usize);
         let mut goes_on = false;
-        for _ in 0..30 {
+        for _ in 0..20 {
             match draws.below(6) {
                 0 => {
                     assert_eq!(document.undo(), done > 0);
@@ -119,7 +123,7 @@ fn undo_and_redo_leave_what_plain_edits_leave() {
         assert_eq!(document.text(), original);
         assert!(!document.is_changed() && document.difference().is_empty());
     }
-    assert!(all_fit > 1000, "only {all_fit} edits fitted");
+    assert!(all_fit > 600, "only {all_fit} edits fitted");
 }
 
 /// After each edit the study loads, and its plan is what an independent list of sensors and places says.

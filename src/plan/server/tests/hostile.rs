@@ -56,6 +56,19 @@ fn hostile_requests_get_no_answer() {
                 "the page for a frame of another site",
                 Forged { more: "Sec-Fetch-Site: cross-site\r\n", ..page(&format!("localhost:{port}")) },
             ),
+            (
+                "what a link of another site must not reach",
+                more(
+                    "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: navigate\r\nSec-Fetch-Dest: document\r\n",
+                ),
+            ),
+            (
+                "the page as a frame",
+                Forged {
+                    more: "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: navigate\r\nSec-Fetch-Dest: iframe\r\n",
+                    ..page(&format!("localhost:{port}"))
+                },
+            ),
             ("another origin", more("Origin: http://evil.example\r\n")),
             ("the origin null", more("Origin: null\r\n")),
             ("an empty origin", more("Origin: \r\n")),

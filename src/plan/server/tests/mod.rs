@@ -152,6 +152,10 @@ fn the_page_needs_no_token_and_has_the_rules_for_browsers() {
         ] {
             assert!(answer.contains(rule), "{rule}: {answer}");
         }
+        // So is somebody who follows a link in a notebook.
+        let link = "Sec-Fetch-Site: same-site\r\nSec-Fetch-Mode: navigate\r\nSec-Fetch-Dest: document\r\n";
+        let linked = client.ask(format!("GET / HTTP/1.1\r\nHost: localhost:{}\r\n{link}\r\n", client.port));
+        assert_eq!(body(&linked), "the page");
         assert!(!answer.contains("Access-Control"), "{answer}");
     });
 }
@@ -217,13 +221,13 @@ fn a_stop_lets_answers_be_sent_to_their_end() {
     let server = Server::bind(0).unwrap();
     let client = Client { port: server.port(), token: server.token().into() };
     let (stop, begun) = (server.stopper(), AtomicUsize::new(0));
-    let handler = |_: &Request| {
+    let handler = &|_: &Request| {
         begun.store(1, Ordering::SeqCst);
         thread::sleep(Duration::from_millis(200));
         Response::json("all of it")
     };
     thread::scope(|scope| {
-        let running = scope.spawn(|| server.run(&handler));
+        let running = scope.spawn(|| server.run(handler));
         let _idle = client.connect();
         let asking = scope.spawn(|| client.ask(client.request("GET /state", "")));
         while begun.load(Ordering::SeqCst) == 0 {
