@@ -34,12 +34,9 @@ pub struct FindRequest {
     at_most: Option<i64>,
     /// What a set may cost.
     budget: Option<f64>,
-    /// Whether the placed sensors are in every set.
+    /// Poses that are in every set, as in `camera:wall/1/0`.
     #[serde(default)]
-    pub keep: bool,
-    /// Names of their poses, as in `camera:wall/1/0`.
-    #[serde(skip)]
-    pub always: Vec<String>,
+    keep: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -120,8 +117,8 @@ impl FindRequest {
         put("region", self.region.clone().filter(|_| self.ask == Asked::Score).map(Value::from));
         put("at_most", self.at_most.map(Value::from));
         put("budget", self.budget.map(Value::from));
-        if !self.always.is_empty() {
-            put("always", Some(self.always.clone().into()));
+        if !self.keep.is_empty() {
+            put("always", Some(self.keep.clone().into()));
         }
         keys
     }

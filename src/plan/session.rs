@@ -5,10 +5,12 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::time::Duration;
 
 use glam::DVec3;
 use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
 use perirobot_march::error::Issue;
+use perirobot_march::metrics::Confusion;
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Planned, PlannedAt, Study};
 use perirobot_study::world::World;
@@ -52,6 +54,7 @@ pub struct Session<'a> {
     /// One search at a time, and what stops it.
     finding: Mutex<()>,
     stop_finding: AtomicBool,
+    is_ending: AtomicBool,
     /// Where the evidence of searches is kept.
     evidence: TempDir,
     html: String,
@@ -81,6 +84,12 @@ struct Loaded {
     placed: Vec<[usize; 2]>,
     cell: Arc<CellState>,
 }
+
+/// How long work that gives way waits before it looks again.
+const GIVES_WAY: Duration = Duration::from_millis(20);
+
+/// The type of an answer that grows line by line, each of them JSON.
+const LINES: &str = "application/x-ndjson";
 
 /// What is wrong with a request, and the status that says so.
 struct Refused(u16, String);
@@ -165,6 +174,7 @@ impl<'a> Session<'a> {
             judgings: AtomicU64::new(0),
             finding: Mutex::new(()),
             stop_finding: AtomicBool::new(false),
+            is_ending: AtomicBool::new(false),
             evidence,
             html,
             policy,
@@ -185,6 +195,7 @@ impl<'a> Session<'a> {
 
     /// Ends searches that are under way.
     pub fn stop(&self) {
+        self.is_ending.store(true, Ordering::Relaxed);
         self.stop_finding.store(true, Ordering::Relaxed);
         self.judgings.fetch_add(1, Ordering::Relaxed);
     }
@@ -199,6 +210,7 @@ impl<'a> Session<'a> {
             (Method::Get, "/scenery") => self.scenery(request),
             (Method::Get, "/cell") => self.cell(request),
             (Method::Get, "/eye") => self.eye(request),
+            (Method::Get, "/listed") => self.listed(request),
             (Method::Post, "/score") => self.score(request),
             (Method::Post, "/judge") => self.judge(request),
             (Method::Post, "/why") => self.why(request),
@@ -326,6 +338,47 @@ impl<'a> Session<'a> {
         Ok(Response::new(200, "image/png", self.lock_live().eye(&plan, index, moment)?))
     }
 
+    /// What each listed pose of a sensor would see alone, a line each as it is counted. Whatever a person does goes first.
+    fn listed(&self, request: &Request) -> Answer<'_> {
+        let [sensor, moment, region] = ["sensor", "moment", "region"].map(|key| number(request, key));
+        let (sensor, moment, region) = (sensor?, moment?, region?);
+        let loaded = self.loaded()?;
+        let Some(spec) = loaded.study.sensors.get(sensor) else {
+            return Err(Refused(400, format!("there is no sensor {sensor} in the study")));
+        };
+        if region >= loaded.study.regions.len() || moment >= loaded.worlds.len() {
+            return Err(Refused(400, "there is no such region or moment".into()));
+        }
+        let names: Vec<String> = spec.candidates.iter().map(|candidate| candidate.name.clone()).collect();
+        let version = locked(&self.desk).version;
+        let stream = move |out: &mut dyn Write| {
+            for (pose, name) in names.iter().enumerate() {
+                let Some(mut live) = self.lock_live_at_rest(version) else { return Ok(()) };
+                let plan = vec![Planned { sensor, at: PlannedAt::Listed(pose) }];
+                let resolution = possible(&mut live, Resolution::Coarse);
+                let counted = live.score(&ScoreRequest { plan, moment, repeat: 0, resolution, dead: None });
+                drop(live);
+                let score = counted.ok().and_then(|answer| worth(&answer.counts[region]));
+                writeln!(out, "{}", json!({ "pose": name, "score": score }))?;
+            }
+            Ok(())
+        };
+        Ok(Response { status: 200, content_type: LINES, body: Body::Stream(Box::new(stream)) })
+    }
+
+    /// What is counted, for something that nobody waits for; `None` if the study is another by now, or all ends.
+    fn lock_live_at_rest(&self, version: u64) -> Option<MutexGuard<'_, Live>> {
+        loop {
+            if locked(&self.desk).version != version || self.is_ending.load(Ordering::Relaxed) {
+                return None;
+            }
+            if self.waiting.load(Ordering::Relaxed) == 0 {
+                return Some(locked(&self.live));
+            }
+            std::thread::sleep(GIVES_WAY);
+        }
+    }
+
     fn score(&self, request: &Request) -> Answer<'_> {
         let mut question: ScoreQuestion = read(request)?;
         let loaded = self.loaded()?;
@@ -366,7 +419,7 @@ impl<'a> Session<'a> {
             let judged = locked(&self.live).judge(&plan, question.dead, &progress);
             match judged {
                 Err(Error::Stopped(_)) if self.judgings.load(Ordering::Relaxed) == own => {
-                    std::thread::sleep(std::time::Duration::from_millis(20));
+                    std::thread::sleep(GIVES_WAY);
                 }
                 judged => {
                     let cost = loaded.cell.budget;
@@ -440,12 +493,8 @@ impl<'a> Session<'a> {
     }
 
     fn find(&self, request: &Request) -> Answer<'_> {
-        let mut question: FindRequest = read(request)?;
+        let question: FindRequest = read(request)?;
         let loaded = self.loaded()?;
-        if question.keep {
-            question.always =
-                loaded.placed.iter().map(|&[sensor, pose]| pose_name(&loaded.study, sensor, pose)).collect();
-        }
         let stream = move |out: &mut dyn Write| {
             // The search before gives way.
             self.stop_finding.store(true, Ordering::Relaxed);
@@ -472,11 +521,7 @@ impl<'a> Session<'a> {
             });
             Ok(())
         };
-        Ok(Response {
-            status: 200,
-            content_type: "application/x-ndjson",
-            body: Body::Stream(Box::new(stream)),
-        })
+        Ok(Response { status: 200, content_type: LINES, body: Body::Stream(Box::new(stream)) })
     }
 
     fn may_write(&self) -> Result<(), Refused> {
@@ -487,18 +532,17 @@ impl<'a> Session<'a> {
     }
 }
 
+/// How much a pose shows of a region: of people's voxels, if there are any, else of all.
+fn worth(counts: &Confusion) -> Option<f64> {
+    counts.human_seen().or_else(|| counts.unknown().map(|unknown| 1.0 - unknown))
+}
+
 /// The wanted voxels, or those of the study if a thin region or zone has none of the larger ones.
 fn possible(live: &mut Live, wanted: Resolution) -> Resolution {
     match wanted == Resolution::Coarse && live.worlds(Resolution::Coarse).is_ok() {
         true => Resolution::Coarse,
         false => Resolution::Fine,
     }
-}
-
-/// The name of a pose as `[choose] always` has it: `camera:wall/1/0`.
-fn pose_name(study: &Study, sensor: usize, pose: usize) -> String {
-    let sensor = &study.sensors[sensor];
-    format!("{}:{}", sensor.name, sensor.candidates[pose].name)
 }
 
 /// The indexes of placed sensors and their poses.

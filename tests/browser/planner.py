@@ -1,13 +1,23 @@
 """Uses the page of `perirobot plan` in a headless Chromium as a person would: drags, aims, types, undoes, saves.
 
-    python3 planner.py ADDRESS
+    python3 planner.py used ADDRESS
+    python3 planner.py ended ADDRESS PROCESS
+    python3 planner.py strangers ADDRESS
+    python3 planner.py speed ADDRESS
 
-The address is the one that the command prints, with the token. Prints the counts that the page shows at the end, as JSON: those
-of a sweep of the saved study.
+The address is the one that the command prints, with the token. `used` saves the study, and prints the counts that the page
+shows then, as JSON: those of a sweep of the saved study. `ended` ends the planner, by its process number, in the middle of a
+drag. `strangers` asks from pages of other origins. `speed` prints how soon pictures follow the pointer.
 """
 
+import http.server
 import json
+import os
+import signal
+import statistics
 import sys
+import threading
+import time
 
 from driver import Browser
 
@@ -122,10 +132,10 @@ def the_plan_edits_the_same(page):
     assert page.placed()[0]["at_m"] == before["at_m"], before
 
 
-def main():
+def used(address):
     with Browser(has_network=True) as browser:
         browser.size(1440, 900)
-        page = Page(browser, sys.argv[1])
+        page = Page(browser, address)
         a_drag_is_counted_and_undone(page)
         escape_ends_a_drag(page)
         keys_are_enough(page)
@@ -138,10 +148,128 @@ def main():
         print(json.dumps(page.counts()))
     with Browser(has_webgl=False, has_network=True) as browser:
         browser.size(1440, 900)
-        page = Page(browser, sys.argv[1])
+        page = Page(browser, address)
         assert browser.run("return document.getElementById('tab-3d').hidden && document.body.dataset.tab === 'plan'")
         the_plan_edits_the_same(page)
 
 
+def ended(address, process):
+    """The planner ends while a sensor is dragged: the page says so, and lets nothing be edited."""
+    with Browser(has_network=True) as browser:
+        browser.size(1440, 900)
+        page = Page(browser, address)
+        page.drag(0, (60, 20), is_dropped=False)
+        os.kill(int(process), signal.SIGKILL)
+        browser.drop()
+        browser.until("return document.body.dataset.lost === 'yes'", "the banner", 30)
+        assert not browser.run("return document.getElementById('banner').hidden")
+        assert browser.run("return document.getElementById('save').disabled && document.getElementById('undo').disabled")
+
+
+# What a page of another origin may try: to read, and to write, as a form or as a script does.
+TRIES = """
+const outcomes = [], tries = [
+  [`${address}/state`, {}],
+  [`${address}/state`, { mode: "no-cors" }],
+  [`${address}/edit`, { method: "POST", mode: "no-cors", body: '{"edit":"remove","index":0}' }],
+  [`${address}/edit`, { method: "POST", headers: { "X-Perirobot-Token": token, "Content-Type": "application/json" }, body: '{"edit":"remove","index":0}' }],
+];
+for (const [url, how] of tries) {
+  try { const answer = await fetch(url, how); outcomes.push(answer.type === "opaque" ? "opaque" : String(answer.status)); }
+  catch (error) { outcomes.push("refused"); }
+}
+return outcomes;
+"""
+
+
+def strangers(address):
+    """A page of another origin reads nothing and changes nothing, even if it knew the token."""
+    base, token = address.split("/#")
+
+    class Quiet(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<!doctype html><title>stranger</title>")
+
+        def log_message(self, *_):
+            pass
+
+    stranger = http.server.HTTPServer(("127.0.0.1", 0), Quiet)
+    threading.Thread(target=stranger.serve_forever, daemon=True).start()
+    with Browser(has_network=True) as browser:
+        page = Page(browser, address)
+        before = page.placed()
+        assert before, "something could be removed"
+        for host in ("127.0.0.1", "localhost"):
+            browser.visit(f"http://{host}:{stranger.server_port}/")
+            tries = f"const address = {json.dumps(base)}, token = {json.dumps(token)};" + TRIES
+            outcomes = browser.run(tries)
+            assert all(one in ("refused", "opaque") for one in outcomes), outcomes
+        framed = browser.run(
+            """const frame = document.createElement("iframe");
+            frame.src = arguments[0];
+            document.body.append(frame);
+            await new Promise(done => { frame.onload = done; setTimeout(done, 3000); });
+            try { return frame.contentDocument === null ? "closed" : frame.contentDocument.title; } catch { return "closed"; }""",
+            base + "/",
+        )
+        assert framed == "closed", framed
+        browser.visit("about:blank")
+        page = Page(browser, address)
+        assert page.placed() == before, (before, page.placed())
+    stranger.shutdown()
+
+
+def speed(address):
+    """How soon the picture follows the pointer, how soon all is exact after a drag, and how smooth the view is meanwhile."""
+    with Browser(has_network=True) as browser:
+        browser.size(1440, 900)
+        begin = time.monotonic()
+        page = Page(browser, address)
+        ready = time.monotonic() - begin
+        browser.until("return document.body.dataset.judged !== undefined", "verdicts", 300)
+        times = browser.run(
+            """const { planner } = document.body, took = [], frames = [];
+            let last = performance.now(), isOver = false;
+            const frame = now => { frames.push(now - last); last = now; if (!isOver) requestAnimationFrame(frame); };
+            requestAnimationFrame(frame);
+            const view = document.getElementById("view"), canvas = view.querySelector("canvas");
+            const { left, top } = canvas.getBoundingClientRect(), [x, y] = view.stage.place(planner.state.placed[0].at_m);
+            const send = (kind, dx, dy) => canvas.dispatchEvent(new PointerEvent(kind, { bubbles: true, pointerId: 1, isPrimary: true, button: 0, buttons: kind === "pointerup" ? 0 : 1, clientX: left + x + dx, clientY: top + y + dy }));
+            const shown = async before => { while (document.body.dataset.n === before) await new Promise(requestAnimationFrame); };
+            const capture = canvas.setPointerCapture, release = canvas.releasePointerCapture;
+            canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
+            send("pointerdown", 0, 0);
+            for (let step = 1; step <= 60; step++) {
+              const before = document.body.dataset.n, at = performance.now();
+              send("pointermove", 2 * step, step / 2);
+              await shown(before);
+              took.push(performance.now() - at);
+            }
+            const voxel = document.body.dataset.voxel, at = performance.now();
+            send("pointerup", 120, 30);
+            while (document.body.dataset.busy !== "" || planner.draft) await new Promise(requestAnimationFrame);
+            const exact = performance.now() - at;
+            while (document.body.dataset.judging !== undefined || Number(document.body.dataset.judged) < Number(document.body.dataset.n)) await new Promise(requestAnimationFrame);
+            const judged = performance.now() - at;
+            isOver = true;
+            Object.assign(canvas, { setPointerCapture: capture, releasePointerCapture: release });
+            return { took, frames, exact, judged, voxel };"""
+        )
+        took = sorted(times["took"])
+        frames = sorted(times["frames"])
+        row = {
+            "page ready (s)": ready,
+            "pointer to picture, median (ms)": statistics.median(took),
+            "pointer to picture, 95th percentile (ms)": took[int(0.95 * len(took))],
+            "exact after release (ms)": times["exact"],
+            "verdicts after release (ms)": times["judged"],
+            "frames a second, median": 1000 / statistics.median(frames),
+        }
+        print(json.dumps({name: round(value, 1) for name, value in row.items()}))
+
+
 if __name__ == "__main__":
-    main()
+    {"used": used, "ended": ended, "strangers": strangers, "speed": speed}[sys.argv[1]](*sys.argv[2:])

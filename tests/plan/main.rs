@@ -4,5 +4,7 @@
 mod common;
 
 mod bad;
+#[cfg(target_os = "linux")]
+mod browser;
 mod planner;
 mod saved;

@@ -33,6 +33,16 @@ impl Planner {
         Planner { port: port.parse().unwrap(), token: token.into(), process, stdout }
     }
 
+    /// The address of its page, with the token.
+    pub(crate) fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/#{}", self.port, self.token)
+    }
+
+    /// The number of its process.
+    pub(crate) fn process(&self) -> u32 {
+        self.process.id()
+    }
+
     /// The status and the body of an answer.
     pub(crate) fn send(&self, method: &str, path: &str, body: &str) -> (u16, Vec<u8>) {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
@@ -80,10 +90,18 @@ impl Planner {
     pub(crate) fn end(mut self) -> Outcome {
         let process = self.process.id().to_string();
         assert!(Command::new("kill").args(["-INT", &process]).status().unwrap().success());
-        let mut stdout = String::new();
+        let (mut stdout, mut stderr) = (String::new(), String::new());
         self.stdout.read_to_string(&mut stdout).unwrap();
-        let output = self.process.wait_with_output().unwrap();
-        Outcome { code: output.status.code(), stdout, stderr: String::from_utf8(output.stderr).unwrap() }
+        self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        Outcome { code: self.process.wait().unwrap().code(), stdout, stderr }
+    }
+}
+
+/// A test that fails leaves no planner behind.
+impl Drop for Planner {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
     }
 }
 

@@ -22,16 +22,9 @@ async function find() {
   Object.assign(found, { points: [], bound: null, words: "Searching…" });
   document.body.dataset.finding = "yes";
   showFound();
-  const question = { ask: isScore ? "score" : "cheapest", ...(isScore ? { region: element("find-region").value, score: element("find-score").value } : {}), budget: numberOf("find-budget"), at_most: numberOf("find-most"), keep: placed().map(one => `${one.sensor}:${one.pose}`) };
+  const question = { ask: isScore ? "score" : "cheapest", ...(isScore ? { region: element("find-region").value, score: element("find-score").value } : {}), budget: numberOf("find-budget"), at_most: numberOf("find-most"), keep: element("find-keep").checked ? placed().map(one => `${one.sensor}:${one.pose}`) : [] };
   try {
-    const reader = (await send("/choose", question, controller.signal)).body.getReader(), decoder = new TextDecoder();
-    for (let rest = ""; ;) {
-      const { done, value } = await reader.read();
-      if (done) break;
-      const lines = (rest + decoder.decode(value, { stream: true })).split("\n");
-      rest = lines.pop();
-      lines.filter(line => line.trim()).forEach(line => hear(JSON.parse(line)));
-    }
+    await eachLine(await send("/choose", question, controller.signal), hear);
   } catch (error) {
     if (error.name !== "AbortError") { found.words = error.message; complain(error); }
   }

@@ -21,11 +21,12 @@ const FAILED: &str = r#"function failed(error) {
 
 /// The page's own scripts, in the order in which they are read: what is known, scores, poses, the two views and what is dragged
 /// in them, tools, the panels around them, keys; the last one begins.
-const OWN_SCRIPTS: [&str; 15] = [
+const OWN_SCRIPTS: [&str; 16] = [
     include_str!("state.js"),
     include_str!("live.js"),
     include_str!("poses.js"),
     include_str!("layers.js"),
+    include_str!("dots.js"),
     include_str!("scene.js"),
     include_str!("drag.js"),
     include_str!("tools.js"),

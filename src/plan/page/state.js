@@ -39,6 +39,18 @@ async function send(path, body, signal) {
 }
 const ask = async (path, body, signal) => (await send(path, body, signal)).json();
 
+/** Calls a function for each line of an answer that grows, each of them JSON. */
+async function eachLine(answer, listener) {
+  const reader = answer.body.getReader(), decoder = new TextDecoder();
+  for (let rest = ""; ;) {
+    const { done, value } = await reader.read();
+    if (done) break;
+    const lines = (rest + decoder.decode(value, { stream: true })).split("\n");
+    rest = lines.pop();
+    lines.filter(line => line.trim()).forEach(line => listener(JSON.parse(line)));
+  }
+}
+
 /** Says that the program is gone, lets nothing be edited, and waits for it to come back. */
 function lose() {
   if (planner.isLost) return;
