@@ -281,3 +281,47 @@ fn what_cannot_be_read_is_told_and_left() {
         assert_eq!(document.text(), text);
     }
 }
+
+#[test]
+fn comments_inside_what_is_removed_stay() {
+    let study = "\
+[[sensor]]
+name = \"camera\"
+[[sensor.poses]]
+name = \"planned\"
+list = [
+    { name = \"0\", position_m = [0, 0, 1], facing = [1, 0, 0] },
+    {
+        # over the door
+        name = \"1\", position_m = [1, 0, 1],
+        facing = [1, 0, 0],
+    },
+    { name = \"2\", position_m = [2, 0, 1], facing = [1, 0, 0] }
+]
+
+[[combination]]
+name = \"planned\"
+# two of them
+sensors = [\"camera\"]
+count = { camera = 3 }
+poses = { camera = [\"planned/0\", \"planned/1\", \"planned/2\"] }
+
+[choose]
+always = [
+    # there for years
+    \"camera:planned/0\",
+]
+at_most = 2
+";
+    let known = known(&[("camera", &["planned/0", "planned/1", "planned/2"])]);
+    let two = edited(study, &known, &[Edit::Remove { index: 1 }]);
+    let expected = study.replace(
+        "    {\n        # over the door\n        name = \"1\", position_m = [1, 0, 1],\n        facing = [1, 0, 0],\n    },\n",
+        "        # over the door\n",
+    );
+    let expected = expected.replace("camera = 3", "camera = 2").replace("\"planned/1\", ", "");
+    assert_eq!(two, expected);
+    let none = edited(&two, &known, &[Edit::Remove { index: 1 }, Edit::Remove { index: 0 }]);
+    assert!(none.ends_with("# two of them\n\n[choose]\n    # there for years\nat_most = 2\n"), "{none}");
+    assert!(keeps_comments(study, &none) && !none.contains("combination"), "{none}");
+}
