@@ -159,7 +159,7 @@ impl Server {
             // One that has shown the token is a window of the planner, which may rest.
             rest = REST;
             let (response, keeps) = match reader.request(&self.guard) {
-                Ok(request) => (answer(handler, &request), true),
+                Ok((request, keeps)) => (answer(handler, &request), keeps),
                 Err(End::Refused(refusal)) => (refusal.to_response(), false),
                 Err(End::Gone) => return,
             };

@@ -44,6 +44,8 @@ struct Head {
     request: Request,
     bytes: usize,
     body: usize,
+    /// Whether another request may follow.
+    keeps: bool,
 }
 
 impl<'a> Reader<'a> {
@@ -59,10 +61,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The next request, if it may be answered.
-    pub(super) fn request(&mut self, guard: &Guard) -> Result<Request, End> {
+    /// The next request, if it may be answered, and whether another may follow it.
+    pub(super) fn request(&mut self, guard: &Guard) -> Result<(Request, bool), End> {
         let until = Instant::now() + self.patience;
-        let Head { mut request, bytes, body } = loop {
+        let Head { mut request, bytes, body, keeps } = loop {
             if let Some(head) = parse(&self.bytes, guard)? {
                 break head;
             }
@@ -77,7 +79,7 @@ impl<'a> Reader<'a> {
         }
         request.body = self.bytes[bytes..bytes + body].to_vec();
         self.bytes.drain(..bytes + body);
-        Ok(request)
+        Ok((request, keeps))
     }
 
     /// Reads what has come, or waits for it.
@@ -120,15 +122,20 @@ fn parse(bytes: &[u8], guard: &Guard) -> Result<Option<Head>, Refusal> {
     if request.version != Some(1) {
         return Err(Refusal::Version);
     }
-    let body = body_length(&Fields(request.headers))?;
+    let fields = Fields(request.headers);
+    let body = body_length(&fields)?;
     let method = guard.check(&request)?;
     if body > MOST_BODY {
         return Err(Refusal::Large("the body of a request has at most 1 MiB"));
     }
+    let is_close = |value: &[u8]| {
+        value.split(|&byte| byte == b',').any(|word| word.trim_ascii().eq_ignore_ascii_case(b"close"))
+    };
+    let keeps = !fields.all("connection").any(is_close);
     let target = request.path.unwrap_or_default();
     let (path, query) = target.split_once('?').unwrap_or((target, ""));
     let request = Request { method, path: path.into(), query: query.into(), body: Vec::new() };
-    Ok(Some(Head { request, bytes, body }))
+    Ok(Some(Head { request, bytes, body, keeps }))
 }
 
 /// How long the body is. What programs read in different ways is refused: where one request ends would be open.

@@ -185,6 +185,17 @@ fn a_connection_serves_several_requests() {
 }
 
 #[test]
+fn a_client_may_close_its_connection() {
+    with_server(PATIENCE, |client| {
+        let mut stream = client.connect();
+        let request = client.request("POST /echo", "last");
+        stream.write_all(request.replacen("\r\n", "\r\nConnection: x, Close\r\n", 1).as_bytes()).unwrap();
+        let answer = read_all(&mut stream);
+        assert!(answer.contains("Connection: close") && body(&answer) == "last", "{answer}");
+    });
+}
+
+#[test]
 fn a_response_is_sent_as_it_grows() {
     with_server(PATIENCE, |client| {
         let mut stream = client.connect();
