@@ -50,25 +50,28 @@ impl CountedFloor {
         let window = self.0.window();
         let (mut once, mut twice) = (BitGrid::new(window), BitGrid::new(window));
         for planes in said {
-            let mut labelled = planes.occupied.to_window(window);
-            labelled.add(&planes.free);
-            let mut again = once.clone();
-            again.keep(&labelled);
-            twice.add(&again);
-            once.add(&labelled);
+            let words = planes.occupied.words().iter().zip(planes.free.words());
+            let seen = once.words_mut().iter_mut().zip(twice.words_mut());
+            for ((once, twice), (occupied, free)) in seen.zip(words) {
+                let labelled = occupied | free;
+                *twice |= *once & labelled;
+                *once |= labelled;
+            }
         }
         let [nx, ny, nz] = window.size.map(|n| n as usize);
         let row = self.0.words_per_row() as usize;
         // Of each column a bit: whether it is counted, has a voxel that none labels, has one that fewer than two label.
         let mut columns = [(); 3].map(|()| vec![0u32; row * ny]);
+        let [some, blind, single] = &mut columns;
         for z in 0..nz {
             let layer = z * row * ny..(z + 1) * row * ny;
-            let words = [&self.0, &once, &twice].map(|plane| &plane.words()[layer.clone()]);
-            for word in 0..row * ny {
-                let [counted, once, twice] = words.map(|words| words[word]);
-                columns[0][word] |= counted;
-                columns[1][word] |= counted & !once;
-                columns[2][word] |= counted & !twice;
+            let [counted, once, twice] = [&self.0, &once, &twice].map(|plane| &plane.words()[layer.clone()]);
+            let of_column = some.iter_mut().zip(blind.iter_mut()).zip(single.iter_mut());
+            let voxels = counted.iter().zip(once).zip(twice);
+            for (((some, blind), single), ((counted, once), twice)) in of_column.zip(voxels) {
+                *some |= counted;
+                *blind |= counted & !once;
+                *single |= counted & !twice;
             }
         }
         let sensors = (0..ny).flat_map(|y| (0..nx).map(move |x| (y * row + x / 32, x % 32)));

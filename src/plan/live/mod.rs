@@ -27,6 +27,8 @@ mod verdicts;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod times;
 
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends, Fallback, KeptBackends};

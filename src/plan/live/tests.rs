@@ -1,7 +1,6 @@
 //! What is counted of plans beside sweeps, judge and plain loops over voxels.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use glam::{DQuat, DVec3};
 use perirobot_decide::judge::Judging;
@@ -25,7 +24,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::*;
 
-fn scenes(file: &str) -> PathBuf {
+pub(super) fn scenes(file: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes").join(file)
 }
 
@@ -33,7 +32,7 @@ fn read(file: &str, voxel_size_m: Option<f64>) -> Study {
     Study::load(&scenes(file), &Overrides { voxel_size_m, noiseless: false }).unwrap()
 }
 
-fn live(kind: BackendKind, study: Study) -> Live {
+pub(super) fn live(kind: BackendKind, study: Study) -> Live {
     let choice = BackendChoice { kind, threads: Some(2), ..BackendChoice::default() };
     let mut live = Live::new(ChosenBackends::open(&choice).unwrap().0);
     live.set_study(study, None, &|| None).unwrap();
@@ -44,7 +43,7 @@ fn listed(sensor: usize, candidate: usize) -> Planned {
     Planned { sensor, at: PlannedAt::Listed(candidate) }
 }
 
-fn ask(plan: &[Planned], moment: usize, repeat: usize) -> ScoreRequest {
+pub(super) fn ask(plan: &[Planned], moment: usize, repeat: usize) -> ScoreRequest {
     let resolution = Resolution::Fine;
     ScoreRequest { plan: plan.to_vec(), moment, repeat, resolution, dead: None }
 }
@@ -132,7 +131,7 @@ fn scores_are_the_rows_of_a_sweep() {
 }
 
 /// A pose somewhere near a listed one.
-fn near(pose: Pose, random: &mut SmallRng) -> Pose {
+pub(super) fn near(pose: Pose, random: &mut SmallRng) -> Pose {
     let mut off = || random.random_range(-0.1..0.1);
     let moved = pose.position_m + DVec3::new(off(), off(), off());
     let turned = DQuat::from_euler(glam::EulerRot::XYZ, off(), off(), 3.0 * off());
@@ -377,109 +376,5 @@ fn worlds_stay_where_only_sensors_change() {
         assert_eq!(answer.grid.voxel_size_m, 0.2);
         let expected = self::live(BackendKind::Cpu, coarse(&text)).score(&ask(&plan, 0, 0)).unwrap();
         assert_eq!(answer.counts, expected.counts);
-    }
-}
-
-/// `cargo test --release -p perirobot-plan -- --ignored --nocapture times`
-#[test]
-#[ignore = "it prints times"]
-fn times() {
-    for (file, full) in
-        [("tutorial/study.toml", false), ("tutorial/study.toml", true), ("palletiser/study.toml", false)]
-    {
-        let folder = scenes(file).parent().unwrap().to_path_buf();
-        let text = std::fs::read_to_string(scenes(file)).unwrap();
-        let text = if full {
-            text.replace("resolution_px = [212, 120]", "resolution_px = [1280, 720]")
-        } else {
-            text
-        };
-        let sources = perirobot_scene::source::Sources::from_main(&folder.join("live.toml"));
-        let sources = sources.with_file(&folder.join("live.toml"), text.into_bytes());
-        let load = |voxel_size_m: Option<f64>| {
-            let overrides = Overrides { voxel_size_m, noiseless: false };
-            Study::read(&folder.join("live.toml"), &overrides, sources.clone()).unwrap()
-        };
-        let study = load(None);
-        let coarse = load(Some(coarse_voxel_m(study.voxel_size_m)));
-        let begin = Instant::now();
-        let mut live = live(BackendKind::Cpu, study.clone());
-        println!("{file}{}: ready in {:?}", if full { ", 1280 x 720" } else { "" }, begin.elapsed());
-        live.set_study(study.clone(), Some(coarse), &|| None).unwrap();
-        let posed = (0..study.sensors.len()).filter(|&sensor| study.sensors[sensor].kind.takes_poses());
-        let sensors: Vec<usize> = posed.collect();
-        let pose = |sensor: usize| study.sensors[sensor].candidates[0].setting.pose();
-        let mut random = SmallRng::seed_from_u64(1);
-        let worlds = live.worlds(Resolution::Fine).unwrap().len();
-        for (what, resolution, moments) in [
-            ("first", Resolution::Fine, 0..1),
-            ("drag", Resolution::Fine, 0..1),
-            ("drag, coarse", Resolution::Coarse, 0..1),
-            ("time slider, first round", Resolution::Fine, 0..worlds),
-            ("time slider, second round", Resolution::Fine, 0..worlds),
-        ] {
-            let dragged = sensors[0];
-            let mut took = Vec::new();
-            let begin = Instant::now();
-            for step in 0..if what == "first" { 1 } else { 20.max(moments.len()) } {
-                let mut plan: Vec<Planned> = sensors
-                    .iter()
-                    .map(|&sensor| Planned { sensor, at: PlannedAt::Pose(pose(sensor)) })
-                    .collect();
-                let near = Pose { position_m: near(pose(dragged), &mut random).position_m, ..pose(dragged) };
-                if moments.len() == 1 {
-                    plan[0].at = PlannedAt::Pose(near);
-                }
-                let moment = step % moments.len();
-                let answer = live.score(&ScoreRequest { resolution, ..ask(&plan, moment, 0) }).unwrap();
-                took.push(answer.took.as_secs_f64() * 1e3);
-            }
-            took.sort_by(f64::total_cmp);
-            let (median, most) = (took[took.len() / 2], took[took.len() - 1]);
-            println!("  {what}: median {median:.1} ms, most {most:.1} ms ({:?} in all)", begin.elapsed());
-        }
-        let plan: Vec<Planned> =
-            sensors.iter().map(|&sensor| Planned { sensor, at: PlannedAt::Pose(pose(sensor)) }).collect();
-        for _ in 0..2 {
-            let begin = Instant::now();
-            live.moments(&plan, None, &|| None).unwrap();
-            println!("  all moments: {:?}", begin.elapsed());
-        }
-        let begin = Instant::now();
-        live.why(&plan, 0, DVec3::new(0.3, 0.2, 1.0)).unwrap();
-        println!("  why: {:?}", begin.elapsed());
-        let begin = Instant::now();
-        let bytes = live.eye(&plan, 0, 0).unwrap().len();
-        println!("  eye: {:?}, {bytes} bytes", begin.elapsed());
-        for _ in 0..2 {
-            let begin = Instant::now();
-            live.judge(&plan, None, &|| None).unwrap();
-            println!("  judge: {:?}", begin.elapsed());
-        }
-        let begin = Instant::now();
-        let things = live.scenery(0).unwrap().things;
-        let faces: usize = things.iter().map(|thing| thing.faces.len()).sum();
-        println!("  scenery: {:?}, {} things, {faces} faces", begin.elapsed(), things.len());
-        // As Python's evaluate does: the same pose, one after the other.
-        let worlds = World::prepare_all(&study).unwrap();
-        let choice = BackendChoice { kind: BackendKind::Cpu, ..BackendChoice::default() };
-        let mut backends = KeptBackends::new(ChosenBackends::open(&choice).unwrap().0);
-        let mut took = Vec::new();
-        for _ in 0..20 {
-            let begin = Instant::now();
-            let other = study.elsewhere(&[(sensors[0], vec![near(pose(sensors[0]), &mut random)])]).unwrap();
-            if worlds.iter().any(|world| world.examine_sensors(&other).is_err()) {
-                continue;
-            }
-            let there: Vec<World> = worlds.iter().map(|world| world.with_sensors(&other.sensors)).collect();
-            scoring::run_on(&other, &there, &mut backends, &|| None).unwrap();
-            took.push(begin.elapsed().as_secs_f64() * 1e3);
-        }
-        println!(
-            "  evaluate, one pose, {} moments: first {:.1} ms, then at least {:.1} ms",
-            worlds.len(),
-            took[0],
-            took[1..].iter().copied().fold(f64::INFINITY, f64::min)
-        );
     }
 }

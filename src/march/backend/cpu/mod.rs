@@ -5,7 +5,8 @@
 //!
 //! A pose is sensed in this order: `plan` (what matters), `beyond` (tiles that need not be cast), `packet` (rays by the 64),
 //! `cast` with `cone`, `across`, `intersect` and `first_hit` (what they hit), `end` (gates and noise), `pyramid` and
-//! `carve_voxels` with `asked`, or `carve_rays` with `through` (what they free).
+//! `carve_voxels` with `asked`, or `carve_rays` with `through` (what they free). `together` does it on several threads where
+//! there are fewer poses than those.
 
 mod across;
 mod alike;
@@ -33,6 +34,7 @@ mod table;
 #[cfg(test)]
 mod test_camera;
 mod through;
+mod together;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -306,7 +308,12 @@ impl Backend for Cpu {
         let mut kept: Vec<Option<PoseCache>> = shots.iter().map(|shot| self.take_kept(shot)).collect();
         let loaded = self.loaded_scene()?;
         let sensor = self.sensor(table, &loaded.wanted)?;
+        let threads = self.pool.current_num_threads();
+        let is_large = sensor.table.packets.rays() >= together::LEAST_RAYS;
         let sensed: Vec<Planes> = self.pool.install(|| {
+            if shots.len() < threads && is_large && kept.iter().all(Option::is_none) {
+                return shots.iter().map(|shot| sensor.sense_together(&shot.placement, threads)).collect();
+            }
             let each = shots.par_iter().zip(&mut kept).map_init(
                 || Scratch::new(&sensor),
                 |scratch, (shot, kept)| sensor.sense(&shot.placement, scratch, kept.as_mut(), None),

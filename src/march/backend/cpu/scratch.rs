@@ -31,6 +31,12 @@ pub(super) struct Scratch {
 impl Scratch {
     /// Room for the rays of a table; nothing is known yet.
     pub(super) fn new(caster: &TableCaster) -> Self {
+        let pyramid = caster.table.packets.image().map(Pyramid::new);
+        Scratch { pyramid, ..Scratch::without_image(caster) }
+    }
+
+    /// The same without room for the image of a camera.
+    pub(super) fn without_image(caster: &TableCaster) -> Self {
         Scratch {
             packet: Packet::new(),
             truly: Packet::new(),
@@ -38,7 +44,7 @@ impl Scratch {
             ends: PacketEnds::new(),
             places: RayPlaces { t_q16: [0; RAYS], axis: [2; RAYS] },
             made: [[0; RAYS]; 3],
-            pyramid: caster.table.packets.image().map(Pyramid::new),
+            pyramid: None,
             asked: AskedPlaces::new(),
             through: Through::new(),
             marks: Marks::new(caster.level, caster.wide),

@@ -1,15 +1,16 @@
 //! Senses from one pose, from rays to evidence, in the order of the files named in `mod.rs`.
 
 use super::alike::{self, Alike, DONE};
-use super::asked::AskedTiles;
+use super::asked::{AskedPlaces, AskedTiles};
 use super::beyond::{self, ConeCourse};
 use super::carve_voxels::CarveVoxels;
 use super::cast::Clear;
 use super::end::{Rules, Sent};
 use super::first_hit::{self, FirstHit, Search};
-use super::packet::{Packets, RAYS, TILE};
+use super::packet::{Lanes, Packets, RAYS, TILE};
 use super::plan;
 use super::projection::{BOXES, PixelRect, Projection};
+use super::pyramid::Pyramid;
 use super::scratch::Scratch;
 use super::table::{RayTable, TableCaster};
 use crate::backend::{Carving, GridPose, Planes};
@@ -28,7 +29,7 @@ pub(super) struct PoseCache {
 }
 
 /// A pose being sensed.
-struct Shoot<'a> {
+pub(super) struct Shoot<'a> {
     placement: &'a GridPose,
     /// Where its rays are cast from.
     caster: GridPose,
@@ -48,9 +49,12 @@ impl Shoot<'_> {
     }
 }
 
+/// A box of voxels by its corner, and where a camera sees it.
+pub(super) type SeenBox = ([i32; 3], PixelRect);
+
 /// Whether a tile of a camera is cast, whether it sees voxels that are near, and how far the last voxels are that it sees.
 #[derive(Clone, Copy, Default)]
-struct CastTile {
+pub(super) struct CastTile {
     cast: bool,
     near: bool,
     farthest: f32,
@@ -67,13 +71,10 @@ impl TableCaster<'_> {
         see: Option<&mut [End]>,
     ) -> Planes {
         let window = self.wanted.voxels.window();
-        let caster = placement.caster();
-        let search = |layer| self.search(layer, &caster);
-        let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
         // A window that goes with people who walk is another one each time.
         let is_as_before = kept.as_mut().is_some_and(|kept| kept.window.replace(window) == Some(window));
         let fits = self.wanted.voxels.words().len() <= self.plane_words;
-        let mut shoot = Shoot { placement, caster, still, moving, kept, see };
+        let mut shoot = Shoot { kept, see, ..self.shoot(placement) };
         let carving = self.carving.unwrap_or_else(|| plan::carving(&self.table.packets, window));
         match (carving, self.table.packets.image()) {
             (Carving::ByVoxel, Some(image)) => {
@@ -83,11 +84,20 @@ impl TableCaster<'_> {
             }
             _ if !is_as_before || !fits || shoot.casts_all() || self.table.noise.lost_below > 0 => {
                 let mut planes = Planes::blank(window);
-                self.carve_by_ray(&mut shoot, scratch, &mut planes);
+                let all = 0..self.table.packets.count();
+                self.carve_by_ray(all, &mut shoot, scratch, &mut planes);
                 planes
             }
             _ => self.carve_the_rest(&mut shoot, scratch),
         }
+    }
+
+    /// A pose of which nothing is kept.
+    pub(super) fn shoot<'a>(&'a self, placement: &'a GridPose) -> Shoot<'a> {
+        let caster = placement.caster();
+        let search = |layer| self.search(layer, &caster);
+        let (still, moving) = (self.blockers.still.map(search), search(self.blockers.moving));
+        Shoot { placement, caster, still, moving, kept: None, see: None }
     }
 
     /// Casts the rays first; then each voxel is looked up in the image of what the pixels free.
@@ -98,6 +108,27 @@ impl TableCaster<'_> {
         scratch: &mut Scratch,
         planes: &mut Planes,
     ) {
+        let (tiles, boxes) = self.seen_boxes(projection, shoot);
+        let Some(mut pyramid) = scratch.pyramid.take() else { return };
+        pyramid.clear();
+        let all = 0..tiles.len();
+        self.cast_tiles(all, &tiles, projection, shoot, scratch, planes, &mut |packet, freed| {
+            pyramid.set_tile(packet, freed);
+        });
+        pyramid.build(self.level);
+        self.decide_boxes(
+            &boxes,
+            projection,
+            shoot.placement,
+            &pyramid,
+            &mut scratch.asked,
+            &mut planes.free,
+        );
+        scratch.pyramid = Some(pyramid);
+    }
+
+    /// The tiles of a camera that must be cast, and the boxes of voxels that it sees.
+    pub(super) fn seen_boxes(&self, projection: &Projection, shoot: &Shoot) -> (Vec<CastTile>, Vec<SeenBox>) {
         let packets = &self.table.packets;
         let mut tiles = vec![CastTile { cast: shoot.casts_all(), ..CastTile::default() }; packets.count()];
         let mut boxes = Vec::new();
@@ -111,11 +142,25 @@ impl TableCaster<'_> {
                 }
             }
         }
-        let Some(mut pyramid) = scratch.pyramid.take() else { return };
-        pyramid.clear();
+        (tiles, boxes)
+    }
+
+    /// Casts some of a camera's tiles; `take` gets how many voxels the pixels of each free.
+    #[expect(clippy::too_many_arguments, reason = "what is read, what is worked on, what is made")]
+    pub(super) fn cast_tiles(
+        &self,
+        some: impl Iterator<Item = usize>,
+        tiles: &[CastTile],
+        projection: &Projection,
+        shoot: &mut Shoot,
+        scratch: &mut Scratch,
+        planes: &mut Planes,
+        take: &mut dyn FnMut(usize, &Lanes<u32>),
+    ) {
+        let packets = &self.table.packets;
         let until_q16 = projection.last_near_q16();
         let mut clear = vec![None; self.table.groups.len()];
-        for packet in (0..tiles.len()).filter(|&packet| tiles[packet].cast) {
+        for packet in some.filter(|&packet| tiles[packet].cast) {
             let CastTile { near, .. } = tiles[packet];
             let way = self.goes_beyond(packet, shoot, &tiles[packet], &mut clear);
             if near || matches!(way, ConeCourse::Clear(_)) {
@@ -129,7 +174,7 @@ impl TableCaster<'_> {
                     scratch.ends.freed
                 }
             };
-            pyramid.set_tile(packet, &freed);
+            take(packet, &freed);
             if near {
                 scratch.through.start(self.level, &scratch.packet, &planes.free.window());
                 for lane in 0..RAYS {
@@ -139,15 +184,24 @@ impl TableCaster<'_> {
             }
         }
         scratch.marks.finish(&mut planes.free);
-        pyramid.build(self.level);
-        let placement = shoot.placement;
+    }
+
+    /// Marks what is free of boxes of voxels, by what a camera's pixels free.
+    pub(super) fn decide_boxes(
+        &self,
+        boxes: &[SeenBox],
+        projection: &Projection,
+        placement: &GridPose,
+        pyramid: &Pyramid,
+        asked: &mut AskedPlaces,
+        free: &mut BitGrid,
+    ) {
         let (level, wide, wanted) = (self.level, self.wide, self.wanted);
-        let asked = AskedTiles::new(level, packets, placement, &mut scratch.asked);
-        let mut carve = CarveVoxels { level, wide, projection, asked, placement, pyramid: &pyramid, wanted };
+        let asked = AskedTiles::new(level, &self.table.packets, placement, asked);
+        let mut carve = CarveVoxels { level, wide, projection, asked, placement, pyramid, wanted };
         for (corner, pixel_rect) in boxes {
-            carve.decide(corner, largest, &pixel_rect, &mut planes.free);
+            carve.decide(*corner, wanted.edge, pixel_rect, free);
         }
-        scratch.pyramid = Some(pyramid);
     }
 
     /// How a camera's tile goes past all that it sees of what matters.
@@ -176,10 +230,16 @@ impl TableCaster<'_> {
         beyond::way(&cones[packet].place(&shoot.caster), searches, clear, [from, to])
     }
 
-    /// Ray by ray.
-    fn carve_by_ray(&self, shoot: &mut Shoot, scratch: &mut Scratch, planes: &mut Planes) {
+    /// Ray by ray, those of some packets.
+    pub(super) fn carve_by_ray(
+        &self,
+        some: impl Iterator<Item = usize>,
+        shoot: &mut Shoot,
+        scratch: &mut Scratch,
+        planes: &mut Planes,
+    ) {
         let packets = &self.table.packets;
-        for packet in 0..packets.count() {
+        for packet in some {
             scratch.packet.start(self.level, shoot.placement, packets.dirs_q15(packet));
             scratch.through.start(self.level, &scratch.packet, &planes.free.window());
             if !shoot.casts_all() && scratch.through.lanes().next().is_none() {
