@@ -24,8 +24,8 @@ pub(super) use templates::Template;
 Examples:
   perirobot init my-cell
       then: perirobot check my-cell/study.toml
-  perirobot init --template palletiser my-cell
-      then: perirobot choose my-cell/study.toml --out out")]
+  perirobot init --template palletiser my-palletiser
+      then: perirobot choose my-palletiser/study.toml --out out")]
 pub(super) struct Args {
     /// Begin with a usual cell instead
     #[arg(long, value_name = "NAME")]

@@ -15,9 +15,12 @@ use perirobot_scene::objects::{Mesh, Role};
 use perirobot_scene::pose::Pose;
 use perirobot_scene::spelling::nearest;
 
-/// Surfaces that were read, by the object and its link.
+/// The name of an object, and of the link whose surface is read.
+type SurfaceName = (String, Option<String>);
+
+/// Surfaces that were read.
 #[derive(Debug, Default)]
-pub(in crate::input) struct Surfaces(RefCell<HashMap<(String, Option<String>), Rc<Mesh>>>);
+pub(in crate::input) struct Surfaces(RefCell<HashMap<SurfaceName, Rc<Mesh>>>);
 
 /// What carries the sensor: a surface in its own frame, and where that is.
 pub(super) struct Carrier<'a> {
