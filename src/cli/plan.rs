@@ -66,7 +66,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     };
     args.backend.start_threads()?;
-    let stop = StopAt::listen(None)?;
+    let stop = StopAt::listen_saying("the planner ends", None)?;
     let reader = Reader(study);
     let session = Session::open(study.path(), &reader, &args.backend.checked_choice()?, args.read_only)?;
     let server = Server::bind(args.port)?.with_policy(session.policy());

@@ -36,6 +36,11 @@ const SIGNALS: &[(i32, &str)] = &[
 impl StopAt {
     /// Begins to listen. `max_time` is counted from here.
     pub(super) fn listen(max_time: Option<Duration>) -> Result<StopAt> {
+        StopAt::listen_saying("stopping when the batch under way is finished; once more stops now", max_time)
+    }
+
+    /// The same with other words on a signal.
+    pub(super) fn listen_saying(words: &'static str, max_time: Option<Duration>) -> Result<StopAt> {
         let (signal, again) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
         for &(number, name) in SIGNALS {
             let wrong = |e| Error::device(format!("cannot listen for {name}: {e}"));
@@ -44,9 +49,7 @@ impl StopAt {
             flag::register(number, again.clone()).map_err(wrong)?;
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
         }
-        on_signal(|_| {
-            suspend_bar(|| say!("stopping when the batch under way is finished; once more stops now"))
-        })?;
+        on_signal(|_| suspend_bar(|| say!("{words}")))?;
         // A time beyond the range of the clock never comes.
         let until = max_time.and_then(|time| Instant::now().checked_add(time));
         Ok(StopAt { signal, until })

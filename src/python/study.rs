@@ -54,8 +54,9 @@ type ChoiceWords = (String, Option<String>, Option<String>, Option<String>, usiz
 
 #[pymethods]
 impl Study {
-    /// Reads and checks a study file and its scene files.
+    /// Reads and checks a study file and its scene files; a text takes the place of that of the study file.
     #[staticmethod]
+    #[expect(clippy::too_many_arguments, reason = "they are those of Python's Study.load")]
     fn load(
         py: Python<'_>,
         path: PathBuf,
@@ -64,9 +65,11 @@ impl Study {
         packages: Vec<(String, PathBuf)>,
         allow_outside: bool,
         xacro: bool,
+        text: Option<String>,
     ) -> PyResult<Study> {
         let overrides = Overrides { voxel_size_m, noiseless };
-        let origin = FileOrigin::file(path, overrides, packages, allow_outside, xacro);
+        let mut origin = FileOrigin::file(path.clone(), overrides, packages, allow_outside, xacro);
+        origin.files.extend(text.map(|text| (path, text.into_bytes())));
         Study::read_checked(py, || Ok(origin))
     }
 

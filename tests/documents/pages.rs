@@ -17,6 +17,7 @@ const REFERENCE: &str = "scenes/README.md";
 const TUTORIAL: &str = "scenes/tutorial/README.md";
 const PALLETISER: &str = "scenes/palletiser/README.md";
 const FIRST_HOUR: &str = "src/guide/first_hour.md";
+const PLAN: &str = "src/guide/plan.md";
 const CHOOSE: &str = "src/guide/choose.md";
 const APPROACH: &str = "src/guide/approach.md";
 const REVIEW: &str = "src/guide/review.md";
@@ -29,12 +30,13 @@ const WHY_FAST: &str = "src/guide/why_fast.md";
 const WIDE_GPUS: &str = "src/guide/wide_gpus.md";
 const CHANGE_IT: &str = "src/guide/change_it.md";
 const CONTRIBUTING: &str = "src/guide/contributing.md";
-const DOCUMENTS: [&str; 17] = [
+const DOCUMENTS: [&str; 18] = [
     README,
     REFERENCE,
     TUTORIAL,
     PALLETISER,
     FIRST_HOUR,
+    PLAN,
     CHOOSE,
     APPROACH,
     REVIEW,
@@ -53,7 +55,9 @@ const DOCUMENTS: [&str; 17] = [
 const READ: [&str; 2] = ["text", "csv"];
 
 /// Examples of `--help` that are not run, with the reason.
-const TOO_LONG: [(&str, &str); 3] = [
+const TOO_LONG: [(&str, &str); 5] = [
+    ("perirobot plan my-cell/study.toml", "serves a page until it is ended; tests/plan has it"),
+    ("perirobot plan my-cell/study.toml --no-open --port 8080", "serves a page until it is ended"),
     ("perirobot bench", "takes minutes, as its help says"),
     ("perirobot bench --voxel-size 0.05 --poses 2", "casts the paper's cameras with the plain oracle"),
     (

@@ -91,7 +91,7 @@ fn a_sweep_of_the_saved_file_counts_what_the_page_showed() {
     let state = planner.post("/save", json!({ "overwrite": false }));
     assert_eq!((&state["changed"], &state["problems"]), (&json!(false), &json!([])));
     let ended = planner.end();
-    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), "the planner ends\n"));
     let saved = fs::read_to_string(&study).unwrap();
     assert!(saved.starts_with("# a comment that stays\n"), "{saved}");
     let out = folder.path("out");
@@ -118,7 +118,8 @@ fn undo_takes_back_a_gesture_and_redo_makes_it_again() {
     let moved = text_of(&planner);
     planner.post("/undo", json!({}));
     let placed = text_of(&planner);
-    assert!(placed.contains("posts/upright") && !placed.contains("0.3"), "{placed}");
+    assert!(placed.contains("[\"posts/upright\"]") && !placed.contains("planned/"), "{placed}");
+    assert!(moved.contains("planned/") && moved.contains("[0.3, 0.5, 1.0]"), "{moved}");
     let state = planner.post("/undo", json!({}));
     assert_eq!(
         (text_of(&planner), &state["changed"], &state["can_undo"]),

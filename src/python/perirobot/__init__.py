@@ -15,6 +15,7 @@ from .best import Best
 from .cell import Cell
 from .device import Backend
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels
+from .planner import Planner, plan
 from .purchase import Purchase, PurchasedSensor, PurchasedSet, Reason
 from .result import Result
 from .score import ScoredMap, score_map
@@ -23,7 +24,7 @@ from .warned import DeviceWarning, InputWarning
 
 __all__ = [
     *("COUNTERS", "FREE", "OCCUPIED", "UNKNOWN"),
-    *("Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Purchase", "PurchasedSensor"),
-    *("PurchasedSet", "Reason", "Result", "ScoredMap", "Study"),
-    *("__version__", "score_map"),
+    *("Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Planner", "Purchase"),
+    *("PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study"),
+    *("__version__", "plan", "score_map"),
 ]

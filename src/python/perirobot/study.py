@@ -90,11 +90,25 @@ class Study:
         :param xacro: run the program ``xacro`` for scenes that name ``.xacro`` files, which may run whatever they say.
         :raises ValueError: what is wrong, by file and key.
         """
-        named = list((packages or {}).items())
+        named = [(name, os.fspath(folder)) for name, folder in (packages or {}).items()]
+        return cls._read(os.fspath(path), voxel_size_m, noiseless, named, allow_outside, xacro, None)
+
+    @classmethod
+    def _read(
+        cls,
+        path: str,
+        voxel_size_m: float | None,
+        noiseless: bool,
+        named: list[tuple[str, str]],
+        allow_outside: bool,
+        xacro: bool,
+        text: str | None,
+    ) -> Study:
+        """Reads a study file, or a text in its place."""
         study = cls.__new__(cls)
-        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, named, allow_outside, xacro)
+        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, [*named], allow_outside, xacro, text)
         there = [(name, os.path.abspath(folder)) for name, folder in named]
-        study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro))
+        study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro, text))
         return study
 
     def save(self, folder: str | PathLike[str]) -> str:
