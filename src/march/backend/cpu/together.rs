@@ -94,3 +94,48 @@ fn union(one: BitGrid, other: BitGrid) -> BitGrid {
     larger.add(&smaller);
     larger
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::backend::cpu::Cpu;
+    use crate::backend::self_test::{POSES, camera, placement, scene};
+    use crate::backend::{Backend, Carving, GridFrame, GridPose, Noise, Planes, Rays, Shot};
+    use crate::march::NOISE_STEPS;
+
+    /// Poses that are cast one by one, in whatever way, with noise and with a mount that is off.
+    #[test]
+    fn several_threads_say_what_one_says() {
+        let unit_q12 = (0..NOISE_STEPS as i32).map(|step| step * 8 - 4 * NOISE_STEPS as i32).collect();
+        let noise = Noise { unit_q12, std_q16: vec![1 << 15; 512], lost_below: 0 };
+        let lossy = Noise { lost_below: 1 << 29, ..noise.clone() };
+        let (mut number, mut said) = (0, [0; 2]);
+        for noise in [Noise::default(), noise, lossy] {
+            for carving in [None, Some(Carving::ByVoxel), Some(Carving::ByRay)] {
+                let rays = Rays { noise: noise.clone(), ..camera() };
+                let open = |threads: usize| {
+                    let cpu = Cpu::new(Some(threads)).unwrap();
+                    let mut cpu = carving.into_iter().fold(cpu, Cpu::carving);
+                    cpu.tables(std::slice::from_ref(&rays)).unwrap();
+                    cpu.load(&scene()).unwrap();
+                    cpu
+                };
+                let says = |cpu: &mut Cpu, at: GridPose| -> Planes {
+                    cpu.sense(0, &[Shot::once(0, at)]).unwrap();
+                    cpu.planes(&[0]).unwrap().remove(0)
+                };
+                let (mut one, mut three) = (open(1), open(3));
+                for pose in (0..POSES).skip(number % 3).step_by(3) {
+                    let at = placement(pose);
+                    let GridPose { origin_q16: [x, y, z], axis_q15, .. } = at;
+                    let off = GridFrame { origin_q16: [x + 9000, y, z - 4000], axis_q15 };
+                    let at = GridPose { truly: (pose % 2 == 1).then_some(off), ..at };
+                    let expected = says(&mut one, at);
+                    said = [said[0] + expected.free.count(), said[1] + expected.hits.count()];
+                    assert_eq!(says(&mut three, at), expected, "pose {pose}, {carving:?}");
+                }
+                number += 1;
+            }
+        }
+        assert!(said[0] > 100_000 && said[1] > 1000, "{said:?}");
+    }
+}
