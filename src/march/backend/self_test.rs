@@ -52,7 +52,7 @@ fn counts(backend: &mut dyn Backend) -> Result<Vec<Vec<u64>>> {
 }
 
 /// 800 × 600 pixels, narrow enough for many of them to see the same voxel.
-fn camera() -> Rays {
+pub(super) fn camera() -> Rays {
     let (size_px, focal_px) = ([800u32, 600u32], [700.0, 700.0]);
     let pixel = |i: u32| {
         let (u, v) = (i % size_px[0], i / size_px[0]);
@@ -75,7 +75,7 @@ fn camera() -> Rays {
 }
 
 /// A room of columns and clutter, 140 × 120 × 60 voxels, with a person and a robot in it.
-fn scene() -> VoxelScene {
+pub(super) fn scene() -> VoxelScene {
     let grid = Window::from_corners([0; 3], [139, 119, 59]);
     let block = |min: [i32; 3], max: [i32; 3]| BitGrid::full(Window::from_corners(min, max)).to_window(grid);
     let mut truth = block([0, 0, 0], [139, 119, 0]);
@@ -105,7 +105,7 @@ fn scene() -> VoxelScene {
 }
 
 /// Around the room and amid the clutter, turned by eighths of a circle, level or tilted down.
-fn placement(number: u32) -> GridPose {
+pub(super) fn placement(number: u32) -> GridPose {
     let corners = [[5, 5, 40], [130, 6, 50], [10, 110, 30], [128, 112, 45]];
     let amid = [[40, 50, 20], [75, 45, 15], [105, 60, 25], [70, 90, 10]];
     let voxel = if number.is_multiple_of(2) {

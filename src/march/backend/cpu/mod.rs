@@ -33,6 +33,8 @@ mod simd;
 mod table;
 #[cfg(test)]
 mod test_camera;
+#[cfg(test)]
+mod tests;
 mod through;
 mod together;
 

@@ -22,6 +22,9 @@ pub(super) const LEAST_RAYS: usize = 4096;
 /// Boxes that one thread decides at a time.
 const BOXES_AT_ONCE: usize = 512;
 
+/// A tile of a camera by its number, and how many voxels its pixels free.
+type FreedTile = (usize, Lanes<u32>);
+
 impl TableCaster<'_> {
     /// Senses from a placement of which nothing is kept, in so many parts: what [`TableCaster::sense`] does.
     pub(super) fn sense_together(&self, placement: &GridPose, parts: usize) -> Planes {
@@ -55,7 +58,7 @@ impl TableCaster<'_> {
             self.cast_tiles(some, &tiles, projection, shoot, &mut scratch, &mut planes, take);
             (planes, freed)
         };
-        let cast: Vec<(Planes, Vec<(usize, Lanes<u32>)>)> = (0..parts).into_par_iter().map(part).collect();
+        let cast: Vec<(Planes, Vec<FreedTile>)> = (0..parts).into_par_iter().map(part).collect();
         let mut planes = Planes::blank(window);
         let Some(image) = self.table.packets.image() else { return planes };
         let mut pyramid = Pyramid::new(image);
@@ -93,4 +96,49 @@ fn union(one: BitGrid, other: BitGrid) -> BitGrid {
         if one.window().volume() >= other.window().volume() { (one, other) } else { (other, one) };
     larger.add(&smaller);
     larger
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::backend::cpu::Cpu;
+    use crate::backend::self_test::{POSES, camera, placement, scene};
+    use crate::backend::{Backend, Carving, GridFrame, GridPose, Noise, Planes, Rays, Shot};
+    use crate::march::NOISE_STEPS;
+
+    /// Poses that are cast one by one, in whatever way, with noise and with a mount that is off.
+    #[test]
+    fn several_threads_say_what_one_says() {
+        let unit_q12 = (0..NOISE_STEPS as i32).map(|step| step * 8 - 4 * NOISE_STEPS as i32).collect();
+        let noise = Noise { unit_q12, std_q16: vec![1 << 15; 512], lost_below: 0 };
+        let lossy = Noise { lost_below: 1 << 29, ..noise.clone() };
+        let (mut number, mut said) = (0, [0; 2]);
+        for noise in [Noise::default(), noise, lossy] {
+            for carving in [None, Some(Carving::ByVoxel), Some(Carving::ByRay)] {
+                let rays = Rays { noise: noise.clone(), ..camera() };
+                let open = |threads: usize| {
+                    let cpu = Cpu::new(Some(threads)).unwrap();
+                    let mut cpu = carving.into_iter().fold(cpu, Cpu::carving);
+                    cpu.tables(std::slice::from_ref(&rays)).unwrap();
+                    cpu.load(&scene()).unwrap();
+                    cpu
+                };
+                let says = |cpu: &mut Cpu, at: GridPose| -> Planes {
+                    cpu.sense(0, &[Shot::once(0, at)]).unwrap();
+                    cpu.planes(&[0]).unwrap().remove(0)
+                };
+                let (mut one, mut three) = (open(1), open(3));
+                for pose in (0..POSES).skip(number % 3).step_by(3) {
+                    let at = placement(pose);
+                    let GridPose { origin_q16: [x, y, z], axis_q15, .. } = at;
+                    let off = GridFrame { origin_q16: [x + 9000, y, z - 4000], axis_q15 };
+                    let at = GridPose { truly: (pose % 2 == 1).then_some(off), ..at };
+                    let expected = says(&mut one, at);
+                    said = [said[0] + expected.free.count(), said[1] + expected.hits.count()];
+                    assert!(says(&mut three, at) == expected, "pose {pose}, {carving:?}");
+                }
+                number += 1;
+            }
+        }
+        assert!(said[0] > 100_000 && said[1] > 1000, "{said:?}");
+    }
 }
