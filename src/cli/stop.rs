@@ -49,7 +49,7 @@ impl StopAt {
             flag::register(number, again.clone()).map_err(wrong)?;
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
         }
-        on_signal(|_| suspend_bar(|| say!("{words}")))?;
+        on_signal(move |_| suspend_bar(|| say!("{words}")))?;
         // A time beyond the range of the clock never comes.
         let until = max_time.and_then(|time| Instant::now().checked_add(time));
         Ok(StopAt { signal, until })

@@ -23,6 +23,9 @@ impl Problem {
     }
 }
 
+/// How the parser of TOML begins, before the line.
+const PARSER_SAYS: &str = "TOML parse error at ";
+
 /// The line that an error is about: as its parser says, else where the key or the table is that it names.
 fn line(error: &Error, path: &Path, text: &str) -> Option<usize> {
     let issue = error.issue();
@@ -45,6 +48,11 @@ fn line(error: &Error, path: &Path, text: &str) -> Option<usize> {
     }
     match &*issue.what {
         What::Value { key, .. } | What::Missing(key) => names.extend(parts(key)),
+        What::Says(words) => {
+            if let Some((_, place)) = words.to_string().split_once(PARSER_SAYS) {
+                return written_line(place);
+            }
+        }
         _ => {}
     }
     if names.is_empty() {
@@ -174,6 +182,7 @@ mod tests {
         assert_line(Issue::says("is odd").with_place(cam), Some(15));
         assert_line(Issue::missing("range_m").with_place(Site::Table("sensor \"cam\"".into())), Some(8));
         assert_line(Issue::says("is no TOML").with_place("line 4, column 2"), Some(4));
+        assert_line(Issue::says("TOML parse error at line 5, column 8\n  |"), Some(5));
         assert_line(Issue::says("is odd"), None);
         assert_line(Issue::value("nothing", 1, "x").with_place(Site::Table("nowhere \"x\"".into())), None);
     }

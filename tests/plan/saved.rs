@@ -119,7 +119,7 @@ fn undo_takes_back_a_gesture_and_redo_makes_it_again() {
     planner.post("/undo", json!({}));
     let placed = text_of(&planner);
     assert!(placed.contains("[\"posts/upright\"]") && !placed.contains("planned/"), "{placed}");
-    assert!(moved.contains("planned/") && moved.contains("[0.3, 0.5, 1.0]"), "{moved}");
+    assert!(moved.contains("planned/") && moved.contains("[0.3, 0.5, 1]"), "{moved}");
     let state = planner.post("/undo", json!({}));
     assert_eq!(
         (text_of(&planner), &state["changed"], &state["can_undo"]),
