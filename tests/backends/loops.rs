@@ -116,7 +116,7 @@ fn close_up(seed: u64, empty: bool) -> Case {
     let mut random = Random(seed);
     let fov_rad = if empty { [2.0, 2.0] } else { [0.9, 0.7] };
     let camera = Camera { fov_rad, resolution_px: [500, 400] };
-    case.tables[0].dirs_q15 = camera.dirs_q15();
+    case.tables[0].dirs_q15 = camera.dirs_q15().into();
     case.tables[0].image = Some(camera.image());
     case.tables[0].gates = Gates { no_return_is_free: empty, ..cases::open_gates() };
     if empty {
