@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::Pose6;
 use crate::live::{
-    FloorMap, JudgeAnswer, NOT_COUNTED, PlacedProblem, Resolution, Scenery, ScoreAnswer, WhyAnswer,
+    FloorMap, JudgeAnswer, MomentCounts, NOT_COUNTED, PlacedProblem, Resolution, Scenery, ScoreAnswer,
+    WhyAnswer,
 };
 use crate::state::role_name;
 
@@ -366,6 +367,33 @@ struct MomentReply {
     counts: Vec<CountsReply>,
 }
 
+fn moment_replies(moments: &[MomentCounts], study: &Study) -> Vec<MomentReply> {
+    let counts = |counts: &[Confusion]| {
+        let of_regions = counts.iter().zip(&study.regions);
+        of_regions.map(|(counts, (name, _))| CountsReply::new(name, counts, &[])).collect()
+    };
+    let moment = |one: &MomentCounts| MomentReply {
+        moment: one.moment,
+        repeat: one.repeat,
+        counts: counts(&one.counts),
+    };
+    moments.iter().map(moment).collect()
+}
+
+/// The answer to `POST /moments`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct MomentsReply {
+    n: u64,
+    moments: Vec<MomentReply>,
+}
+
+impl MomentsReply {
+    /// Of counts.
+    pub(crate) fn new(n: u64, moments: &[MomentCounts], study: &Study) -> MomentsReply {
+        MomentsReply { n, moments: moment_replies(moments, study) }
+    }
+}
+
 #[derive(Clone, Debug, Serialize)]
 struct VerdictReply {
     name: String,
@@ -397,15 +425,6 @@ impl JudgeReply {
         budget: Option<f64>,
         (study, worlds): (&Study, &[World]),
     ) -> JudgeReply {
-        let counts = |counts: &[Confusion]| {
-            let of_regions = counts.iter().zip(&study.regions);
-            of_regions.map(|(counts, (name, _))| CountsReply::new(name, counts, &[])).collect()
-        };
-        let moment = |one: &crate::live::MomentCounts| MomentReply {
-            moment: one.moment,
-            repeat: one.repeat,
-            counts: counts(&one.counts),
-        };
         let verdict = |one: &crate::live::VerdictLine| VerdictReply {
             name: one.name.clone(),
             r#for: one.safety_function.clone(),
@@ -425,7 +444,7 @@ impl JudgeReply {
         });
         JudgeReply {
             n,
-            moments: answer.moments.iter().map(moment).collect(),
+            moments: moment_replies(&answer.moments, study),
             verdicts: answer.verdicts.iter().map(verdict).collect(),
             cost: answer.cost.map(Cost::amount),
             budget,

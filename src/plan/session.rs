@@ -11,6 +11,7 @@ use glam::DVec3;
 use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
+use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Planned, PlannedAt, Study};
 use perirobot_study::world::World;
@@ -20,7 +21,8 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use crate::answers::{
-    CellAnswer, JudgeReply, MoveRequest, SceneryReply, ScoreQuestion, ScoreReply, VoxelWord, WhyReply,
+    CellAnswer, JudgeReply, MomentsReply, MoveRequest, SceneryReply, ScoreQuestion, ScoreReply, VoxelWord,
+    WhyReply,
 };
 use crate::document::{Document, EditRequest, Known, PlacedName, rounded};
 use crate::find::{FindEvent, FindRequest, find};
@@ -46,7 +48,7 @@ pub struct Session<'a> {
     backend: BackendChoice,
     read_only: bool,
     desk: Mutex<Desk>,
-    live: Mutex<Live>,
+    ready: Mutex<Ready>,
     /// Requests that wait for what is counted at once; judging gives way to them.
     waiting: AtomicUsize,
     /// How many times it was asked to judge: only the latest is answered.
@@ -74,6 +76,12 @@ struct Desk {
     loaded: Option<Loaded>,
 }
 
+/// What is counted, and the study that it is counted of: both change together.
+struct Ready {
+    live: Live,
+    loaded: Option<Loaded>,
+}
+
 /// A study that was read and is ready to be counted.
 #[derive(Clone)]
 struct Loaded {
@@ -84,6 +92,9 @@ struct Loaded {
     placed: Vec<[usize; 2]>,
     cell: Arc<CellState>,
 }
+
+/// The status of work that was stopped, as newer work came.
+const STOPPED: u16 = 409;
 
 /// How long work that gives way waits before it looks again.
 const GIVES_WAY: Duration = Duration::from_millis(20);
@@ -98,10 +109,18 @@ impl From<Error> for Refused {
     fn from(error: Error) -> Refused {
         let status = match error {
             Error::Input(_) => 400,
-            Error::Busy(_) | Error::Stopped(_) => 409,
+            Error::Busy(_) | Error::Stopped(_) => STOPPED,
             _ => 500,
         };
         Refused(status, error.to_string())
+    }
+}
+
+impl Ready {
+    fn parts(&mut self) -> Result<(&mut Live, &Loaded), Refused> {
+        let Ready { live, loaded } = self;
+        let loaded = loaded.as_ref();
+        Ok((live, loaded.ok_or_else(|| Refused(400, "the study has errors: repair them first".into()))?))
     }
 }
 
@@ -169,7 +188,7 @@ impl<'a> Session<'a> {
             backend: backend.clone(),
             read_only,
             desk: Mutex::new(desk),
-            live: Mutex::new(Live::new(backends)),
+            ready: Mutex::new(Ready { live: Live::new(backends), loaded: None }),
             waiting: AtomicUsize::new(0),
             judgings: AtomicU64::new(0),
             finding: Mutex::new(()),
@@ -213,6 +232,7 @@ impl<'a> Session<'a> {
             (Method::Get, "/listed") => self.listed(request),
             (Method::Post, "/score") => self.score(request),
             (Method::Post, "/judge") => self.judge(request),
+            (Method::Post, "/moments") => self.moments(request),
             (Method::Post, "/why") => self.why(request),
             (Method::Post, "/edit") => self.edit(request),
             (Method::Post, "/undo") => self.step(Document::undo),
@@ -249,34 +269,30 @@ impl<'a> Session<'a> {
         };
         let coarse_m = coarse_voxel_m(study.voxel_size_m);
         let coarse = self.reader.read(text, Some(coarse_m)).ok();
-        let mut live = self.lock_live();
+        let mut ready = self.lock_ready();
         let study = Arc::new(study);
-        let worlds = live.set_study((*study).clone(), coarse, &|| None).and_then(|is_new| {
+        let worlds = ready.live.set_study((*study).clone(), coarse, &|| None).and_then(|is_new| {
             desk.worlds += u64::from(is_new);
-            Ok(live.worlds(Resolution::Fine)?.to_vec())
+            Ok(ready.live.worlds(Resolution::Fine)?.to_vec())
         });
         match worlds {
             Err(error) => desk.problems = problems(&[error]),
             Ok(worlds) => {
                 let cell = Arc::new(CellState::new(&study, &worlds, &placed, coarse_m));
                 let (worlds, known) = (Arc::new(worlds), Arc::new(known));
-                desk.loaded = Some(Loaded { study, worlds, known, placed, cell });
+                ready.loaded = Some(Loaded { study, worlds, known, placed, cell });
+                desk.loaded = ready.loaded.clone();
                 desk.problems = Vec::new();
             }
         }
     }
 
     /// What is counted, for something that is done at once: judging gives way.
-    fn lock_live(&self) -> MutexGuard<'_, Live> {
+    fn lock_ready(&self) -> MutexGuard<'_, Ready> {
         self.waiting.fetch_add(1, Ordering::Relaxed);
-        let live = locked(&self.live);
+        let ready = locked(&self.ready);
         self.waiting.fetch_sub(1, Ordering::Relaxed);
-        live
-    }
-
-    fn loaded(&self) -> Result<Loaded, Refused> {
-        let desk = locked(&self.desk);
-        desk.loaded.clone().ok_or_else(|| Refused(400, "the study has errors: repair them first".into()))
+        ready
     }
 
     fn state(&self, desk: &Desk) -> Response<'_> {
@@ -311,19 +327,18 @@ impl<'a> Session<'a> {
 
     fn scenery(&self, request: &Request) -> Answer<'_> {
         let moment = number(request, "moment")?;
-        self.loaded()?;
-        json_of(&SceneryReply::new(&self.lock_live().scenery(moment)?))
+        json_of(&SceneryReply::new(&self.lock_ready().parts()?.0.scenery(moment)?))
     }
 
     fn cell(&self, request: &Request) -> Answer<'_> {
         let moment = number(request, "moment")?;
-        self.loaded()?;
         let wanted = match request.value("voxel") {
             Some("coarse") => Resolution::Coarse,
             _ => Resolution::Fine,
         };
-        let mut live = self.lock_live();
-        let resolution = possible(&mut live, wanted);
+        let mut ready = self.lock_ready();
+        let (live, _) = ready.parts()?;
+        let resolution = possible(live, wanted);
         let worlds = live.worlds(resolution)?;
         let world = worlds.get(moment).ok_or_else(|| no_moment(moment, worlds.len()))?;
         json_of(&CellAnswer::new(world))
@@ -331,18 +346,23 @@ impl<'a> Session<'a> {
 
     fn eye(&self, request: &Request) -> Answer<'_> {
         let (index, moment) = (number(request, "index")?, number(request, "moment")?);
-        let plan = plan_of(&self.loaded()?, None)?;
+        let mut ready = self.lock_ready();
+        let (live, loaded) = ready.parts()?;
+        let plan = plan_of(loaded, None)?;
         if index >= plan.len() {
             return Err(no_sensor(index, plan.len()));
         }
-        Ok(Response::new(200, "image/png", self.lock_live().eye(&plan, index, moment)?))
+        Ok(Response::new(200, "image/png", live.eye(&plan, index, moment)?))
     }
 
     /// What each listed pose of a sensor would see alone, a line each as it is counted. Whatever a person does goes first.
     fn listed(&self, request: &Request) -> Answer<'_> {
         let [sensor, moment, region] = ["sensor", "moment", "region"].map(|key| number(request, key));
         let (sensor, moment, region) = (sensor?, moment?, region?);
-        let loaded = self.loaded()?;
+        let (loaded, version) = {
+            let desk = locked(&self.desk);
+            (desk.loaded.clone().ok_or_else(|| Refused(400, "the study has errors".into()))?, desk.version)
+        };
         let Some(spec) = loaded.study.sensors.get(sensor) else {
             return Err(Refused(400, format!("there is no sensor {sensor} in the study")));
         };
@@ -350,14 +370,14 @@ impl<'a> Session<'a> {
             return Err(Refused(400, "there is no such region or moment".into()));
         }
         let names: Vec<String> = spec.candidates.iter().map(|candidate| candidate.name.clone()).collect();
-        let version = locked(&self.desk).version;
         let stream = move |out: &mut dyn Write| {
             for (pose, name) in names.iter().enumerate() {
-                let Some(mut live) = self.lock_live_at_rest(version) else { return Ok(()) };
+                let Some(mut ready) = self.lock_ready_at_rest(version) else { return Ok(()) };
                 let plan = vec![Planned { sensor, at: PlannedAt::Listed(pose) }];
-                let resolution = possible(&mut live, Resolution::Coarse);
-                let counted = live.score(&ScoreRequest { plan, moment, repeat: 0, resolution, dead: None });
-                drop(live);
+                let resolution = possible(&mut ready.live, Resolution::Coarse);
+                let ask = ScoreRequest { plan, moment, repeat: 0, resolution, dead: None };
+                let counted = ready.live.score(&ask);
+                drop(ready);
                 let score = counted.ok().and_then(|answer| worth(&answer.counts[region]));
                 writeln!(out, "{}", json!({ "pose": name, "score": score }))?;
             }
@@ -367,13 +387,13 @@ impl<'a> Session<'a> {
     }
 
     /// What is counted, for something that nobody waits for; `None` if the study is another by now, or all ends.
-    fn lock_live_at_rest(&self, version: u64) -> Option<MutexGuard<'_, Live>> {
+    fn lock_ready_at_rest(&self, version: u64) -> Option<MutexGuard<'_, Ready>> {
         loop {
             if locked(&self.desk).version != version || self.is_ending.load(Ordering::Relaxed) {
                 return None;
             }
             if self.waiting.load(Ordering::Relaxed) == 0 {
-                return Some(locked(&self.live));
+                return Some(locked(&self.ready));
             }
             std::thread::sleep(GIVES_WAY);
         }
@@ -381,13 +401,11 @@ impl<'a> Session<'a> {
 
     fn score(&self, request: &Request) -> Answer<'_> {
         let mut question: ScoreQuestion = read(request)?;
-        let loaded = self.loaded()?;
-        let plan = plan_of(&loaded, question.r#move.as_ref())?;
-        if let Some(dead) = question.dead.filter(|&dead| dead >= plan.len()) {
-            return Err(no_sensor(dead, plan.len()));
-        }
-        let mut live = self.lock_live();
-        let resolution = possible(&mut live, question.voxel.resolution());
+        let mut ready = self.lock_ready();
+        let (live, loaded) = ready.parts()?;
+        let plan = plan_of(loaded, question.r#move.as_ref())?;
+        check_dead(question.dead, &plan)?;
+        let resolution = possible(live, question.voxel.resolution());
         if resolution == Resolution::Fine {
             question.voxel = VoxelWord::Fine;
         }
@@ -404,40 +422,54 @@ impl<'a> Session<'a> {
         json_of(&ScoreReply::new(&question, &answer, &without, (&loaded.study, world)))
     }
 
+    /// The counts of all moments.
+    fn moments(&self, request: &Request) -> Answer<'_> {
+        let JudgeQuestion { n, dead } = read(request)?;
+        self.while_newest(|ready, progress| {
+            let (live, loaded) = ready.parts()?;
+            let plan = plan_of(loaded, None)?;
+            check_dead(dead, &plan)?;
+            let moments = live.moments(&plan, dead, progress)?;
+            json_of(&MomentsReply::new(n, &moments, &loaded.study))
+        })
+    }
+
     fn judge(&self, request: &Request) -> Answer<'_> {
-        let question: JudgeQuestion = read(request)?;
-        let loaded = self.loaded()?;
-        let plan = plan_of(&loaded, None)?;
+        let JudgeQuestion { n, dead } = read(request)?;
+        self.while_newest(|ready, progress| {
+            let (live, loaded) = ready.parts()?;
+            let plan = plan_of(loaded, None)?;
+            check_dead(dead, &plan)?;
+            let judged = live.judge(&plan, dead, progress)?;
+            json_of(&JudgeReply::new(n, &judged, loaded.cell.budget, (&loaded.study, &loaded.worlds)))
+        })
+    }
+
+    /// Does work of which only the newest is wanted. A request that waits goes first; then the work begins again.
+    fn while_newest<'s>(
+        &self,
+        work: impl Fn(&mut Ready, &dyn Progress) -> Result<Response<'s>, Refused>,
+    ) -> Answer<'s> {
         let own = self.judgings.fetch_add(1, Ordering::Relaxed) + 1;
-        // A request that was waiting meanwhile goes first; then this one begins again, unless a newer one has come.
+        let is_newest = || self.judgings.load(Ordering::Relaxed) == own;
         loop {
             let progress = || {
-                let is_old = self.judgings.load(Ordering::Relaxed) != own;
                 let gives_way = self.waiting.load(Ordering::Relaxed) > 0;
-                (is_old || gives_way).then(|| "a newer question came".to_string())
+                (!is_newest() || gives_way).then(|| "a newer question came".to_string())
             };
-            let judged = locked(&self.live).judge(&plan, question.dead, &progress);
-            match judged {
-                Err(Error::Stopped(_)) if self.judgings.load(Ordering::Relaxed) == own => {
-                    std::thread::sleep(GIVES_WAY);
-                }
-                judged => {
-                    let cost = loaded.cell.budget;
-                    return json_of(&JudgeReply::new(
-                        question.n,
-                        &judged?,
-                        cost,
-                        (&loaded.study, &loaded.worlds),
-                    ));
-                }
+            match work(&mut locked(&self.ready), &progress) {
+                Err(Refused(STOPPED, _)) if is_newest() => std::thread::sleep(GIVES_WAY),
+                done => return done,
             }
         }
     }
 
     fn why(&self, request: &Request) -> Answer<'_> {
         let WhyQuestion { n, moment, at_m } = read(request)?;
-        let plan = plan_of(&self.loaded()?, None)?;
-        let answer = self.lock_live().why(&plan, moment, DVec3::from_array(at_m))?;
+        let mut ready = self.lock_ready();
+        let (live, loaded) = ready.parts()?;
+        let plan = plan_of(loaded, None)?;
+        let answer = live.why(&plan, moment, DVec3::from_array(at_m))?;
         json_of(&WhyReply::new(n, &answer))
     }
 
@@ -494,7 +526,7 @@ impl<'a> Session<'a> {
 
     fn find(&self, request: &Request) -> Answer<'_> {
         let question: FindRequest = read(request)?;
-        let loaded = self.loaded()?;
+        let loaded = self.lock_ready().parts()?.1.clone();
         let stream = move |out: &mut dyn Write| {
             // The search before gives way.
             self.stop_finding.store(true, Ordering::Relaxed);
@@ -593,6 +625,13 @@ fn plan_of(loaded: &Loaded, change: Option<&MoveRequest>) -> Result<Vec<Planned>
         Some(_) => return Err(Refused(400, "a move has an index of the plan, or what is added".into())),
     }
     Ok(plan)
+}
+
+fn check_dead(dead: Option<usize>, plan: &[Planned]) -> Result<(), Refused> {
+    match dead {
+        Some(dead) if dead >= plan.len() => Err(no_sensor(dead, plan.len())),
+        _ => Ok(()),
+    }
 }
 
 fn no_sensor(index: usize, count: usize) -> Refused {

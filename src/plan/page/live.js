@@ -30,11 +30,25 @@ async function fly() {
       document.body.dataset.n = answer.n;
       document.body.dataset.voxel = answer.voxel;
       tell("answer");
+      if (!wanted.move && answer.voxel === "fine") countMoments();
     }
   } catch (error) { complain(error); }
   scores.flying = false;
   markBusy();
   fly();
+}
+
+/** Counts every moment, as soon as nothing is dragged. */
+async function countMoments() {
+  scores.moments?.abort();
+  const controller = scores.moments = new AbortController(), n = scores.n;
+  try {
+    const answer = await ask("/moments", { n, dead: planner.dead }, controller.signal);
+    if (scores.moments !== controller) return;
+    planner.moments = answer.moments;
+    document.body.dataset.moments = answer.n;
+    tell("judged");
+  } catch (error) { complain(error); }
 }
 
 /** Counts every moment and asks for verdicts; an older question is given up. */
@@ -46,6 +60,7 @@ async function judge() {
     const answer = await ask("/judge", { n, dead: planner.dead }, controller.signal);
     if (scores.controller !== controller) return;
     planner.judged = answer;
+    planner.moments = answer.moments;
     document.body.dataset.judged = answer.n;
     tell("judged");
   } catch (error) { complain(error); }

@@ -84,7 +84,7 @@ function showTime() {
   element("play").disabled = end - begin < 2;
   const worst = judged?.worst?.moment, isHere = worst !== undefined && worst !== null && worst >= begin && worst < end;
   element("go-worst").hidden = worst === undefined || worst === null;
-  const of = moment => { const found = judged?.moments?.find(one => one.moment === moment); const counts = found?.counts?.[planner.region] ?? found; return counts?.human_seen ?? counts?.f1 ?? null; };
+  const of = moment => { const found = planner.moments?.find(one => one.moment === moment); const counts = found?.counts?.[planner.region] ?? found; return counts?.human_seen ?? counts?.f1 ?? null; };
   const marks = Array.from({ length: end - begin }, (_, n) => { const value = of(begin + n), bar = made("i", { class: isHere && worst === begin + n ? "worst" : "", title: `moment ${n + 1}${value === null ? "" : `: ${percent(value)}`}${isHere && worst === begin + n ? ", the worst" : ""}` }); bar.style.height = `${value === null ? 12 : 12 + 88 * value}%`; return bar; });
   element("marks").replaceChildren(...marks);
 }
