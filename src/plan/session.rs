@@ -53,6 +53,8 @@ pub struct Session<'a> {
     waiting: AtomicUsize,
     /// How many times it was asked to judge: only the latest is answered.
     judgings: AtomicU64,
+    /// The same of counting all moments.
+    countings: AtomicU64,
     /// One search at a time, and what stops it.
     finding: Mutex<()>,
     stop_finding: AtomicBool,
@@ -191,6 +193,7 @@ impl<'a> Session<'a> {
             ready: Mutex::new(Ready { live: Live::new(backends), loaded: None }),
             waiting: AtomicUsize::new(0),
             judgings: AtomicU64::new(0),
+            countings: AtomicU64::new(0),
             finding: Mutex::new(()),
             stop_finding: AtomicBool::new(false),
             is_ending: AtomicBool::new(false),
@@ -217,6 +220,7 @@ impl<'a> Session<'a> {
         self.is_ending.store(true, Ordering::Relaxed);
         self.stop_finding.store(true, Ordering::Relaxed);
         self.judgings.fetch_add(1, Ordering::Relaxed);
+        self.countings.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Answers a request that was let in.
@@ -425,7 +429,7 @@ impl<'a> Session<'a> {
     /// The counts of all moments.
     fn moments(&self, request: &Request) -> Answer<'_> {
         let JudgeQuestion { n, dead } = read(request)?;
-        self.while_newest(|ready, progress| {
+        self.while_newest(&self.countings, |ready, progress| {
             let (live, loaded) = ready.parts()?;
             let plan = plan_of(loaded, None)?;
             check_dead(dead, &plan)?;
@@ -436,7 +440,7 @@ impl<'a> Session<'a> {
 
     fn judge(&self, request: &Request) -> Answer<'_> {
         let JudgeQuestion { n, dead } = read(request)?;
-        self.while_newest(|ready, progress| {
+        self.while_newest(&self.judgings, |ready, progress| {
             let (live, loaded) = ready.parts()?;
             let plan = plan_of(loaded, None)?;
             check_dead(dead, &plan)?;
@@ -448,10 +452,11 @@ impl<'a> Session<'a> {
     /// Does work of which only the newest is wanted. A request that waits goes first; then the work begins again.
     fn while_newest<'s>(
         &self,
+        asked: &AtomicU64,
         work: impl Fn(&mut Ready, &dyn Progress) -> Result<Response<'s>, Refused>,
     ) -> Answer<'s> {
-        let own = self.judgings.fetch_add(1, Ordering::Relaxed) + 1;
-        let is_newest = || self.judgings.load(Ordering::Relaxed) == own;
+        let own = asked.fetch_add(1, Ordering::Relaxed) + 1;
+        let is_newest = || asked.load(Ordering::Relaxed) == own;
         loop {
             let progress = || {
                 let gives_way = self.waiting.load(Ordering::Relaxed) > 0;
@@ -459,6 +464,7 @@ impl<'a> Session<'a> {
             };
             match work(&mut locked(&self.ready), &progress) {
                 Err(Refused(STOPPED, _)) if is_newest() => std::thread::sleep(GIVES_WAY),
+                Err(Refused(STOPPED, _)) => return json_of(&json!({ "superseded": true })),
                 done => return done,
             }
         }

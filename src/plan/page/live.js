@@ -44,7 +44,7 @@ async function countMoments() {
   const controller = scores.moments = new AbortController(), n = scores.n;
   try {
     const answer = await ask("/moments", { n, dead: planner.dead }, controller.signal);
-    if (scores.moments !== controller) return;
+    if (scores.moments !== controller || answer.superseded) return;
     planner.moments = answer.moments;
     document.body.dataset.moments = answer.n;
     tell("judged");
@@ -58,7 +58,7 @@ async function judge() {
   document.body.dataset.judging = n;
   try {
     const answer = await ask("/judge", { n, dead: planner.dead }, controller.signal);
-    if (scores.controller !== controller) return;
+    if (scores.controller !== controller || answer.superseded) return;
     planner.judged = answer;
     planner.moments = answer.moments;
     document.body.dataset.judged = answer.n;

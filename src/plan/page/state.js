@@ -124,8 +124,7 @@ async function step(path) {
 
 /** Shows for some seconds why something did not happen. */
 function complain(error) {
-  // 409: newer work came, whose answer is on its way.
-  if (planner.isLost || error.name === "AbortError" || error.status === 409) return;
+  if (planner.isLost || error.name === "AbortError") return;
   notify(error.message, "bad");
 }
 let hidesNotice = 0;
