@@ -68,6 +68,13 @@ pub struct PurchasePoint {
     pub proven: bool,
     /// Whether no set of the same cost has a better score, if one decides among them.
     pub best_of_cost: bool,
+    /// How many passing sets of the best one's cost were compared by that score, if not all were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared: Option<u64>,
+    /// How many other sets of the same cost pass, if no score decides among them; up to 9 are counted, and none where that
+    /// takes too many tests.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ties: Option<usize>,
     /// How many sets were tested.
     pub tested: u64,
     /// Which two sensors of the set disturb each other, each as in `camera:wall/8/1`, if sensors might.

@@ -2,7 +2,7 @@
 
 use super::chosen_sets::{Spelling, describe_limits};
 use super::wording::count;
-use perirobot_decide::cheapest::{AimReport, AskedThen, PurchasePoint, PurchaseQuestion, PurchaseReport};
+use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseQuestion, PurchaseReport};
 use perirobot_decide::judge::{AllowedSpeed, SetVerdicts};
 use perirobot_study::input::PurchaseFront;
 
@@ -17,9 +17,15 @@ pub(super) fn question(report: &PurchaseReport, spelling: &Spelling) -> String {
         count(*at_most, "sensor"),
         describe_limits(budget, *apart_m, *disturb, always)
     );
-    if let Some(AskedThen { score, over, region }) = then {
-        let (score, over) = ((spelling.score)(*score), (spelling.over)(*over));
-        text += &format!(", of equally cheap ones the one with the best {score} ({over}) in region {region}");
+    if let Some(then) = then {
+        let best = match then.counted() {
+            Some((score, region)) => {
+                let (score, over) = ((spelling.score)(score), (spelling.over)(then.over));
+                format!("{score} ({over}) in region {region}")
+            }
+            None => then.score.clone(),
+        };
+        text += &format!(", of equally cheap ones the one with the best {best}");
     }
     let sensors: Vec<&str> = sensors.keys().map(String::as_str).collect();
     text += &format!("; among {} poses of {}", report.candidates, sensors.join(", "));
