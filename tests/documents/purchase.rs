@@ -151,7 +151,7 @@ fn why_nothing_passes_is_told_first() {
     let page = page(&folder);
     let found = found(&page);
     assert!(
-        found.starts_with("no allowed set passes all; 2 sensors for 501 pass 2 of 3 verdicts"),
+        found.starts_with("no allowed set passes all; 2 sensors for 501 meet 1 of 2 requirements"),
         "{found}"
     );
     let why = "the robot's surroundings are known: all listed places together have unknown 0.0";

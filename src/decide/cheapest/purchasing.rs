@@ -35,7 +35,7 @@ use crate::choose::{Casting, DisturbedPairs, PairTerms, candidates_of, odds_of, 
 use crate::view::watched::Watcher;
 
 /// Up to how many other sets of the cheapest one's cost are counted.
-pub(super) const MOST_TIES: usize = 9;
+pub const MOST_TIES: usize = 9;
 
 /// A search for the cheapest set.
 pub struct Purchasing<'a> {

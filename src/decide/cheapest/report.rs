@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::question::PurchaseQuestion;
 use super::terms::PurchaseAim;
 use crate::choose::fingerprint;
-use crate::json_file::JsonFile;
+pub use crate::purchased_sets::CHEAPEST;
+pub(super) use crate::purchased_sets::FILE;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_study::input::{Combination, Member, Overrides, Purchase, Study};
@@ -17,12 +18,6 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 use perirobot_sweep::results::files::{JOURNAL, remove_files, write_whole};
-
-/// The table of the cheapest sets.
-pub const CHEAPEST: &str = "cheapest.csv";
-
-pub(super) const FILE: JsonFile =
-    JsonFile { name: "cheapest.json", format: 1, table: CHEAPEST, again: "run `perirobot choose` again" };
 
 /// The cheapest sets that pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
