@@ -131,7 +131,7 @@ fn what_a_requirement_costs_is_shown() {
     let page = page(&folder);
     let shown = front(&page);
     assert_eq!(shown[1][..3], ["all but “nobody comes near”", "✓ PASS", "250.5 (250.5 less)"]);
-    assert_eq!(shown[2][2], "501", "the other requirement costs nothing");
+    assert_eq!(shown[2][2], "501 (saves nothing)", "the other requirement costs nothing");
     assert!(
         shown[0][6].starts_with("✓ PASS yes: ") && shown[1][6].starts_with("✗ FAIL no: 1 of 2 "),
         "{shown:?}"

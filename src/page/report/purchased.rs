@@ -89,14 +89,16 @@ fn count_met(judged: &SetVerdicts) -> [usize; 2] {
     [met, of_names.count()]
 }
 
-/// The next speed above the one that a set allows, with the cost of the cheapest set for it.
+/// The cost of the cheapest set for the next speed above the one that a set allows, and the highest speed for that.
 fn dearer_speed(report: &PurchaseReport, allowed_m_s: Option<f64>) -> Option<(f64, Cost)> {
-    report.points.iter().find_map(|point| match (&point.aim, &point.set) {
+    let faster = report.points.iter().filter_map(|point| match (&point.aim, &point.set) {
         (AimReport::Speed(speed), Some(set)) if allowed_m_s.is_none_or(|allowed| *speed > allowed) => {
             Some((*speed, set.cost))
         }
         _ => None,
-    })
+    });
+    let (_, cost) = faster.clone().next()?;
+    faster.take_while(|(_, other)| *other == cost).last()
 }
 
 /// How fast the robot may run, in words.
@@ -120,6 +122,7 @@ pub fn describe_proof(report: &PurchaseReport) -> String {
     let PurchasePoint { set, no_set_below, proven, tested, .. } = report.main();
     let by = match tested {
         0 => "nothing had to be tested: what is required rules out every set".into(),
+        _ if report.ways_in.is_empty() => format!("{} tested", count(*tested as usize, "set")),
         _ => {
             format!("{} tested, {} in", count(*tested as usize, "set"), count(report.ways_in.len(), "way"))
         }

@@ -160,19 +160,21 @@ impl PointCheck<'_, '_> {
             if point.best_of_cost {
                 self.none_is_better(told.cost, &verdict)?;
             }
-            if let Some(ties) = point.ties {
-                self.count_ties(told.cost, ties)?;
-            }
         }
         match point.no_set_below {
-            Some(below) => match below.thousandths().checked_sub(1) {
-                Some(most) => self.none_passes(self.terms, Some(most), ("no_set_below", "this set passes")),
-                None => Ok(()),
-            },
-            None if self.least.is_some() => {
-                self.none_passes(self.terms, None, ("set", "this one meets as many"))
+            Some(below) => {
+                if let Some(most) = below.thousandths().checked_sub(1) {
+                    self.none_passes(self.terms, Some(most), ("no_set_below", "this set passes"))?;
+                }
             }
-            None => self.check_reasons(point),
+            None if self.least.is_some() => {
+                self.none_passes(self.terms, None, ("set", "this one meets as many"))?;
+            }
+            None => self.check_reasons(point)?,
+        }
+        match (&point.set, point.ties) {
+            (Some(told), Some(ties)) => self.count_ties(told.cost, ties),
+            _ => Ok(()),
         }
     }
 
