@@ -4,8 +4,8 @@
 use std::borrow::Cow;
 use std::fmt::Debug;
 
-use super::layout::{BitLayout, CLEAR, FALSE, PLANES, SPACE_OF, WantedCounts};
-use perirobot_march::metrics::Confusion;
+use super::layout::{BitLayout, CLEAR, FALSE, HIT, MISSED, MomentBits, PLANES, SPACE_OF, WantedCounts};
+use perirobot_march::metrics::{Confusion, Overlap};
 use perirobot_march::voxel::{Joined, Ones};
 use perirobot_march::{Error, Result};
 
@@ -136,6 +136,31 @@ impl CandidateEvidence {
         let mut union = self.nothing();
         set.iter().for_each(|&item| union.add(self, item));
         self.counts_of(&union, None, WantedCounts::ALL)
+    }
+
+    /// What a set counts, moment by moment, with what at least two of its members label. People's voxels that two of them
+    /// hit are not counted.
+    pub fn counts_with_overlap(&self, set: &[usize]) -> Vec<Confusion> {
+        let twice: [Vec<u64>; 2] = [[HIT, MISSED], [FALSE, CLEAR]].map(|planes| {
+            let words = self.layout.words[SPACE_OF[planes[0]]];
+            let (mut once, mut twice) = (vec![0u64; words], vec![0u64; words]);
+            for &item in set {
+                let rows = planes.map(|plane| self.plane(item, plane));
+                let bits = |word: usize| rows.iter().fold(0, |bits, row| bits | row.get(word).unwrap_or(&0));
+                for word in 0..words {
+                    twice[word] |= once[word] & bits(word);
+                    once[word] |= bits(word);
+                }
+            }
+            twice
+        });
+        let of_moment = |(counts, moment): (Confusion, &MomentBits)| {
+            let ones =
+                |space: usize| twice[space][moment.words[space].clone()].iter().map(|word| word.count_ones());
+            let twice = (0..2).flat_map(ones).map(u64::from).sum();
+            counts.with_overlap(Overlap { twice, hit_human_twice: 0 })
+        };
+        self.counts(set).into_iter().zip(&self.layout.moments).map(of_moment).collect()
     }
 
     /// One of the six planes of a candidate; empty if no bit is set.

@@ -81,6 +81,7 @@ fn a_stopped_search_claims_less() {
         point["proven"] = json!(false);
         point["best_of_cost"] = json!(false);
         point["no_set_below"] = json!(300.0);
+        point.as_object_mut().unwrap().remove("ties");
     };
     rewrite(&folder, "cheapest.json", |report| {
         point(report);

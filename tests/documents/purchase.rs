@@ -131,7 +131,7 @@ fn what_a_requirement_costs_is_shown() {
     let page = page(&folder);
     let shown = front(&page);
     assert_eq!(shown[1][..3], ["all but “nobody comes near”", "✓ PASS", "250.5 (250.5 less)"]);
-    assert_eq!(shown[2][2], "501", "the other requirement costs nothing");
+    assert_eq!(shown[2][2], "501 (saves nothing)", "the other requirement costs nothing");
     assert!(
         shown[0][6].starts_with("✓ PASS yes: ") && shown[1][6].starts_with("✗ FAIL no: 1 of 2 "),
         "{shown:?}"
@@ -151,7 +151,7 @@ fn why_nothing_passes_is_told_first() {
     let page = page(&folder);
     let found = found(&page);
     assert!(
-        found.starts_with("no allowed set passes all; 2 sensors for 501 pass 2 of 3 verdicts"),
+        found.starts_with("no allowed set passes all; 2 sensors for 501 meet 1 of 2 requirements"),
         "{found}"
     );
     let why = "the robot's surroundings are known: all listed places together have unknown 0.0";

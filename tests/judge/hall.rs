@@ -104,7 +104,7 @@ fn all_sets_are_judged_and_the_cheapest_that_passes_is_recommended() {
     let (first, rest) = said.split_once("<section id=\"good\">").unwrap();
     assert!(first.contains(&format!("<p>{name} ({poses})</p>")), "the set is named");
     assert!(first.contains(&format!("The numbers are those of {name}; ")), "whose numbers they are");
-    assert!(first.contains("yes: 5 of 5 requirements met (9 of 9 checks pass)"), "its verdict");
+    assert!(first.contains("yes: 5 of 5 requirements met (9 of 9 verdicts are PASS)"), "its verdict");
     assert!(first.contains(&format!("<strong>{}</strong>", cost(poses))), "its cost");
     let good = rest.split_once("</section>").unwrap().0;
     assert!(good.contains(&format!("of this section are of {name} ({poses}).")), "{good}");
@@ -112,7 +112,7 @@ fn all_sets_are_judged_and_the_cheapest_that_passes_is_recommended() {
         let met = all.iter().filter(|pass| **pass).count();
         let named = good.split_once(&format!("{name} · {poses} · ")).expect("a judged set is named").1;
         let summary = named.split_once("</summary>").unwrap().0;
-        assert!(summary.contains(&format!("({met} of 9 checks pass)")), "{name}: {summary}");
+        assert!(summary.contains(&format!("({met} of 9 verdicts are PASS)")), "{name}: {summary}");
     }
     // One set alone.
     let front = &judged[0].0.0;

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use crate::common;
 use perirobot_decide::controller::MeasuredSurroundings;
-use perirobot_decide::judge::{Alteration, Case, Conditions, Draws, WhatIf, alter};
+use perirobot_decide::judge::{
+    Alteration, Case, Conditions, Draws, WhatIf, alter, count_cases, measure_cases,
+};
 use perirobot_decide::view::{Choice, ChoiceSelector, View, find};
 use perirobot_march::Error;
 use perirobot_march::backend::factory::{
@@ -126,9 +128,10 @@ fn what_if(
     let counts = swept(study, worlds, &choice, backends.open(Fallback::Cpu).unwrap().as_mut());
     let case = Case { counts, ..Case::default() };
     let mut conditions =
-        Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() };
-    let what_if = WhatIf::new(study, worlds, &choice);
-    let draws = what_if.count(asked, &mut conditions, backends, &|| None).unwrap();
+        [Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() }];
+    let what_if = [WhatIf::new(study, worlds, &choice)];
+    let draws = count_cases(&what_if, asked, &mut conditions, backends, &|| None).unwrap();
+    let [conditions] = conditions;
     (conditions, draws, wanted.clone())
 }
 
@@ -367,8 +370,7 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
         let study = cell.load(&text);
         let mut same: Option<Conditions> = None;
         for (name, mut backends) in backends() {
-            let (mut found, draws, ways) =
-                what_if(&study, poses, representation, &Condition::ALL, &mut backends);
+            let (found, draws, ways) = what_if(&study, poses, representation, &Condition::ALL, &mut backends);
             let names = ChoiceSelector {
                 poses: (*poses).into(),
                 representation: Some(ways),
@@ -376,8 +378,9 @@ fn a_controller_measures_each_case_as_a_study_of_its_own() {
             };
             let (_, choice) = find(&study.0, &study.1, &names).unwrap();
             let mut backend = backends.open(Fallback::None).unwrap();
-            let what_if = WhatIf::new(&study.0, &study.1, &choice);
-            what_if.measure(&mut found, draws.as_ref(), &mut *backend, &|| None).unwrap();
+            let (what_if, mut found) = ([WhatIf::new(&study.0, &study.1, &choice)], [found]);
+            measure_cases(&what_if, &mut found, draws.as_ref(), &mut *backend, &|| None).unwrap();
+            let [found] = found;
             assert_eq!(same.get_or_insert_with(|| found.clone()), &found, "{name}");
             if name != "cpu" {
                 continue;
@@ -428,9 +431,9 @@ fn a_plan_that_is_counted_differently_is_told() {
     counts[1][2].tp += 1;
     let case = Case { counts, ..Case::default() };
     let mut conditions =
-        Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() };
-    let what_if = WhatIf::new(&study, &worlds, &choice);
+        [Conditions { cases: vec![(Condition::AsPlanned, vec![case])], ..Conditions::default() }];
+    let what_if = [WhatIf::new(&study, &worlds, &choice)];
     let (_, mut cpu) = backends().swap_remove(1);
-    let error = what_if.count(&DEAD, &mut conditions, &mut cpu, &|| None).unwrap_err();
+    let error = count_cases(&what_if, &DEAD, &mut conditions, &mut cpu, &|| None).unwrap_err();
     assert!(matches!(error, Error::Disagreement(_)), "{error}");
 }

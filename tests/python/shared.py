@@ -56,9 +56,9 @@ def scenes(folder: str) -> pathlib.Path:
 
 
 def priced(folder: str, at_least: float) -> pathlib.Path:
-    """The study of verdicts with a cost, and a requirement of this height."""
+    """The study of verdicts with an odd cost, and a requirement of this height."""
     study = scenes(folder) / "judge.toml"
-    text = study.read_text().replace('kind = "rgbd"\n', 'kind = "rgbd"\ncost = 450.5\n')
+    text = study.read_text().replace("cost = 450.0 ", "cost = 450.5 ")
     study.write_text(text.replace("at_least = 0.7", f"at_least = {at_least}"))
     return study
 

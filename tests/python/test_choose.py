@@ -100,7 +100,7 @@ class Cheapest(unittest.TestCase):
             file = priced(folder, 0.5)
             # Draws of mounts are judged elsewhere; they take the oracle long.
             text = file.read_text().replace(', "mounting_error"', "")
-            file.write_text(f'{text}\n[choose]\nfront = "requirements"\n')
+            file.write_text(text.replace('objective = "cost"', 'front = "requirements"'))
             out = pathlib.Path(folder) / "out"
             done = program("choose", file, "--out", out, "--backend", "cpu")
             self.assertEqual(done.returncode, 0, done.stderr)
@@ -130,6 +130,11 @@ class Cheapest(unittest.TestCase):
             self.assertGreaterEqual(checked["proven"], 1)
             one = study.cheapest(at_most=1, then="f1", region="robot", backend="cpu", progress=False)
             self.assertTrue(all(len(each.sensors) == 1 for each in one.sets))
+            twice = study.cheapest(then="seen_twice", region="robot", backend="cpu", progress=False)
+            self.assertGreater(twice.sets[0].score, 0)
+            # All sets of the answer are judged, once each.
+            self.assertEqual(program("judge", out, "--backend", "cpu").returncode, 0)
+            self.assertEqual(set(study.judge(again, backend="cpu").combination), {each.name for each in found.sets})
 
     def test_why_nothing_passes_is_told(self):
         with tempfile.TemporaryDirectory() as folder:

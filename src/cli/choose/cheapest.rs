@@ -4,14 +4,16 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use perirobot_decide::cheapest::{PurchaseOutcome, PurchaseVerified, Purchasing};
-use perirobot_decide::judge::Judging;
+use perirobot_cover::CandidateEvidence;
+use perirobot_decide::cheapest::{PurchaseOutcome, PurchaseReport, PurchaseVerified, Purchasing};
+use perirobot_decide::judge::{Judging, Verdicts};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 use perirobot_page::report::terminal;
 use perirobot_study::input::{Purchase, Study};
 use perirobot_study::world::World;
+use perirobot_sweep::results::Results;
 use perirobot_sweep::scoring::check::ONE_IN;
 
 use super::super::onlooker::{Onlooker, Shown};
@@ -39,48 +41,16 @@ pub(super) fn search(
     let mut backends = args.backend.backends()?;
     let prepare_s = begin.elapsed().as_secs_f64();
     let evidence = cast(args, casting, &mut backends, stop, FILED)?;
-    let shown = match purchasing.looks() {
-        0 => Shown::Nothing,
-        looks => Shown::Job(args.progress.start("looks", 0, looks)),
-    };
-    let onlooker = Onlooker::new(shown, Some(stop), false);
-    let ways = purchasing.look(&onlooker)?;
-    onlooker.finish();
-    let onlooker = Onlooker::new(Shown::Search(args.progress.search()), Some(stop), false);
-    let report = purchasing.search(&evidence, &ways, &|| args.backend.backends(), &onlooker)?;
-    let is_stopped = onlooker.stops() && report.stopped;
-    onlooker.finish();
-    drop((evidence, ways));
+    let (report, is_stopped) = find(args, &purchasing, &evidence, stop)?;
+    drop(evidence);
     let outcome = PurchaseOutcome::new((study, purchase, worlds), report);
-    let shown = match outcome.total() {
-        0 => Shown::Nothing,
-        total => Shown::Job(args.progress.start("sets", 0, total)),
-    };
-    // What was found is written even if the search was stopped.
-    let onlooker = Onlooker::new(shown, None, false);
+    let onlooker = shown(args, "sets", outcome.total());
     let results = outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command(), &onlooker)?;
     onlooker.finish();
-    let (sets, report) = (&outcome.sets, &outcome.report);
-    match &results {
-        None => super::super::print(&terminal::cheapest::render(report, None))?,
-        Some(results) => {
-            let choices: Vec<Choice> = (0..sets.combinations.len())
-                .map(|combination| Choice { combination, choice: 0, representation: 0, repeat: 0 })
-                .collect();
-            let judging = Judging::new(sets, worlds, results, &choices)?;
-            judging.warnings.iter().for_each(|warning| say!("warning: {warning}"));
-            let shown = match judging.total() {
-                0 => Shown::Nothing,
-                total => Shown::Job(args.progress.start("cases", 0, total)),
-            };
-            let onlooker = Onlooker::new(shown, None, false);
-            let judged = judging.judge(&|| args.backend.backends(), &onlooker)?;
-            onlooker.finish();
-            outcome.agrees(&judged.sets)?;
-            let verdicts = judging.write(out, &judged)?;
-            super::super::print(&terminal::cheapest::render(report, verdicts.sets.first()))?;
-        }
-    }
+    let verdicts = results.map(|results| judge(args, out, worlds, (&outcome, &results))).transpose()?;
+    let report = &outcome.report;
+    let recommended = verdicts.as_ref().and_then(|verdicts| verdicts.sets.first());
+    super::super::print(&terminal::cheapest::render(report, recommended))?;
     super::super::print(&format!("\nresults in {}\n", out.display()))?;
     Ok(match (is_stopped, &report.main().set) {
         (true, _) => {
@@ -90,6 +60,53 @@ pub(super) fn search(
         (false, Some(_)) => ExitCode::SUCCESS,
         (false, None) => ExitCode::from(NONE_PASSES),
     })
+}
+
+/// Looks from every candidate, and searches; whether that was stopped.
+fn find(
+    args: &Args,
+    purchasing: &Purchasing,
+    evidence: &[CandidateEvidence],
+    stop: &StopAt,
+) -> Result<(PurchaseReport, bool)> {
+    let looks = match purchasing.looks() {
+        0 => Shown::Nothing,
+        looks => Shown::Job(args.progress.start("looks", 0, looks)),
+    };
+    let onlooker = Onlooker::new(looks, Some(stop), false);
+    let ways = purchasing.look(&onlooker)?;
+    onlooker.finish();
+    let onlooker = Onlooker::new(Shown::Search(args.progress.search()), Some(stop), false);
+    let report = purchasing.search(evidence, &ways, &|| args.backend.backends(), &onlooker)?;
+    let is_stopped = onlooker.stops() && report.stopped;
+    onlooker.finish();
+    Ok((report, is_stopped))
+}
+
+/// Judges all sets of an answer, and writes the verdicts beside it.
+fn judge(
+    args: &Args,
+    out: &Path,
+    worlds: &[World],
+    (outcome, results): (&PurchaseOutcome, &Results),
+) -> Result<Verdicts> {
+    let sets = &outcome.sets;
+    let choices: Vec<Choice> = (0..sets.combinations.len())
+        .map(|combination| Choice { combination, choice: 0, representation: 0, repeat: 0 })
+        .collect();
+    let judging = Judging::new(sets, worlds, results, &choices)?;
+    judging.warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    let onlooker = shown(args, "cases", judging.total());
+    let judged = judging.judge(&|| args.backend.backends(), &onlooker)?;
+    onlooker.finish();
+    outcome.agrees(&judged.sets)?;
+    judging.write(out, &judged)
+}
+
+/// Shows how much is done of a job that is finished even if the search was stopped.
+fn shown(args: &Args, unit: &'static str, total: u64) -> Onlooker<'static> {
+    let shown = if total == 0 { Shown::Nothing } else { Shown::Job(args.progress.start(unit, 0, total)) };
+    Onlooker::new(shown, None, false)
 }
 
 /// Checks the answer in a folder.

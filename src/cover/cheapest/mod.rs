@@ -1,4 +1,4 @@
-//! The cheapest set that passes a test, by branch and bound over cost.
+//! The cheapest set that passes a test, by branch and bound over cost; of several that cost the same, the best by a score.
 //!
 //! # Theory
 //! Two kinds of facts bound the search. A *demand* lists candidates and how many of them every passing set has at least:
@@ -12,6 +12,9 @@
 //! the others are added later. Each choice of chosen members that are dead leaves a part of the set with a bound of its
 //! own.
 //!
+//! Among sets of the lowest cost, those that are better than the best so far are searched in the same way, by what every
+//! better set has: inequalities of the score, or demands that the test knows.
+//!
 //! # Practice
 //! A node is a set and the candidates that may still join it. It is pruned if its lower bound exceeds the budget, or if a
 //! share, or everything that it lacks together, is out of reach. If a demand is not met, the search branches over its
@@ -23,12 +26,15 @@ mod demand;
 mod greedy;
 mod search;
 mod share;
+mod tie;
 
 pub use demand::Demand;
 pub use search::{CheapestAnswer, FoundPurchase};
-pub use share::{Coverage, Share, TieScore};
+pub use share::{Coverage, Share};
+pub use tie::{Better, TieRule, TieScore};
 
 use super::rules::{SetLimits, SetRules};
+use super::worth::Worth;
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 
@@ -43,8 +49,10 @@ pub struct CheapestProblem<'a> {
     pub shares: Vec<Share<'a>>,
     /// What a passing set covers at least, beside its shares.
     pub coverages: Vec<Coverage<'a>>,
-    /// The score by which sets of the same cost are compared.
-    pub then: Option<TieScore<'a>>,
+    /// By what sets of the same cost are compared.
+    pub then: Option<TieRule<'a>>,
+    /// Up to how many other passing sets of the lowest cost are counted, if nothing decides among them.
+    pub most_ties: usize,
 }
 
 /// What a test says of a set.
@@ -65,6 +73,19 @@ pub trait SetTest {
     /// # Errors
     /// When it cannot be tested; `Error::Stopped`.
     fn test(&mut self, set: &[usize]) -> Result<TestAnswer>;
+
+    /// What a set that passes is worth, with [`TieRule::Tested`]; `None` if it has no value.
+    fn worth(&mut self, set: &[usize]) -> Option<Worth> {
+        let _ = set;
+        None
+    }
+
+    /// Demands of every set that is worth more than `worth`, with [`TieRule::Tested`]. The passing set `set` is not; if
+    /// more is known of it, it misses one of them.
+    fn demands_above(&mut self, set: &[usize], worth: Worth) -> Vec<Demand> {
+        let _ = (set, worth);
+        Vec::new()
+    }
 }
 
 /// Searches for the cheapest set that passes. `demands` are those that are known from before; those that are found are

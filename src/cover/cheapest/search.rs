@@ -4,7 +4,7 @@ use super::super::rules::SetLimits;
 use super::super::worth::Worth;
 use super::demand::{self, Demand, DemandState};
 use super::share::{OutOfReach, ShareBound, ShareStates};
-use super::{CheapestProblem, SetTest, TestAnswer};
+use super::{CheapestProblem, SetTest, TestAnswer, TieRule};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
 
@@ -28,16 +28,27 @@ pub struct CheapestAnswer {
     pub no_set_below: Option<u64>,
     /// Whether no set that passes costs less than the best, or none passes.
     pub is_proven: bool,
-    /// Whether also no set of the same cost is worth more.
+    /// Whether also no set of the same cost is better by what decides among them.
     pub is_best_of_cost: bool,
+    /// How many passing sets of the best one's cost were compared by that.
+    pub compared: u64,
+    /// How many other sets of the same cost pass, as far as they were to be counted; none if they were not.
+    pub ties: Option<usize>,
     /// How many sets were tested.
     pub tested: u64,
 }
 
 impl CheapestAnswer {
     /// No allowed set passes.
-    pub const NONE: CheapestAnswer =
-        CheapestAnswer { best: None, no_set_below: None, is_proven: true, is_best_of_cost: true, tested: 0 };
+    pub const NONE: CheapestAnswer = CheapestAnswer {
+        best: None,
+        no_set_below: None,
+        is_proven: true,
+        is_best_of_cost: true,
+        compared: 0,
+        ties: None,
+        tested: 0,
+    };
 }
 
 /// How a walk ended.
@@ -47,6 +58,22 @@ enum WalkEnd {
     Complete,
     /// It was stopped.
     Stopped,
+    /// As many ties as were to be counted were found.
+    Enough,
+}
+
+/// Most sets that are tested to count ties.
+const MOST_TIE_TESTS: u64 = 200;
+
+/// What a walk looks for.
+#[derive(Clone, Copy, PartialEq)]
+enum Goal {
+    /// Cheaper sets than the best.
+    Cheaper,
+    /// Better sets of the best one's cost.
+    Better,
+    /// Other sets of the best one's cost; not more than this number of tests in all.
+    Ties { last_test: u64 },
 }
 
 /// A search.
@@ -66,8 +93,9 @@ pub(super) struct Search<'s, 'a> {
     /// No set that passes costs less.
     no_set_below: u64,
     best: Option<FoundPurchase>,
-    /// Whether sets of the best set's cost that are worth more are looked for.
-    asks_worth: bool,
+    goal: Goal,
+    /// How many passing sets of the best one's cost were compared; of ties only the others.
+    compared: u64,
 }
 
 impl<'s, 'a> Search<'s, 'a> {
@@ -81,7 +109,7 @@ impl<'s, 'a> Search<'s, 'a> {
         let bounds: Vec<ShareBound> =
             problem.shares.iter().flat_map(|share| share.bounds()).chain(covered).collect();
         let (limits, no_set_below) = (problem.limits, problem.rules.cost_of(&problem.rules.always));
-        let (required, best, asks_worth, tested) = (bounds.len(), None, false, 0);
+        let (required, best, goal, tested, compared) = (bounds.len(), None, Goal::Cheaper, 0, 0);
         Search {
             problem,
             bounds,
@@ -94,7 +122,8 @@ impl<'s, 'a> Search<'s, 'a> {
             limits,
             no_set_below,
             best,
-            asks_worth,
+            goal,
+            compared,
         }
     }
 
@@ -131,15 +160,33 @@ impl<'s, 'a> Search<'s, 'a> {
             }
             step *= 2;
         }
-        let mut answer = self.answer(true);
-        if self.problem.then.is_some() {
-            self.asks_worth = true;
-            self.limits = SetLimits { budget: Some(self.no_set_below), ..self.problem.limits };
-            self.ask_more();
-            let end = self.walk(&mut rules.always.clone(), self.candidates())?;
-            answer = CheapestAnswer { is_best_of_cost: end == WalkEnd::Complete, ..self.answer(true) };
+        self.limits = SetLimits { budget: Some(self.no_set_below), ..self.problem.limits };
+        match self.problem.then {
+            Some(_) => self.find_best_of_cost(),
+            None => self.count_ties(),
         }
-        Ok(answer)
+    }
+
+    /// Searches the sets of the best one's cost for the best of them; none is cheaper.
+    fn find_best_of_cost(mut self) -> Result<CheapestAnswer> {
+        (self.goal, self.compared) = (Goal::Better, 1);
+        if let Some(best) = self.best.clone() {
+            self.ask_more(&best.set);
+        }
+        let end = self.walk(&mut self.problem.rules.always.clone(), self.candidates())?;
+        Ok(CheapestAnswer { is_best_of_cost: end == WalkEnd::Complete, ..self.answer(true) })
+    }
+
+    /// Counts other passing sets of the best one's cost; none is cheaper.
+    fn count_ties(mut self) -> Result<CheapestAnswer> {
+        let answer = self.answer(true);
+        if self.problem.most_ties == 0 {
+            return Ok(answer);
+        }
+        (self.goal, self.compared) = (Goal::Ties { last_test: self.tested + MOST_TIE_TESTS }, 0);
+        let end = self.walk(&mut self.problem.rules.always.clone(), self.candidates())?;
+        let ties = (end != WalkEnd::Stopped).then(|| self.compared as usize);
+        Ok(CheapestAnswer { ties, ..answer })
     }
 
     fn answer(&self, is_complete: bool) -> CheapestAnswer {
@@ -149,6 +196,8 @@ impl<'s, 'a> Search<'s, 'a> {
             no_set_below: (self.best.is_some() || !is_proven).then_some(self.no_set_below),
             is_proven,
             is_best_of_cost: is_proven && (self.problem.then.is_none() || self.best.is_none()),
+            compared: self.compared,
+            ties: None,
             tested: self.tested,
         }
     }
@@ -158,23 +207,38 @@ impl<'s, 'a> Search<'s, 'a> {
         self.best.as_ref().is_some_and(|best| best.cost <= self.no_set_below)
     }
 
-    /// Only sets that are worth more than the best are looked for from now on.
-    fn ask_more(&mut self) {
+    /// Only sets that are better than the best are looked for from now on; `set` passes, and is not.
+    fn ask_more(&mut self, set: &[usize]) {
         self.bounds.truncate(self.required);
-        let worth = self.best.as_ref().and_then(|best| best.worth);
-        if let (Some(then), Some(Worth::Exact(worth))) = (&self.problem.then, worth) {
-            self.bounds.extend(then.bounds_above(worth));
+        match (&self.problem.then, self.best.as_ref().and_then(|best| best.worth)) {
+            (Some(TieRule::Score(tie)), Some(Worth::Exact(worth))) => {
+                self.bounds.extend(tie.bounds_above(worth));
+            }
+            (Some(TieRule::Tested), Some(worth)) => {
+                let demands = self.test.demands_above(set, worth);
+                demands.into_iter().for_each(|demand| demand::add(self.demands, demand));
+            }
+            _ => {}
         }
     }
 
-    /// Looks only for better sets than the best from now on.
-    fn ask_better(&mut self) {
-        match &self.best {
-            Some(_) if self.asks_worth => self.ask_more(),
-            Some(best) if best.cost > 0 => {
-                self.limits.budget = Some(self.problem.rules.largest_cost_below(best.cost));
+    /// Takes a set that passes, if it is better than the best. Only still better ones are looked for from now on.
+    fn take_passing(&mut self, chosen: &[usize]) {
+        let mut set = chosen.to_vec();
+        set.sort_unstable();
+        self.compared += u64::from(self.best.as_ref().is_none_or(|best| best.set != set));
+        match self.goal {
+            Goal::Ties { .. } => {}
+            Goal::Better => {
+                self.take(set.clone());
+                self.ask_more(&set);
             }
-            _ => {}
+            Goal::Cheaper => {
+                self.take(set);
+                if let Some(best) = self.best.as_ref().filter(|best| best.cost > 0) {
+                    self.limits.budget = Some(self.problem.rules.largest_cost_below(best.cost));
+                }
+            }
         }
     }
 
@@ -189,26 +253,19 @@ impl<'s, 'a> Search<'s, 'a> {
     fn take(&mut self, mut set: Vec<usize>) {
         set.sort_unstable();
         let cost = self.problem.rules.cost_of(&set);
-        let worth = self.problem.then.as_ref().and_then(|then| then.worth_of(&set));
+        let worth = match &self.problem.then {
+            Some(TieRule::Score(tie)) => tie.worth_of(&set),
+            Some(TieRule::Tested) => self.test.worth(&set),
+            None => None,
+        };
         let is_better = match &self.best {
             None => true,
             Some(best) if cost != best.cost => cost < best.cost,
-            Some(best) => self.is_worth_more(worth, best.worth),
+            Some(best) => self.problem.then.is_some_and(|then| then.better().is_better(worth, best.worth)),
         };
         if is_better {
             self.best = Some(FoundPurchase { set, cost, worth });
         }
-    }
-
-    fn is_worth_more(&self, one: Option<Worth>, other: Option<Worth>) -> bool {
-        match (one, other) {
-            (Some(one), Some(other)) if self.is_less_better() => one < other,
-            (one, other) => one > other,
-        }
-    }
-
-    fn is_less_better(&self) -> bool {
-        self.problem.then.as_ref().is_some_and(|then| then.score.less_is_better())
     }
 
     /// Whether there is a reason to stop.
@@ -247,8 +304,13 @@ impl<'s, 'a> Search<'s, 'a> {
             if self.progress.stops() {
                 return Ok(WalkEnd::Stopped);
             }
-            if !self.asks_worth && self.is_cheapest_known() {
-                return Ok(WalkEnd::Complete);
+            match self.goal {
+                Goal::Cheaper if self.is_cheapest_known() => return Ok(WalkEnd::Complete),
+                Goal::Ties { last_test } if self.tested >= last_test => return Ok(WalkEnd::Stopped),
+                Goal::Ties { .. } if self.compared >= self.problem.most_ties as u64 => {
+                    return Ok(WalkEnd::Enough);
+                }
+                _ => {}
             }
             let rules = self.problem.rules;
             let allowed = self.may_join(chosen, &among);
@@ -274,21 +336,22 @@ impl<'s, 'a> Search<'s, 'a> {
             if let Some(first) = narrowest {
                 return self.branch(chosen, &allowed, &first, &states);
             }
-            let mut passes = false;
             if !states.surely_fails() {
                 match self.test(chosen)? {
                     TestAnswer::Lacks(_) => continue,
                     TestAnswer::Fails => {}
                     TestAnswer::Passes => {
-                        passes = true;
-                        self.take(chosen.clone());
-                        self.ask_better();
+                        self.take_passing(chosen);
+                        // What is added to a set that passes does not make it cheaper.
+                        if self.goal == Goal::Cheaper {
+                            return Ok(WalkEnd::Complete);
+                        }
+                        // Better sets have what it misses.
+                        if self.demands.iter().any(|demand| demand.lacks(chosen) > 0) {
+                            continue;
+                        }
                     }
                 }
-            }
-            // What is added to a set that passes does not make it cheaper.
-            if passes && !self.asks_worth {
-                return Ok(WalkEnd::Complete);
             }
             return self.extend(chosen, &allowed, &states);
         }

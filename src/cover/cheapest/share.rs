@@ -8,7 +8,7 @@ use super::super::layout::{FALSE, PLANES};
 use super::super::problem::Problem;
 use super::super::question::{Inequality, UnionState, score_inequalities};
 use super::super::rules::{SetLimits, SetRules};
-use super::super::worth::{Ratio, Worth};
+use super::super::worth::Ratio;
 use super::demand::Demand;
 use perirobot_march::metrics::{Across, Score};
 
@@ -48,29 +48,6 @@ impl<'a> Coverage<'a> {
     }
 }
 
-/// The score by which sets of the same cost are compared.
-#[derive(Clone, Copy, Debug)]
-pub struct TieScore<'a> {
-    /// What the candidates say in the region in which it is counted.
-    pub problem: &'a Problem<'a>,
-    /// The score.
-    pub score: Score,
-    /// How the counts of several moments are combined.
-    pub over: Across,
-}
-
-impl<'a> TieScore<'a> {
-    /// What a set is worth by it, if it has a value.
-    pub(super) fn worth_of(&self, set: &[usize]) -> Option<Worth> {
-        Worth::from_counts(self.score, self.over, &self.problem.counts(set))
-    }
-
-    /// The inequalities of a set that is worth more.
-    pub(super) fn bounds_above(&self, worth: Ratio) -> Vec<ShareBound<'a>> {
-        bounds(self.problem, (self.score, self.over), (worth, true), 0)
-    }
-}
-
 /// An inequality that holds for every set that reaches a share.
 pub(super) struct ShareBound<'a> {
     evidence: &'a CandidateEvidence,
@@ -89,7 +66,7 @@ impl<'a> Share<'a> {
 
 /// The inequalities of a set that reaches a score or, with `beat`, exceeds it. There are none if the score is of labels
 /// that are sums of what sensors say; a union has no fewer labels than such a sum, and so it bounds the unknown share.
-fn bounds<'a>(
+pub(super) fn bounds<'a>(
     problem: &'a Problem<'a>,
     (score, over): (Score, Across),
     (limit, beat): (Ratio, bool),

@@ -1,17 +1,17 @@
 //! Against trying every set.
 
 use super::super::evidence::CandidateEvidence;
-use super::super::layout::HIT;
+use super::super::layout::{CLEAR, FALSE, HIT, MISSED};
 use super::super::problem::Problem;
 use super::super::rules::{SetLimits, SetRules};
 use super::super::tests::{Random, SCORES, evidence, rules};
 use super::super::worth::{Ratio, Worth};
 use super::search::Search;
 use super::share::left_out;
-use super::{CheapestProblem, Coverage, Demand, SetTest, Share, TestAnswer, TieScore, cheapest};
+use super::{CheapestProblem, Coverage, Demand, SetTest, Share, TestAnswer, TieRule, TieScore, cheapest};
 use crate::thorough::cases;
 use perirobot_march::Result;
-use perirobot_march::metrics::{Across, Score};
+use perirobot_march::metrics::{Across, Overlap, Score};
 
 /// What a made-up test asks of a set besides its shares.
 struct MadeUpTest<'a> {
@@ -21,6 +21,8 @@ struct MadeUpTest<'a> {
     hidden: Vec<Demand>,
     /// Sets with both of these fail; no demand says so.
     enemies: Option<[usize; 2]>,
+    /// What a set is worth that misses a demand, if that is not more than what the others say.
+    worths: Vec<(i128, Demand)>,
     tested: usize,
 }
 
@@ -68,6 +70,18 @@ impl SetTest for MadeUpTest<'_> {
             (None, false) => TestAnswer::Fails,
         })
     }
+
+    fn worth(&mut self, set: &[usize]) -> Option<Worth> {
+        let missed = self.worths.iter().filter(|(_, demand)| demand.lacks(set) > 0);
+        missed.map(|(numerator, _)| Worth::Exact(Ratio { numerator: *numerator, denominator: 3 })).min()
+    }
+
+    fn demands_above(&mut self, set: &[usize], worth: Worth) -> Vec<Demand> {
+        let is_enough = |numerator| Worth::Exact(Ratio { numerator, denominator: 3 }) > worth;
+        let mut missed =
+            self.worths.iter().filter(|(least, demand)| !is_enough(*least) && demand.lacks(set) > 0);
+        missed.next().map(|(_, demand)| demand.clone()).into_iter().collect()
+    }
 }
 
 /// All sets that are allowed.
@@ -100,7 +114,8 @@ fn made_up_share<'a>(random: &mut Random, problem: &'a Problem<'a>) -> Share<'a>
 #[test]
 fn the_cheapest_set_is_that_of_trying_every_set() {
     let mut random = Random(56);
-    let (mut found_any, mut found_none, mut told, mut by_worth) = (0, 0, 0, 0);
+    let (mut found_any, mut found_none, mut told, mut by_worth) = (0, 0, 0, [0; 3]);
+    let mut ties = 0;
     for case in 0..cases(400, 3000) {
         let count = 4 + random.number_below(6) as usize;
         let (noisy, thin) = (case % 3 == 0, 1 + random.number_below(2));
@@ -129,10 +144,14 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
                 Coverage { evidence: &said[1], moment, least: random.number_below(most / 2 + 1), dead }
             })
             .collect();
-        let then = random.one_in(2).then(|| {
-            let Share { problem, score, over, .. } = made_up_share(&mut random, &all[0]);
-            TieScore { problem, score, over }
-        });
+        let Share { problem, score, over, .. } = made_up_share(&mut random, &all[0]);
+        let kind = random.number_below(5) as usize;
+        let then = match kind {
+            0 => Some(TieRule::Score(TieScore { problem, score, over })),
+            1 => Some(TieRule::Score(TieScore { problem, score: Score::SeenTwice, over })),
+            2 => Some(TieRule::Tested),
+            _ => None,
+        };
         let hidden: Vec<Demand> = (0..random.number_below(4))
             .map(|_| {
                 let least = 1 + random.number_below(2) as usize;
@@ -141,14 +160,21 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
             })
             .collect();
         let enemies = random.one_in(3).then(|| [0, 1 + random.number_below(count as u64 - 1) as usize]);
+        let worths = (0..6).map(|place| {
+            let among: Vec<usize> = (0..count).filter(|_| random.one_in(3)).collect();
+            (place, Demand::new(count, among, 1))
+        });
+        let worths = worths.collect();
+        let most_ties = random.number_below(4) as usize;
         let problem = CheapestProblem {
             rules: &rules,
             limits,
             shares: shares.clone(),
             coverages: coverages.clone(),
             then,
+            most_ties,
         };
-        let mut test = MadeUpTest { shares, coverages, hidden, enemies, tested: 0 };
+        let mut test = MadeUpTest { shares, coverages, hidden, enemies, worths, tested: 0 };
         let mut demands = Vec::new();
         let answer = cheapest(&problem, &mut demands, &mut test, &|| None).unwrap();
         told += usize::from(!demands.is_empty());
@@ -168,22 +194,58 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
         };
         found_any += 1;
         assert!(sets.contains(&best.set), "case {case}: {:?} passes", best.set);
-        if let Some(then) = &then {
-            let worth =
-                |set: &Vec<usize>| Worth::from_counts(then.score, then.over, &then.problem.counts(set));
-            let of_cost = sets.iter().filter(|set| rules.cost_of(set) == best.cost).map(worth);
-            let most = match then.score.less_is_better() {
-                true => of_cost.clone().flatten().min(),
-                false => of_cost.clone().flatten().max(),
-            };
-            assert_eq!(best.worth, most, "case {case}");
-            by_worth += usize::from(of_cost.clone().any(|worth| worth != most));
-        }
+        let of_cost = || sets.iter().filter(|set| rules.cost_of(set) == best.cost);
+        let Some(then) = &then else {
+            let others = (of_cost().count() - 1).min(most_ties);
+            assert_eq!(answer.ties, (most_ties > 0).then_some(others), "case {case}");
+            ties += usize::from(others > 1);
+            continue;
+        };
+        let worths: Vec<Option<Worth>> = match then {
+            TieRule::Score(TieScore { score: Score::SeenTwice, over, problem }) => {
+                of_cost().map(|set| seen_twice(problem.evidence, *over, set)).collect()
+            }
+            TieRule::Score(then) => {
+                let counts = of_cost().map(|set| then.problem.counts(set));
+                counts.map(|counts| Worth::from_counts(then.score, then.over, &counts)).collect()
+            }
+            TieRule::Tested => of_cost().map(|set| test.worth(set)).collect(),
+        };
+        let is_less_better = matches!(then, TieRule::Score(then) if then.score.less_is_better());
+        let most = match is_less_better {
+            true => worths.iter().flatten().min(),
+            false => worths.iter().flatten().max(),
+        };
+        // What has no value is the worst.
+        assert_eq!(best.worth.as_ref(), most, "case {case}");
+        by_worth[kind] += usize::from(worths.iter().any(|worth| worth.as_ref() != most));
     }
     assert!(
-        found_any > 80 && found_none > 30 && told > 100 && by_worth > 20,
-        "{found_any} {found_none} {told} {by_worth}"
+        found_any > 80 && found_none > 30 && told > 100 && ties > 5 && by_worth.iter().all(|&one| one > 4),
+        "{found_any} {found_none} {told} {by_worth:?} {ties}"
     );
+}
+
+/// The share of a region that at least two of a set label, bit by bit.
+fn seen_twice(evidence: &CandidateEvidence, over: Across, set: &[usize]) -> Option<Worth> {
+    let labels = |item: usize, planes: [usize; 2], bit: usize| {
+        planes.iter().any(|&plane| {
+            let row = evidence.plane(item, plane);
+            row.get(bit / 64).is_some_and(|word| word >> (bit % 64) & 1 == 1)
+        })
+    };
+    let mut counts = evidence.counts(set);
+    for (counts, moment) in counts.iter_mut().zip(&evidence.layout.moments) {
+        let mut twice = 0;
+        for (space, planes) in [[HIT, MISSED], [FALSE, CLEAR]].into_iter().enumerate() {
+            let words = &moment.words[space];
+            for bit in words.start * 64..words.end * 64 {
+                twice += u64::from(set.iter().filter(|&&item| labels(item, planes, bit)).count() >= 2);
+            }
+        }
+        *counts = counts.with_overlap(Overlap { twice, hit_human_twice: 0 });
+    }
+    Worth::from_counts(Score::SeenTwice, over, &counts)
 }
 
 /// The first candidate passes alone, and so do the next three together; nothing else says so.
@@ -205,7 +267,7 @@ fn a_set_that_costs_nothing_ends_the_search() {
     let rules = SetRules { cost, sensor: vec![0; 20], most: vec![usize::MAX], ..SetRules::default() };
     let limits = SetLimits { at_most: 5, budget: None };
     let (shares, coverages) = (Vec::new(), Vec::new());
-    let problem = CheapestProblem { rules: &rules, limits, shares, coverages, then: None };
+    let problem = CheapestProblem { rules: &rules, limits, shares, coverages, then: None, most_ties: 0 };
     let (mut test, mut demands) = (OneOrThree { tested: 0 }, Vec::new());
     let search = Search::new(&problem, &mut demands, &mut test, &|| None);
     let answer = search.run(Some(vec![0])).unwrap();
@@ -220,8 +282,14 @@ fn a_stopped_search_keeps_its_bound() {
         SetRules { cost: vec![3; 9], sensor: vec![0; 9], most: vec![usize::MAX], ..SetRules::default() };
     let limits = SetLimits { at_most: 9, budget: None };
     let hidden = vec![Demand::new(9, 0..4, 2), Demand::new(9, 4..9, 2)];
-    let problem =
-        CheapestProblem { rules: &rules, limits, shares: Vec::new(), coverages: Vec::new(), then: None };
+    let problem = CheapestProblem {
+        rules: &rules,
+        limits,
+        shares: Vec::new(),
+        coverages: Vec::new(),
+        then: None,
+        most_ties: 0,
+    };
     for stop_after in 0..12 {
         let asked = std::sync::atomic::AtomicUsize::new(0);
         let stop = || {
@@ -233,6 +301,7 @@ fn a_stopped_search_keeps_its_bound() {
             coverages: Vec::new(),
             hidden: hidden.clone(),
             enemies: None,
+            worths: Vec::new(),
             tested: 0,
         };
         let answer = cheapest(&problem, &mut Vec::new(), &mut test, &stop).unwrap();

@@ -31,7 +31,7 @@ mod verify;
 mod ways;
 
 pub use outcome::PurchaseOutcome;
-pub use purchasing::Purchasing;
+pub use purchasing::{MOST_TIES, Purchasing};
 pub use question::{AskedRequirement, AskedThen, PurchaseQuestion};
 pub use report::{
     AimReport, CHEAPEST, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet,

@@ -7,9 +7,8 @@
 //! count the ones before it. The family with the lowest bound is next, so that the first bound that is not below a known
 //! answer ends the search.
 
-use perirobot_cover::cheapest::{CheapestAnswer, FoundPurchase};
+use perirobot_cover::cheapest::{Better, CheapestAnswer, FoundPurchase};
 use perirobot_march::Result;
-use perirobot_march::metrics::Score;
 
 /// Some requirements, by their places among all of them.
 pub(super) trait Subsets {
@@ -33,8 +32,8 @@ pub(super) struct NumberQuestion {
     pub(super) count: usize,
     /// How many of them a set meets at least.
     pub(super) least: usize,
-    /// The score that decides among sets of the same cost.
-    pub(super) then: Option<Score>,
+    /// Which of sets of the same cost is better, if anything decides among them.
+    pub(super) then: Option<Better>,
 }
 
 /// A family of sets.
@@ -83,6 +82,7 @@ impl NumberQuestion {
             }
             let found = subsets.cheapest_of(&family.required)?;
             answer.tested += found.tested;
+            answer.compared += found.compared;
             answer.is_best_of_cost &= found.is_best_of_cost;
             let missed = match &found.best {
                 Some(found) => subsets.missed_by(&found.set)?,
@@ -116,10 +116,7 @@ impl NumberQuestion {
     }
 
     fn is_better(self, one: &FoundPurchase, other: &FoundPurchase) -> bool {
-        let is_worth_more = match (self.then, one.worth, other.worth) {
-            (Some(then), Some(one), Some(other)) if then.less_is_better() => one < other,
-            (_, one, other) => one > other,
-        };
+        let is_worth_more = self.then.is_some_and(|then| then.is_better(one.worth, other.worth));
         one.cost < other.cost || (one.cost == other.cost && is_worth_more)
     }
 }
@@ -134,14 +131,14 @@ mod tests {
     struct Table {
         sets: Vec<(u64, u32, i128)>,
         count: usize,
-        then: Option<Score>,
+        then: Option<Better>,
         /// After so many searches only half of the cost is known of each.
         most_searches: u64,
         searches: u64,
     }
 
     impl Table {
-        fn new(seed: u32, then: Option<Score>, most_searches: u64) -> Table {
+        fn new(seed: u32, then: Option<Better>, most_searches: u64) -> Table {
             let mut state = seed;
             let mut below = |n: u32| {
                 state = state.wrapping_add(0x9e37_79b9);
@@ -164,7 +161,7 @@ mod tests {
 
         /// Cost and worth of the cheapest set of those that fit, as all say that look at each.
         fn cheapest(&self, fits: &dyn Fn(u32) -> bool) -> Option<usize> {
-            let less_is_better = self.then.is_some_and(Score::less_is_better);
+            let less_is_better = self.then == Some(Better::Less);
             let fitting = (0..self.sets.len()).filter(|&number| fits(self.sets[number].1));
             fitting.min_by_key(|&number| {
                 let (cost, _, worth) = self.sets[number];
@@ -190,6 +187,8 @@ mod tests {
                 no_set_below,
                 is_proven,
                 is_best_of_cost: is_proven,
+                compared: 0,
+                ties: None,
                 tested: 1,
             })
         }
@@ -204,7 +203,7 @@ mod tests {
     fn the_answer_is_that_of_looking_at_every_set() {
         let (mut some, mut none) = (0, 0);
         for seed in 0..3000 {
-            let then = [None, Some(Score::F1), Some(Score::Unknown)][seed as usize % 3];
+            let then = [None, Some(Better::More), Some(Better::Less)][seed as usize % 3];
             let mut table = Table::new(seed, then, u64::MAX);
             for least in 1..table.count {
                 let question = NumberQuestion { count: table.count, least, then };
@@ -227,7 +226,7 @@ mod tests {
     fn a_search_that_is_stopped_bounds_what_is_left() {
         let (mut open, mut found_some) = (0, 0);
         for seed in 0..3000 {
-            let then = [None, Some(Score::F1)][seed as usize % 2];
+            let then = [None, Some(Better::More)][seed as usize % 2];
             let mut table = Table::new(seed, then, u64::from(seed % 5));
             let least = table.count - 1;
             let (found, _) = NumberQuestion { count: table.count, least, then }.answer(&mut table).unwrap();

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use perirobot_cover::Problem;
 use perirobot_cover::cheapest::{Demand, SetTest, TestAnswer};
+use perirobot_cover::{Problem, Ratio, Worth};
 use perirobot_march::Result;
 use perirobot_march::metrics::Confusion;
 use perirobot_study::input::{ApproachScore, Counted, Limit, Measure, Nearness, Requirement};
@@ -170,19 +170,21 @@ impl<'t, 'a> PassingTest<'t, 'a> {
 
     /// Requirements on bodies that come near, each with the number of sensors that may be dead.
     fn nearness(&self) -> impl Iterator<Item = (&'t Requirement, &'t Nearness, usize)> + use<'t, 'a> {
-        let terms = self.terms;
-        terms.requirements.iter().flat_map(|requirement| {
-            let nearness = match &requirement.measure {
-                Measure::Nearness(nearness) => Some(nearness),
-                Measure::Counted(_) | Measure::Controller(_) => None,
-            };
-            let under = requirement.under.iter().filter_map(|&condition| dead_in(condition));
-            under.filter_map(move |dead| Some((requirement, nearness?, dead)))
-        })
+        nearness_of(self.terms)
     }
 
     fn is_met(&self, score: ApproachScore, limit: &Limit, near: &NearestApproach) -> bool {
-        approach_value(score, near, &self.scale).is_some_and(|value| value.meets(limit))
+        is_met(&self.scale, score, limit, near)
+    }
+
+    /// How near each body comes by each passage of each scene, squared in voxels; none where it has no room.
+    fn nearest(&self, set: &[usize]) -> Vec<([usize; 2], u32)> {
+        let of_scene = |(scene, ways): (usize, &SceneWays)| {
+            let nearest = ways.nearest(&ways.watched_by(set)).into_iter().enumerate();
+            let near = nearest.filter_map(|(passage, near)| Some(([scene, passage], near.squared?)));
+            near.collect::<Vec<_>>()
+        };
+        self.ways.iter().enumerate().flat_map(of_scene).collect()
     }
 
     /// Whether bodies stay away as far as they must in all cases; if not, what passing sets must have.
@@ -226,16 +228,28 @@ impl<'t, 'a> PassingTest<'t, 'a> {
     /// Finds ways in on which some candidates do not notice a body: as many as are found by adding to them candidates that
     /// do.
     fn find_ways(&mut self, [scene, passage]: [usize; 2], alive: &[usize], dead: usize) {
+        let (ways, terms, scale) = (self.ways, self.terms, self.scale.clone());
+        let asked = &ways[scene].passages[passage];
+        let is_too_near = |squared: u32| {
+            let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
+            nearness_of(terms).any(|(requirement, nearness, own)| {
+                let is_asked = asked.is_asked(nearness) && !nearness.score.is_area();
+                own == dead && is_asked && !is_met(&scale, nearness.score, &requirement.limit, &near)
+            })
+        };
+        self.find_ways_by([scene, passage], alive, &is_too_near);
+    }
+
+    /// The same of ways that lead too near in another sense.
+    fn find_ways_by(
+        &mut self,
+        [scene, passage]: [usize; 2],
+        alive: &[usize],
+        is_too_near: &dyn Fn(u32) -> bool,
+    ) {
         let (ways, mut watching) = (&self.ways[scene], alive.to_vec());
         for _ in 0..MOST_WAYS {
-            let is_too_near = |squared: u32| {
-                let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
-                self.nearness().any(|(requirement, nearness, own)| {
-                    let is_asked = ways.passages[passage].is_asked(nearness) && !nearness.score.is_area();
-                    own == dead && is_asked && !self.is_met(nearness.score, &requirement.limit, &near)
-                })
-            };
-            let Some(way) = ways.way_in([scene, passage], &watching, &is_too_near) else { return };
+            let Some(way) = ways.way_in([scene, passage], &watching, is_too_near) else { return };
             // The next one is another way, which the first of those does not notice.
             let next = way.noticed_by.first().copied();
             self.known.push(way);
@@ -245,6 +259,22 @@ impl<'t, 'a> PassingTest<'t, 'a> {
             }
         }
     }
+}
+
+/// Requirements on bodies that come near, each with the number of sensors that may be dead.
+fn nearness_of(terms: &Terms) -> impl Iterator<Item = (&Requirement, &Nearness, usize)> {
+    terms.requirements.iter().flat_map(|requirement| {
+        let nearness = match &requirement.measure {
+            Measure::Nearness(nearness) => Some(nearness),
+            Measure::Counted(_) | Measure::Controller(_) => None,
+        };
+        let under = requirement.under.iter().filter_map(|&condition| dead_in(condition));
+        under.filter_map(move |dead| Some((requirement, nearness?, dead)))
+    })
+}
+
+fn is_met(scale: &Conditions, score: ApproachScore, limit: &Limit, near: &NearestApproach) -> bool {
+    approach_value(score, near, scale).is_some_and(|value| value.meets(limit))
 }
 
 impl SetTest for PassingTest<'_, '_> {
@@ -265,6 +295,37 @@ impl SetTest for PassingTest<'_, '_> {
             other => Ok(other),
         }
     }
+
+    /// How near any body comes by any entry, squared in voxels.
+    fn worth(&mut self, set: &[usize]) -> Option<Worth> {
+        self.nearest(set).into_iter().map(|(_, squared)| squared).min().map(worth_of_squared)
+    }
+
+    fn demands_above(&mut self, set: &[usize], worth: Worth) -> Vec<Demand> {
+        let is_no_better = |squared: u32| worth_of_squared(squared) <= worth;
+        let candidates = self.candidates;
+        if self.ways.iter().flat_map(SceneWays::at_entries).flatten().any(is_no_better) {
+            // Whatever is chosen: no set is better.
+            return vec![Demand::new(candidates, [], 1)];
+        }
+        for ([scene, passage], squared) in self.nearest(set) {
+            let is_missed = |way: &WayIn| {
+                [way.scene, way.passage] == [scene, passage]
+                    && is_no_better(way.squared)
+                    && !way.noticed_by.iter().any(|item| set.contains(item))
+            };
+            if is_no_better(squared) && !self.known.iter().any(is_missed) {
+                self.find_ways_by([scene, passage], set, &is_no_better);
+            }
+        }
+        let leads_near = self.known.iter().filter(|way| is_no_better(way.squared));
+        leads_near.map(|way| Demand::new(candidates, way.noticed_by.iter().copied(), 1)).collect()
+    }
+}
+
+/// What a set is worth with which bodies come so near, squared in voxels.
+pub(super) fn worth_of_squared(squared: u32) -> Worth {
+    Worth::Exact(Ratio { numerator: squared.into(), denominator: 1 })
 }
 
 /// Which of all candidates may be dead by a requirement: none, and then as many as it says.

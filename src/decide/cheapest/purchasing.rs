@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use perirobot_cover::cheapest::{
-    CheapestAnswer, CheapestProblem, SetTest, Share, TestAnswer, TieScore, cheapest,
+    Better, CheapestAnswer, CheapestProblem, SetTest, Share, TestAnswer, TieRule, TieScore, cheapest,
 };
 use perirobot_cover::layout::WantedCounts;
 use perirobot_cover::{CandidateEvidence, Problem, SetLimits, SetRules, Worth};
@@ -13,7 +13,7 @@ use perirobot_march::backend::factory::ChosenBackends;
 use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::progress::Progress;
 use perirobot_study::input::{
-    ApproachScore, Counted, Disturb, Limit, Measure, Purchase, PurchaseFront, Requirement, Study,
+    ApproachScore, Counted, Disturb, Limit, Measure, Purchase, PurchaseFront, Requirement, Study, ThenScore,
 };
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
@@ -33,6 +33,9 @@ use super::ways::{SceneWays, WayIn};
 use crate::approach::Ground;
 use crate::choose::{Casting, DisturbedPairs, PairTerms, candidates_of, odds_of, pose_name, rules_of};
 use crate::view::watched::Watcher;
+
+/// Up to how many other sets of the cheapest one's cost are counted.
+pub const MOST_TIES: usize = 9;
 
 /// A search for the cheapest set.
 pub struct Purchasing<'a> {
@@ -79,12 +82,14 @@ impl<'a> Purchasing<'a> {
         }
         let is_near =
             |(_, terms): &(PurchaseAim, Terms)| terms.requirements.iter().any(Requirement::is_of_nearness);
-        let grounds = match asked.iter().any(is_near) {
+        let decides_near = matches!(purchase.then, Some(ThenScore::Nearness(_)));
+        let grounds = match decides_near || asked.iter().any(is_near) {
             true => Ground::from_scenes(study, worlds, &[])?,
             false => Vec::new(),
         };
         let counted = asked.iter().flat_map(|(_, terms)| &terms.requirements).filter_map(Requirement::region);
-        let regions: BTreeSet<usize> = counted.chain(purchase.then.map(|then| then.region)).collect();
+        let regions: BTreeSet<usize> =
+            counted.chain(counted_then(purchase).map(|then| then.region)).collect();
         let (items, regions) = (candidates_of(study), regions.into_iter().collect());
         Ok(Purchasing { study, purchase, worlds, memory_bytes, items, grounds, asked, regions })
     }
@@ -145,6 +150,7 @@ impl<'a> Purchasing<'a> {
             known: Vec::new(),
             all: Terms::from_study(self.study),
             answers: BTreeMap::new(),
+            most_ties: MOST_TIES,
             open,
             progress,
         };
@@ -161,7 +167,7 @@ impl<'a> Purchasing<'a> {
                 PurchaseAim::Without(one) => (search.cheapest_of(&search.all.others(one))?, Vec::new()),
                 PurchaseAim::Speed(_) | PurchaseAim::Disturbed => (search.cheapest(terms)?, Vec::new()),
                 PurchaseAim::Number(least) => {
-                    let then = self.purchase.then.map(|then| then.score);
+                    let then = self.purchase.then.as_ref().map(better);
                     NumberQuestion { count: all.len(), least, then }.answer(&mut search)?
                 }
             };
@@ -169,7 +175,8 @@ impl<'a> Purchasing<'a> {
             let reasons = if is_explained { search.reasons(terms, &found)? } else { Vec::new() };
             is_cut |= is_explained && found.is_proven && found.best.is_none() && reasons.is_empty();
             let name = |place: usize| terms.requirements[place].name.clone();
-            let mut point = self.point(AimReport::new(self.study, *aim), &found, reasons);
+            search.most_ties = 0;
+            let mut point = self.point(AimReport::new(self.study, *aim), terms, &found, reasons);
             point.missed = missed.into_iter().map(name).collect();
             if let (PurchaseAim::Disturbed, Some(best)) = (aim, &found.best) {
                 point.disturbed = self.forbidden(&best.set, &rules);
@@ -237,7 +244,7 @@ impl<'a> Purchasing<'a> {
             let found = search.cheapest(&terms)?;
             reasons = search.reasons(&terms, &found)?;
             if found.best.is_some() {
-                return Ok(Some(self.point(AimReport::Nearest(left_out), &found, Vec::new())));
+                return Ok(Some(self.point(AimReport::Nearest(left_out), &terms, &found, Vec::new())));
             }
         }
         Ok(None)
@@ -246,6 +253,7 @@ impl<'a> Purchasing<'a> {
     pub(super) fn point(
         &self,
         aim: AimReport,
+        terms: &Terms,
         found: &CheapestAnswer,
         reasons: Vec<ReasonReport>,
     ) -> PurchasePoint {
@@ -253,7 +261,7 @@ impl<'a> Purchasing<'a> {
             let combination = combination(self.study, self.purchase, &self.items, aim.title(), &best.set);
             let members = combination.members.iter().map(|member| [member.sensor, member.candidates[0]]);
             let cost = Cost::from_thousandths(best.cost);
-            let score = best.worth.map(Worth::value);
+            let score = best.worth.and_then(|worth| self.then_value(terms, worth));
             PurchasedSet {
                 name: aim.title(),
                 cost,
@@ -267,10 +275,22 @@ impl<'a> Purchasing<'a> {
             no_set_below: found.no_set_below.map(Cost::from_thousandths),
             proven: found.is_proven,
             best_of_cost: found.is_best_of_cost,
+            compared: found.best.is_some().then_some(found.compared).filter(|_| !found.is_best_of_cost),
+            ties: found.ties,
             tested: found.tested,
             disturbed: Vec::new(),
             reasons,
             missed: Vec::new(),
+        }
+    }
+
+    /// The score that decides among sets of the same cost, as a number.
+    fn then_value(&self, terms: &Terms, worth: Worth) -> Option<f64> {
+        match (&self.purchase.then, worth) {
+            (Some(ThenScore::Nearness(score)), Worth::Exact(squared)) => {
+                terms.near_value(self.study, *score, u32::try_from(squared.numerator).ok())
+            }
+            _ => Some(worth.value()),
         }
     }
 
@@ -363,6 +383,8 @@ struct PurchaseSearch<'s, 'a> {
     all: Terms,
     /// What is proven of some of that, by the places of the requirements.
     answers: BTreeMap<Vec<usize>, CheapestAnswer>,
+    /// Up to how many other sets of the cheapest one's cost are counted.
+    most_ties: usize,
     open: &'s dyn Fn() -> Result<ChosenBackends>,
     progress: &'s dyn Progress,
 }
@@ -371,13 +393,18 @@ impl PurchaseSearch<'_, '_> {
     fn cheapest(&mut self, terms: &Terms) -> Result<CheapestAnswer> {
         let (problems, Purchasing { purchase, .. }) = (self.problems, self.purchasing);
         let shares = terms.requirements.iter().flat_map(|one| shares(one, problems)).collect();
-        let then = purchase.then.and_then(|then| {
-            let (_, problem) = problems.iter().find(|(region, _)| *region == then.region)?;
-            Some(TieScore { problem, score: then.score, over: then.over })
-        });
+        let then = match &purchase.then {
+            Some(ThenScore::Counted(Counted { score, region, over })) => {
+                let known = problems.iter().find(|(known, _)| known == region);
+                let (score, over) = (*score, *over);
+                known.map(|(_, problem)| TieRule::Score(TieScore { problem, score, over }))
+            }
+            Some(ThenScore::Nearness(_)) => Some(TieRule::Tested),
+            None => None,
+        };
         let limits = self.purchasing.limits();
         let (progress, rules) = (self.progress, self.rules);
-        let areas = self.areas;
+        let (areas, most_ties) = (self.areas, self.most_ties);
         let mut test = self.test(terms);
         if test.too_near_at_entry().is_some() {
             return Ok(CheapestAnswer::NONE);
@@ -385,7 +412,8 @@ impl PurchaseSearch<'_, '_> {
         let mut demands = test.known_demands();
         let largest = test.largest_areas();
         let coverages = areas.iter().flat_map(|areas| largest.iter().filter_map(|one| areas.coverage(one)));
-        let problem = CheapestProblem { rules, limits, shares, coverages: coverages.collect(), then };
+        let problem =
+            CheapestProblem { rules, limits, shares, coverages: coverages.collect(), then, most_ties };
         cheapest(&problem, &mut demands, &mut test, progress)
     }
 
@@ -446,6 +474,22 @@ impl Subsets for PurchaseSearch<'_, '_> {
             }
         }
         Ok(missed)
+    }
+}
+
+/// The score of counts that decides among sets of the same cost, if it is one.
+pub(super) fn counted_then(purchase: &Purchase) -> Option<&Counted> {
+    match &purchase.then {
+        Some(ThenScore::Counted(counted)) => Some(counted),
+        _ => None,
+    }
+}
+
+/// Which of two sets of the same cost is better.
+fn better(then: &ThenScore) -> Better {
+    match then {
+        ThenScore::Counted(counted) => Better::from_score(counted.score),
+        ThenScore::Nearness(_) => Better::More,
     }
 }
 

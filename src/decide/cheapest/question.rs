@@ -9,7 +9,7 @@ use crate::judge::deciding_tables_sha256;
 use perirobot_march::backend::Fusion;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_study::input::{
-    Condition, Counted, Disturb, Limit, Measure, Purchase, PurchaseFront, Requirement, Study,
+    Condition, Counted, Disturb, Limit, Measure, Purchase, PurchaseFront, Requirement, Study, ThenScore,
 };
 use perirobot_study::sensor::{Cost, Sensor};
 
@@ -48,12 +48,21 @@ pub struct PurchaseQuestion {
 /// The score that decides among sets of the same cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AskedThen {
-    /// The score.
-    pub score: Score,
-    /// Of which counts.
+    /// The score, by its name.
+    pub score: String,
+    /// Of which counts or approaches.
     pub over: Across,
-    /// In which region.
-    pub region: String,
+    /// In which region is counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+}
+
+impl AskedThen {
+    /// The score and its region, if it is one of counts.
+    pub fn counted(&self) -> Option<(Score, &str)> {
+        let score = Score::ALL.into_iter().find(|score| score.name() == self.score)?;
+        Some((score, self.region.as_deref()?))
+    }
 }
 
 /// A requirement of the study.
@@ -95,9 +104,15 @@ impl PurchaseQuestion {
             format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
         };
         let sensor = |(sensor, &way): (&Sensor, &usize)| (sensor.name.clone(), AskedSensor::new(sensor, way));
-        let then = |Counted { score, over, region }: Counted| {
-            let region = study.regions[region].0.clone();
-            AskedThen { score, over, region }
+        let then = |then: &ThenScore| match then {
+            ThenScore::Counted(Counted { score, over, region }) => AskedThen {
+                score: score.name().into(),
+                over: *over,
+                region: Some(study.regions[*region].0.clone()),
+            },
+            ThenScore::Nearness(score) => {
+                AskedThen { score: score.name().into(), over: Across::Worst, region: None }
+            }
         };
         PurchaseQuestion {
             at_most: purchase.at_most,
@@ -106,7 +121,7 @@ impl PurchaseQuestion {
             apart_m: purchase.apart_m,
             disturb: purchase.disturb,
             always: purchase.always.iter().map(pose).collect(),
-            then: purchase.then.map(then),
+            then: purchase.then.as_ref().map(then),
             front: purchase.front,
             fusion: purchase.fusion,
             sensors: study.sensors.iter().zip(&purchase.representations).map(sensor).collect(),

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::question::PurchaseQuestion;
 use super::terms::PurchaseAim;
 use crate::choose::fingerprint;
-use crate::json_file::JsonFile;
+pub use crate::purchased_sets::CHEAPEST;
+pub(super) use crate::purchased_sets::FILE;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_study::input::{Combination, Member, Overrides, Purchase, Study};
@@ -17,12 +18,6 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 use perirobot_sweep::results::files::{JOURNAL, remove_files, write_whole};
-
-/// The table of the cheapest sets.
-pub const CHEAPEST: &str = "cheapest.csv";
-
-pub(super) const FILE: JsonFile =
-    JsonFile { name: "cheapest.json", format: 1, table: CHEAPEST, again: "run `perirobot choose` again" };
 
 /// The cheapest sets that pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,6 +63,13 @@ pub struct PurchasePoint {
     pub proven: bool,
     /// Whether no set of the same cost has a better score, if one decides among them.
     pub best_of_cost: bool,
+    /// How many passing sets of the best one's cost were compared by that score, if not all were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared: Option<u64>,
+    /// How many other sets of the same cost pass, if no score decides among them; up to 9 are counted, and none where that
+    /// takes too many tests.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ties: Option<usize>,
     /// How many sets were tested.
     pub tested: u64,
     /// Which two sensors of the set disturb each other, each as in `camera:wall/8/1`, if sensors might.

@@ -1,9 +1,12 @@
 //! What sets must pass: the requirements of a study, all of them or some, at the highest of its speeds or a lower one.
 
 use perirobot_march::metrics::Score;
-use perirobot_study::input::{Condition, Counted, Limit, RegionSpec, Requirement, Stopping, Study};
+use perirobot_study::input::{
+    ApproachScore, Condition, Counted, Limit, RegionSpec, Requirement, Stopping, Study,
+};
 
-use crate::judge::requirements_at_speeds;
+use crate::approach::NearestApproach;
+use crate::judge::{Conditions, approach_value, requirements_at_speeds};
 
 /// What a set is to pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +62,19 @@ impl Terms {
     /// The places of all requirements but one.
     pub(super) fn others(&self, left_out: usize) -> Vec<usize> {
         (0..self.requirements.len()).filter(|&place| place != left_out).collect()
+    }
+
+    /// A score of bodies of which the nearest comes so near, squared in voxels.
+    pub(super) fn near_value(
+        &self,
+        study: &Study,
+        score: ApproachScore,
+        squared: Option<u32>,
+    ) -> Option<f64> {
+        let needed = self.stopping.as_ref().map(|stopping| *stopping.fastest());
+        let scale = Conditions { voxel_size_m: study.voxel_size_m, needed, ..Conditions::default() };
+        let near = NearestApproach { squared: Some(squared?), unnoticed: 0, joined: 0 };
+        approach_value(score, &near, &scale).map(|value| value.number())
     }
 
     /// The requirements with the conditions that have no bound, and are judged; without requirements that have none.

@@ -5,8 +5,11 @@ use std::path::Path;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
+use super::passing::worth_of_squared;
+use super::purchasing::MOST_TIES;
 use super::remaining::combination;
 use super::report::{AimReport, PurchasePoint, PurchasedSet};
+use super::terms::Terms;
 use super::verify::verify_points;
 use super::{PurchaseClaims, PurchaseReport, PurchasedSensor, Purchasing};
 use crate::choose::{PlainCamera, pose_name};
@@ -17,9 +20,11 @@ use perirobot_cover::Worth;
 use perirobot_cover::cheapest::{CheapestAnswer, FoundPurchase};
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
 use perirobot_march::march::pcg;
-use perirobot_march::metrics::{Across, Score};
+use perirobot_march::metrics::{Ratio, Score};
 use perirobot_march::{Error, Result};
-use perirobot_study::input::{Condition, Overrides, Purchase, Study, Wanted};
+use perirobot_study::input::{
+    Condition, Counted, Limit, Measure, Nearness, Overrides, Purchase, Requirement, Study, ThenScore, Wanted,
+};
 use perirobot_study::world::World;
 
 /// Numbers that look random.
@@ -128,7 +133,16 @@ fn made_up_study(random: &mut Random) -> String {
              [[approach.entry]]\nname = \"door\"\nbox = { min_m = [1.2, -1.2, 0], max_m = [2, 1.2, 2] }\n";
     let budget = if random.below(3) == 0 { "budget = 400\n" } else { "" };
     let apart = if random.below(3) == 0 { "apart_m = 0.8\n" } else { "" };
-    let then = if random.below(2) == 0 { "then = \"f1\"\nregion = \"robot\"\n" } else { "" };
+    let then = [
+        "",
+        "",
+        "",
+        "then = \"f1\"\nregion = \"robot\"\n",
+        "then = \"seen_twice\"\nregion = \"robot\"\n",
+        "then = \"seen_twice\"\nregion = \"shelf\"\nover = \"mean\"\n",
+        "then = \"nearest_unnoticed_m\"\n",
+        "then = \"approach_margin_m\"\n",
+    ][random.below(8) as usize];
     let disturb = match lights {
         [0, 0] => "",
         _ => [
@@ -182,23 +196,54 @@ fn allowed_sets(
     (0..1 << items.len()).map(subset).filter(is_allowed).collect()
 }
 
-/// The names of the requirements that a set misses, and its F1 in the robot's region, as judge has them.
+/// The names of the requirements that a set misses, and the score that decides among sets of the same cost, as judge has
+/// them; more is better.
 fn judged(
     study: &Study,
     purchase: &Purchase,
     worlds: &[World],
     items: &[[usize; 2]],
     set: &[usize],
-) -> (Vec<String>, Option<Worth>) {
+) -> (Vec<String>, Option<f64>) {
     let combination = combination(study, purchase, items, String::new(), set);
-    let study = study.with_combinations(&purchase.representations, vec![combination]);
+    let mut study = study.with_combinations(&purchase.representations, vec![combination]);
+    if let Some(ThenScore::Nearness(score)) = purchase.then {
+        study.requirements.push(Requirement {
+            name: "then".into(),
+            measure: Measure::Nearness(Nearness { score, body: None, entry: None }),
+            limit: Limit::AtLeast(Ratio::from_f64(0.0)),
+            under: vec![Condition::AsPlanned],
+            safety_function: None,
+        });
+    }
     let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
     let judged = judge_alone(&study, worlds, &choice, &open, &|| None).unwrap();
     let planned = &judged.conditions.cases(Condition::AsPlanned)[0];
     let mut missed: Vec<String> =
         judged.judgements.iter().filter(|one| !one.is_met).map(|one| one.requirement.name.clone()).collect();
     missed.dedup();
-    (missed, Worth::from_counts(Score::F1, Across::Pooled, &planned.counts[0]))
+    missed.retain(|name| name != "then");
+    let then = match purchase.then {
+        Some(ThenScore::Counted(Counted { score, region, over })) => {
+            Worth::from_counts(score, over, &planned.counts[region]).map(Worth::value)
+        }
+        Some(ThenScore::Nearness(_)) => {
+            let own = judged.judgements.iter().find(|one| one.requirement.name == "then").unwrap();
+            own.value.as_ref().map(|value| value.number())
+        }
+        None => None,
+    };
+    (missed, then)
+}
+
+/// Nothing, F1, overlap or a distance.
+fn kind_of(then: &Option<ThenScore>) -> usize {
+    match then {
+        None => 0,
+        Some(ThenScore::Counted(counted)) if counted.score == Score::F1 => 1,
+        Some(ThenScore::Counted(_)) => 2,
+        Some(ThenScore::Nearness(_)) => 3,
+    }
 }
 
 /// A set as judge has it.
@@ -206,7 +251,7 @@ struct JudgedSet {
     set: Vec<usize>,
     /// The names of the requirements that it misses.
     missed: Vec<String>,
-    f1: Option<Worth>,
+    then: Option<f64>,
 }
 
 /// The numbers of the candidates of a set.
@@ -226,11 +271,13 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
     let path = folder.path().join("study.toml");
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
     let (mut some, mut none, mut refused, mut cheaper, mut dear, mut bound) = (0, 0, 0, 0, 0, 0);
+    let (mut ties, mut decided) = (0, [0; 4]);
     for case in 0..cases(60, 500) {
         // Until all kinds were met.
         if case >= cases(12, 500)
             && [some, none, cheaper, dear].into_iter().min() > Some(2)
-            && refused.min(bound) > 0
+            && refused.min(bound).min(ties) > 0
+            && decided[1..].iter().all(|&one| one > 0)
         {
             break;
         }
@@ -251,7 +298,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         let all = allowed(&Purchase { disturb: None, ..purchase.clone() });
         let judged = all.into_iter().map(|set| (judged(&set), set));
         let mut judged: Vec<JudgedSet> =
-            judged.map(|((missed, f1), set)| JudgedSet { set, missed, f1 }).collect();
+            judged.map(|((missed, then), set)| JudgedSet { set, missed, then }).collect();
         let lowest = |judged: &[JudgedSet]| {
             judged.iter().filter(|one| one.missed.is_empty()).map(|one| cost_of(&one.set)).min()
         };
@@ -260,8 +307,8 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         judged.retain(|one| allowed.contains(&one.set));
         let cost = lowest(&judged);
         let passing = judged.iter().filter(|one| one.missed.is_empty());
-        let passing: Vec<(Vec<usize>, Option<Worth>)> =
-            passing.map(|one| (one.set.clone(), one.f1)).collect();
+        let passing: Vec<(Vec<usize>, Option<f64>)> =
+            passing.map(|one| (one.set.clone(), one.then)).collect();
         if let Some(set) = &found.set {
             let items = numbers_of(&study, purchasing.items(), set);
             assert!(
@@ -269,8 +316,14 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
                 "case {case}: {items:?} does not pass\n{text}"
             );
             let of_cost = passing.iter().filter(|(set, _)| Some(cost_of(set)) == cost);
-            let most = of_cost.filter_map(|(_, f1)| *f1).max().filter(|_| purchase.then.is_some());
-            assert_eq!(set.score, most.map(Worth::value), "case {case}\n{text}");
+            let most = of_cost.clone().filter_map(|(_, then)| *then).max_by(f64::total_cmp);
+            assert_eq!(set.score, most, "case {case}\n{text}");
+            let others = of_cost.clone().count() - 1;
+            let told = purchase.then.is_none().then_some(others.min(MOST_TIES));
+            assert_eq!(found.ties, told, "case {case}\n{text}");
+            ties += usize::from(purchase.then.is_none() && others > 0);
+            let is_less = of_cost.clone().any(|(_, then)| *then < most);
+            decided[kind_of(&purchase.then)] += usize::from(is_less);
         }
         let best = found.set.as_ref().map(|set| set.cost.thousandths());
         assert_eq!(best, cost, "case {case}: {passing:?}\n{text}");
@@ -292,8 +345,9 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let own = enough().find(|one| one.set == items).unwrap();
             assert_eq!(own.missed, point.missed, "case {case}");
             let of_cost = enough().filter(|one| Some(cost_of(&one.set)) == lowest);
-            let most = of_cost.filter_map(|one| one.f1).max().filter(|_| purchase.then.is_some());
-            assert_eq!(set.score, most.map(Worth::value), "case {case}, {least} of {count}\n{text}");
+            let most = of_cost.clone().filter_map(|one| one.then).max_by(f64::total_cmp);
+            decided[kind_of(&purchase.then)] += usize::from(of_cost.clone().any(|one| one.then < most));
+            assert_eq!(set.score, most, "case {case}, {least} of {count}\n{text}");
         }
         assert_eq!(numbers.next(), None, "case {case}");
         let if_disturbed = report.points.iter().find(|point| point.aim == AimReport::Disturbed);
@@ -311,6 +365,10 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             bound += usize::from(report.bound_by_disturb().is_some());
         }
         // Other code says the same, and refuses what is not so.
+        let is_worse = |&&(ref set, then): &&(Vec<usize>, Option<f64>)| {
+            Some(cost_of(set)) == cost && then < found.set.as_ref().and_then(|set| set.score)
+        };
+        let worse = passing.iter().find(is_worse).map(|(set, _)| set.clone());
         let input = purchasing.proof_input(&evidence, &|| None);
         let verify = |report: PurchaseReport| {
             let claims = PurchaseClaims::new(Path::new(""), report, input)?;
@@ -337,13 +395,38 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let error = verify(wrong).unwrap_err().to_string();
             assert!(error.contains("].disturbed: is ["), "case {case}: {error}");
         }
+        if let Some(set) = worse {
+            let cost = cost_of(&set);
+            let worth = match purchase.then {
+                Some(ThenScore::Nearness(_)) => {
+                    let squared = ways.iter().flat_map(|ways| ways.nearest(&ways.watched_by(&set)));
+                    squared.filter_map(|near| near.squared).min().map(worth_of_squared)
+                }
+                _ => judged.iter().find(|one| one.set == set).and_then(|one| one.then).map(Worth::Mean),
+            };
+            let best = Some(FoundPurchase { set, cost, worth });
+            let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
+            let mut wrong = report.clone();
+            let terms = Terms::from_study(&study);
+            wrong.points[0] = purchasing.point(AimReport::All, &terms, &answer, Vec::new());
+            let error = verify(wrong).unwrap_err().to_string();
+            let told = "points[0].best_of_cost: this set passes, costs no more and is better";
+            assert!(error.contains(told), "case {case}: {error}\n{text}");
+        }
+        if let Some(ties) = found.ties {
+            let mut wrong = report.clone();
+            wrong.points[0].ties = Some(if ties == MOST_TIES { 0 } else { ties + 1 });
+            let error = verify(wrong).unwrap_err().to_string();
+            assert!(error.contains("points[0].ties: is "), "case {case}: {error}\n{text}");
+        }
         let dearer = passing.iter().map(|(set, _)| set).find(|set| Some(cost_of(set)) > cost);
         if let Some(dearer) = dearer.filter(|_| purchase.then.is_none()) {
             let cost = cost_of(dearer);
             let best = Some(FoundPurchase { set: dearer.clone(), cost, worth: None });
             let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
             let mut wrong = report.clone();
-            wrong.points[0] = purchasing.point(AimReport::All, &answer, Vec::new());
+            wrong.points[0] =
+                purchasing.point(AimReport::All, &Terms::from_study(&study), &answer, Vec::new());
             let error = verify(wrong).unwrap_err().to_string();
             let told = "points[0].no_set_below: this set passes";
             assert!(error.contains(told), "case {case}: {error}: {:?}, {passing:?}\n{text}", report.main());
@@ -376,7 +459,8 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
                 let cost = cost_of(&dearer.set);
                 let best = Some(FoundPurchase { set: dearer.set.clone(), cost, worth: None });
                 let answer = CheapestAnswer { best, no_set_below: Some(cost), ..CheapestAnswer::NONE };
-                let wrong = purchasing.point(point.aim.clone(), &answer, Vec::new());
+                let terms = Terms::from_study(&study);
+                let wrong = purchasing.point(point.aim.clone(), &terms, &answer, Vec::new());
                 refuse(
                     PurchasePoint { missed: dearer.missed.clone(), ..wrong },
                     "no_set_below: this set passes",
@@ -390,7 +474,8 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         cheaper > 2 && dear > 2,
         "{cheaper} cost less or are there by a number of requirements, {dear} were refused"
     );
-    assert!(bound > 0, "{bound} were bound by disturb");
+    assert!(bound > 0 && ties > 0, "{bound} were bound by disturb, {ties} had others of the same cost");
+    assert!(decided[1..].iter().all(|&one| one > 0), "{decided:?} were decided by F1, overlap, distance");
 }
 
 /// Wherever a search is stopped, it reports that it is not complete, or has found everything.

@@ -8,7 +8,7 @@ use super::files::Chosen;
 use super::outcome::Outcome;
 use super::problem::{answer, examine, problem_of, wanted_counts};
 use super::refine::refine;
-use super::report::FrontReport;
+use super::report::{DisturbedReport, FrontReport};
 use super::verify::{Claims, Verified, verify};
 use perirobot_cover::CandidateEvidence;
 use perirobot_march::backend::factory::BackendFactory;
@@ -127,6 +127,17 @@ impl<'a> Choosing<'a> {
                 return Ok(None);
             }
             ending = SearchEnding::NotSearched(why);
+        }
+        if self.choose.disturb.is_some() && answer.complete {
+            // As if sensors might disturb each other: whether that they may not is what the answer lacks.
+            let free = Choose { disturb: None, ..self.choose.clone() };
+            let free = problem_of(self.study, &free, self.worlds, evidence);
+            let found = super::problem::answer(&free, progress)?;
+            report.if_disturbed = DisturbedReport::new(self.study, self.worlds, &problem, &found);
+            if let Some(why) = progress.stop_reason().filter(|_| !found.complete) {
+                report.stopped = true;
+                ending = SearchEnding::NotSearched(why);
+            }
         }
         evidence.was_read()?;
         if self.choose.refine && answer.complete {

@@ -38,7 +38,9 @@ pub(crate) use pairs::plain_camera::PlainCamera;
 pub use problem::{answer, problem_of, progress_of, wanted_counts};
 pub(crate) use problem::{candidates_of, odds_of, rules_of};
 pub use refine::{Refinement, refine};
-pub use report::{FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport};
+pub use report::{
+    DisturbedReport, FinePose, FrontReport, RefinedReport, SensorReport, SetReport, StepReport,
+};
 pub(crate) use verify::{
     AllowedSets, DisturbedPairs, SweptSets, is_written, pose_name, sweep_again, thousandths,
 };

@@ -4,7 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::ties::ties;
-use perirobot_cover::{Bound, CutProof, FoundSet, FrontAnswer, FrontStep, Problem, Worth};
+use super::verify::pose_name;
+use perirobot_cover::{Bound, CutProof, FoundSet, FrontAnswer, FrontStep, Problem, Ratio, Worth};
 use perirobot_study::input::Study;
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
@@ -24,12 +25,27 @@ pub struct FrontReport {
     /// proven of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refined: Option<Vec<RefinedReport>>,
+    /// The best set if sensors might disturb each other, if it is asked that they do not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub if_disturbed: Option<DisturbedReport>,
     /// Whether the search was stopped: larger sets, and cheaper ones, may be missing.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stopped: bool,
     /// Whether refining was stopped: more might have been gained.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub refining_stopped: bool,
+}
+
+/// The best set if sensors might disturb each other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DisturbedReport {
+    /// The set; nothing is said of its sensors.
+    #[serde(flatten)]
+    pub set: SetReport,
+    /// Whether no set is better.
+    pub proven: bool,
+    /// Which two of its sensors disturb each other, each as in `camera:wall/8/1`.
+    pub disturbed: Vec<[String; 2]>,
 }
 
 /// What was found around the best set of a size.
@@ -113,6 +129,7 @@ pub struct SetReport {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exactly: Option<[String; 2]>,
     /// What there is to say of each sensor.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<SensorReport>,
 }
 
@@ -166,6 +183,18 @@ impl FrontReport {
         self.steps.iter().find(|step| step.at_most == most)
     }
 
+    /// What would be the best set if sensors might disturb each other, if it is better.
+    pub fn bound_by_disturb(&self) -> Option<&DisturbedReport> {
+        let (if_disturbed, best) = (self.if_disturbed.as_ref()?, &self.best()?.best);
+        let ratio =
+            |set: &SetReport| set.fraction().map(|(numerator, denominator)| Ratio { numerator, denominator });
+        let is_better = match (ratio(&if_disturbed.set), ratio(best)) {
+            (Some(one), Some(other)) => one > other,
+            _ => if_disturbed.set.score > best.score,
+        };
+        (is_better && !if_disturbed.disturbed.is_empty()).then_some(if_disturbed)
+    }
+
     /// All sets, each once.
     pub(crate) fn sets(&self) -> impl Iterator<Item = &SetReport> {
         let refined = || self.refined.iter().flatten().filter_map(|refined| refined.best.as_ref());
@@ -193,9 +222,34 @@ impl FrontReport {
             steps,
             ties: ties.iter().map(|found| teller.set(found)).collect(),
             refined: None,
+            if_disturbed: None,
             stopped: !answer.complete,
             refining_stopped: false,
         }
+    }
+}
+
+impl DisturbedReport {
+    /// The best set of a search in which sensors may disturb each other; `problem` is the one in which they may not.
+    pub(super) fn new(
+        study: &Study,
+        worlds: &[World],
+        problem: &Problem,
+        answer: &FrontAnswer,
+    ) -> Option<DisturbedReport> {
+        let report = FrontReport::new(study, worlds, problem, answer);
+        let StepReport { best: set, proven, .. } = report.best()?;
+        let items = &problem.evidence.items;
+        let item = |name: &String| items.iter().position(|&item| pose_name(study, item) == *name);
+        let own: Vec<usize> = set.poses.iter().filter_map(item).collect();
+        let rules = &problem.rules;
+        let hang_there = |a, b| rules.always.contains(&a) && rules.always.contains(&b);
+        let pairs =
+            own.iter().enumerate().flat_map(|(number, &a)| own[number + 1..].iter().map(move |&b| (a, b)));
+        let disturbed = pairs.filter(|&(a, b)| !hang_there(a, b) && !rules.may_join(&[a], b));
+        let disturbed = disturbed.map(|(a, b)| [a, b].map(|item| pose_name(study, items[item]))).collect();
+        let set = SetReport { sensors: Vec::new(), ..set.clone() };
+        Some(DisturbedReport { set, proven: *proven, disturbed })
     }
 }
 

@@ -1,11 +1,13 @@
 //! One set that was not swept, judged.
 
 use super::cases::Conditions;
+use super::counting::{count_cases, count_plan};
 use super::draws::Draws;
 use super::judged::JudgedSet;
+use super::measuring::measure_cases;
+use super::near::SharedGround;
 use super::scope::counted_conditions;
 use super::what_if::WhatIf;
-use crate::approach::Ground;
 use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::{BackendChoice, BackendFactory, ChosenBackends, Fallback};
@@ -40,47 +42,49 @@ pub fn judge_set<'a>(
     backends: &mut dyn BackendFactory,
     progress: &dyn Progress,
 ) -> Result<JudgedSet<'a>> {
-    let what_if = WhatIf::new(study, worlds, choice);
-    let grounds = what_if.grounds()?;
-    let planned = what_if.count_plan(&Subject::from_study(study, worlds), backends, progress)?;
+    let what_if = [WhatIf::new(study, worlds, choice)];
+    let grounds = SharedGround::of_choices(&what_if)?;
+    let subject = Subject::from_study(study, worlds);
+    let mut conditions = [count_plan(&what_if[0], &subject, backends, progress)?];
     let asked = counted_conditions(study);
     let open = || ChosenBackends::open(&BackendChoice::default()).map(|(backends, _)| backends);
-    let (conditions, _) = what_if.add_cases(planned, &asked, &grounds, (Some(backends), &open), progress)?;
+    add_cases(&what_if, &mut conditions, (&asked, &grounds), (Some(backends), &open), progress)?;
+    let [conditions] = conditions;
     Ok(JudgedSet::not_swept((study, worlds), choice, conditions))
 }
 
-impl<'a> WhatIf<'a> {
-    /// What was counted as planned, with the cases of some conditions, how near bodies come in each, and what a controller
-    /// would measure; and the mounts that were drawn, if any were. Without backends nothing but the plan is counted.
-    ///
-    /// # Errors
-    /// Those of [`WhatIf::count`], [`WhatIf::come_near`] and [`WhatIf::measure`].
-    pub(super) fn add_cases(
-        &self,
-        mut conditions: Conditions,
-        asked: &[Condition],
-        grounds: &[Ground],
-        (mut backends, open): (Option<&mut dyn BackendFactory>, &dyn Fn() -> Result<ChosenBackends>),
-        progress: &dyn Progress,
-    ) -> Result<(Conditions, Option<Draws>)> {
-        let drawn = match &mut backends {
-            Some(backends) if !asked.is_empty() => self.count(asked, &mut conditions, *backends, progress)?,
-            _ => None,
-        };
-        self.come_near(grounds, &mut conditions, drawn.as_ref(), progress)?;
-        if self.study.stopping.is_some() {
-            let mut own;
-            let backends: &mut dyn BackendFactory = match backends {
-                Some(backends) => backends,
-                None => {
-                    own = open()?;
-                    &mut own
-                }
-            };
-            let mut backend = backends.open(Fallback::None)?;
-            self.measure(&mut conditions, drawn.as_ref(), &mut *backend, progress)?;
-            backends.take_back(backend);
-        }
-        Ok((conditions, drawn))
+/// Adds to what was counted of choices as planned the cases of some conditions, how near bodies come in each, and what a
+/// controller would measure: what choices have in common is done once. The mounts that were drawn are the answer, if any
+/// were. Without backends nothing but the plan is counted.
+///
+/// # Errors
+/// Those of [`count_cases`], [`SharedGround::come_near`] and [`measure_cases`].
+pub(super) fn add_cases(
+    what_ifs: &[WhatIf],
+    conditions: &mut [Conditions],
+    (asked, grounds): (&[Condition], &[SharedGround]),
+    (mut backends, open): (Option<&mut dyn BackendFactory>, &dyn Fn() -> Result<ChosenBackends>),
+    progress: &dyn Progress,
+) -> Result<Option<Draws>> {
+    let drawn = match &mut backends {
+        Some(backends) if !asked.is_empty() => count_cases(what_ifs, asked, conditions, *backends, progress)?,
+        _ => None,
+    };
+    for ground in grounds {
+        ground.come_near(what_ifs, conditions, drawn.as_ref(), progress)?;
     }
+    if what_ifs.first().is_some_and(|what_if| what_if.study.stopping.is_some()) {
+        let mut own;
+        let backends: &mut dyn BackendFactory = match backends {
+            Some(backends) => backends,
+            None => {
+                own = open()?;
+                &mut own
+            }
+        };
+        let mut backend = backends.open(Fallback::None)?;
+        measure_cases(what_ifs, conditions, drawn.as_ref(), &mut *backend, progress)?;
+        backends.take_back(backend);
+    }
+    Ok(drawn)
 }

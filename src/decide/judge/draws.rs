@@ -81,6 +81,17 @@ impl Draws {
         Ok(Draws { study: drawn, worlds, mounts, kept, draws: error.draws })
     }
 
+    /// Fails if each draw of each mount among some members is as planned.
+    pub(super) fn check_some_move(&self, study: &Study, members: &[[usize; 3]]) -> Result<()> {
+        let own = members.iter().map(|&[sensor, candidate, _]| [sensor, candidate]);
+        let own: Vec<[usize; 2]> = own.filter(|mount| self.mounts.contains(mount)).collect();
+        let is_kept = |mount: &[usize; 2]| (0..self.draws).all(|draw| self.keeps(*mount, draw));
+        match !own.is_empty() && own.iter().all(is_kept) {
+            true => Err(nothing_moves(study, &own)),
+            false => Ok(()),
+        }
+    }
+
     /// Whether a mount is as planned in a draw, since none was possible.
     pub(super) fn keeps(&self, mount: [usize; 2], draw: u32) -> bool {
         self.kept.binary_search(&(mount, draw)).is_ok()

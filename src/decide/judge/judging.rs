@@ -4,16 +4,19 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use super::alone::add_cases;
 use super::cases::Conditions;
+use super::counting::count_plan;
 use super::draws::Draws;
 use super::judge_json::Verdicts;
 use super::judged::JudgedSet;
+use super::near::SharedGround;
 use super::postures::check_postures;
 use super::scope::counted_conditions;
 use super::speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 use super::table::{conditions_csv, requirements_csv};
 use super::what_if::WhatIf;
-use crate::approach::{Ground, fusion_warning};
+use crate::approach::fusion_warning;
 use crate::controller::{MeasuredMoment, separation_csv};
 use crate::view::Choice;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends};
@@ -34,7 +37,7 @@ pub struct Judging<'a> {
     results: &'a Results,
     choices: &'a [Choice],
     what_ifs: Vec<WhatIf<'a>>,
-    grounds: Vec<Vec<Ground<'a>>>,
+    grounds: Vec<SharedGround<'a>>,
     at_speeds: Vec<AtEachSpeed>,
     /// What its user may not expect.
     pub warnings: Vec<String>,
@@ -46,8 +49,8 @@ pub struct Judging<'a> {
 pub struct JudgeResult<'a> {
     /// Each choice with its verdicts.
     pub sets: Vec<JudgedSet<'a>>,
-    /// Of each choice the mounts as they were drawn, if they were.
-    draws: Vec<Draws>,
+    /// The mounts of all choices as they were drawn, if they were.
+    draws: Option<Draws>,
     /// What is wrong with where people of `[postures]` stand.
     pub warnings: Vec<String>,
 }
@@ -84,9 +87,9 @@ impl<'a> Judging<'a> {
         choices: &'a [Choice],
     ) -> Result<Judging<'a>> {
         let what_ifs: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
-        let grounds: Vec<Vec<Ground>> = what_ifs.iter().map(WhatIf::grounds).collect::<Result<_>>()?;
-        let near = choices.iter().zip(&grounds).filter(|(_, grounds)| !grounds.is_empty());
-        let fused: BTreeSet<String> = near.filter_map(|(choice, _)| fusion_warning(study, choice)).collect();
+        let grounds = SharedGround::of_choices(&what_ifs)?;
+        let near = choices.iter().filter(|_| !grounds.is_empty());
+        let fused: BTreeSet<String> = near.filter_map(|choice| fusion_warning(study, choice)).collect();
         let at_speeds = at_each_speed(study);
         let mut cut_off = cut_off(study, worlds, &at_speeds);
         cut_off.extend(check_postures(study, worlds)?);
@@ -97,11 +100,9 @@ impl<'a> Judging<'a> {
     /// How many cases there are to count, each in each snapshot and repeat.
     pub fn total(&self) -> u64 {
         let asked = counted_conditions(self.study);
-        let each = self.what_ifs.iter().zip(&self.grounds);
-        let of_one = |(what_if, grounds): (&WhatIf, &Vec<Ground<'a>>)| {
-            what_if.total(&asked) + what_if.total_near(grounds) + what_if.total_measured()
-        };
-        each.map(of_one).sum()
+        let near: u64 = self.grounds.iter().map(|ground| ground.total(&self.what_ifs)).sum();
+        let of_one = |what_if: &WhatIf| what_if.total(&asked) + what_if.total_measured();
+        near + self.what_ifs.iter().map(of_one).sum::<u64>()
     }
 
     /// Counts all cases, and decides. Backends are opened where they are needed.
@@ -118,31 +119,31 @@ impl<'a> Judging<'a> {
         let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
         let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
         let mut backends = counts.then(open).transpose()?;
-        let (mut sets, mut all_draws) = (Vec::new(), Vec::new());
-        for ((choice, what_if), grounds) in self.choices.iter().zip(&self.what_ifs).zip(&self.grounds) {
-            let conditions = match &mut backends {
-                Some(backends) if !is_swept(choice) => {
-                    what_if.count_plan(self.results, backends, progress)?
-                }
+        let mut conditions: Vec<Conditions> = Vec::new();
+        for (choice, what_if) in self.choices.iter().zip(&self.what_ifs) {
+            conditions.push(match &mut backends {
+                Some(backends) if !is_swept(choice) => count_plan(what_if, self.results, backends, progress)?,
                 _ => Conditions::from_results(self.study, self.results, choice)?,
-            };
-            let (conditions, drawn) = what_if.add_cases(
-                conditions,
-                &asked,
-                grounds,
-                (backends.as_mut().map(|backends| backends as &mut dyn BackendFactory), open),
-                progress,
-            )?;
-            all_draws.extend(drawn);
-            sets.push(match is_swept(choice) {
-                true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),
-                false => JudgedSet::not_swept((self.study, self.worlds), choice, conditions),
             });
         }
+        let asked = (&asked[..], &self.grounds[..]);
+        let draws = add_cases(
+            &self.what_ifs,
+            &mut conditions,
+            asked,
+            (backends.as_mut().map(|backends| backends as &mut dyn BackendFactory), open),
+            progress,
+        )?;
+        let each = self.choices.iter().zip(conditions);
+        let judged = each.map(|(choice, conditions)| match is_swept(choice) {
+            true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),
+            false => JudgedSet::not_swept((self.study, self.worlds), choice, conditions),
+        });
+        let sets: Vec<JudgedSet> = judged.collect();
         // Who stands where is the same for each choice.
         let stood = sets.first().map_or(&[][..], |set| set.conditions.cases(Condition::Postures));
         let warnings = stood.iter().flat_map(|case| case.warnings.clone()).collect();
-        Ok(JudgeResult { sets, draws: all_draws, warnings })
+        Ok(JudgeResult { sets, draws, warnings })
     }
 
     /// The sets of which something is asked at each speed of the robot, with the verdicts there.
@@ -160,7 +161,7 @@ impl<'a> Judging<'a> {
     pub fn write(&self, folder: &Path, judged: &JudgeResult<'_>) -> Result<Verdicts> {
         let JudgeResult { sets, draws, .. } = judged;
         // A file of poses is of one choice.
-        if let ([draws], [_]) = (draws.as_slice(), self.choices) {
+        if let (Some(draws), [_]) = (draws, self.choices) {
             draws.write(folder)?;
         }
         let speeds = self.speeds(sets);

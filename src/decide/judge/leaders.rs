@@ -7,6 +7,7 @@ use super::cases::counts;
 use super::value::Value;
 use super::verdict::counted_value;
 use crate::choose::Chosen;
+use crate::purchased_sets::are_results_of_purchase;
 use crate::view::Choice;
 use crate::view::names::unknown;
 use perirobot_march::error::{Argument, Issue, Words};
@@ -26,14 +27,16 @@ pub struct LeaderScope<'a> {
 /// A choice with its values, a value for each requirement that is counted.
 type Valued = (Choice, Vec<Option<Value>>);
 
-/// The sets in a folder of results, if they are those that `choose` put there.
+/// The sets in a folder of results, if they are those that `choose` put there: the best by a score, or the cheapest that
+/// pass.
 ///
 /// # Errors
-/// Those of [`Chosen::read`].
+/// Those of [`Chosen::read`], and of `cheapest.json`.
 pub fn chosen_sets(folder: &Path, results: &Results) -> Result<Option<Vec<Choice>>> {
     let of_set = |combination| Choice { combination, choice: 0, representation: 0, repeat: 0 };
-    let chosen = Chosen::read(folder)?.filter(|chosen| chosen.is_of(results));
-    Ok(chosen.map(|_| (0..results.combinations.len()).map(of_set).collect()))
+    let is_chosen = Chosen::read(folder)?.is_some_and(|chosen| chosen.is_of(results))
+        || are_results_of_purchase(folder, results)?;
+    Ok(is_chosen.then(|| (0..results.combinations.len()).map(of_set).collect()))
 }
 
 /// The choices that meet most requirements as planned, this many, the best first. Of those that meet equally many,

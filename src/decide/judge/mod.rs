@@ -9,8 +9,8 @@
 //!
 //! # Practice
 //! - Cases: `scope` has the conditions that a study asks for, `cases` the counts of each case, `alteration` what is
-//!   different in it. `what_if` makes them by leaving sensors out, by `draws` of mounts and by `postures` of people;
-//!   `alter` makes one a study of its own.
+//!   different in it. `what_if` is a choice, `counting` makes its cases by leaving sensors out, by `draws` of mounts and by
+//!   `postures` of people; `alter` makes one a study of its own. What choices have in common is done once.
 //! - What is added to each case: `near` adds how near bodies come, `measuring` what a [`controller`](crate::controller)
 //!   would measure.
 //! - Verdicts: `value` compares scores, `verdict` decides, `speed` decides at each speed of the robot, `spread` sums up
@@ -25,6 +25,7 @@ mod alter;
 mod alteration;
 mod cases;
 mod cheapest;
+mod counting;
 mod draws;
 mod judge_json;
 mod judged;
@@ -49,6 +50,7 @@ pub use alter::alter;
 pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
 pub use cheapest::cheapest;
+pub use counting::count_cases;
 pub use draws::Draws;
 pub use judge_json::{
     AllowedSpeed, ConditionScore, JsonNumber, RequirementVerdict, SetVerdicts, Verdicts, WorstPlace,
@@ -57,6 +59,7 @@ pub use judged::JudgedSet;
 pub use judging::{JudgeResult, Judging, forget, requires_something};
 pub use junit::junit_xml;
 pub use leaders::{LeaderScope, chosen_sets, leaders};
+pub use measuring::measure_cases;
 pub use near::nearest_approaches;
 pub(crate) use near::passages;
 pub use postures::check_postures;

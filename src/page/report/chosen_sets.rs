@@ -2,7 +2,9 @@
 
 use super::table::{NONE, Table};
 use super::wording::count;
-use perirobot_decide::choose::{AskedScore, ChooseQuestion, Chosen, RefinedReport, SetReport, StepReport};
+use perirobot_decide::choose::{
+    AskedScore, ChooseQuestion, Chosen, DisturbedReport, RefinedReport, SetReport, StepReport,
+};
 use perirobot_march::metrics::{Across, Score};
 use perirobot_study::input::Disturb;
 
@@ -79,6 +81,27 @@ pub(super) fn reading_guide(chosen: &Chosen) -> String {
         "bound: no set of at most so many sensors{costs} has a higher {score}; {of}.\n\
          gain: by how much it is above the best set of fewer sensors{costs}.\n"
     )
+}
+
+/// Whether a better set exists if sensors might disturb each other, and which of its sensors do.
+pub(super) fn describe_disturb(chosen: &Chosen) -> String {
+    let report = &chosen.report;
+    match (report.bound_by_disturb(), &report.if_disturbed) {
+        (Some(DisturbedReport { set, disturbed, .. }), _) => {
+            let pairs: Vec<String> = disturbed.iter().map(|[a, b]| format!("{a} and {b}")).collect();
+            format!(
+                "disturb binds: if sensors might disturb each other, {} would have {}; in it {} do\n",
+                set.name(),
+                describe_score(chosen, set),
+                pairs.join(", ")
+            )
+        }
+        (None, Some(one)) if one.proven => "disturb does not bind: no set that it forbids is better\n".into(),
+        (None, Some(_)) => {
+            "whether disturb binds is not proven: no better set that it forbids was found\n".into()
+        }
+        (None, None) => String::new(),
+    }
 }
 
 /// The unit of all costs, if the study says so.

@@ -2,9 +2,12 @@
 
 use super::chosen_sets::{Spelling, describe_limits};
 use super::wording::count;
-use perirobot_decide::cheapest::{AimReport, AskedThen, PurchasePoint, PurchaseQuestion, PurchaseReport};
+use perirobot_decide::cheapest::{
+    AimReport, MOST_TIES, PurchasePoint, PurchaseQuestion, PurchaseReport, PurchasedSet,
+};
 use perirobot_decide::judge::{AllowedSpeed, SetVerdicts};
 use perirobot_study::input::PurchaseFront;
+use perirobot_study::sensor::Cost;
 
 /// What was asked, in a sentence.
 pub(super) fn question(report: &PurchaseReport, spelling: &Spelling) -> String {
@@ -17,9 +20,15 @@ pub(super) fn question(report: &PurchaseReport, spelling: &Spelling) -> String {
         count(*at_most, "sensor"),
         describe_limits(budget, *apart_m, *disturb, always)
     );
-    if let Some(AskedThen { score, over, region }) = then {
-        let (score, over) = ((spelling.score)(*score), (spelling.over)(*over));
-        text += &format!(", of equally cheap ones the one with the best {score} ({over}) in region {region}");
+    if let Some(then) = then {
+        let best = match then.counted() {
+            Some((score, region)) => {
+                let (score, over) = ((spelling.score)(score), (spelling.over)(then.over));
+                format!("{score} ({over}) in region {region}")
+            }
+            None => then.score.clone(),
+        };
+        text += &format!(", of equally cheap ones the one with the best {best}");
     }
     let sensors: Vec<&str> = sensors.keys().map(String::as_str).collect();
     text += &format!("; among {} poses of {}", report.candidates, sensors.join(", "));
@@ -46,12 +55,18 @@ pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String
     };
     let size = format!("{} for {}", count(set.sensors.len(), "sensor"), report.amount(set.cost));
     let verdicts = judged.map_or(String::new(), |judged| {
-        let passed = judged.requirements.iter().filter(|verdict| verdict.is_met).count();
-        format!(" pass {passed} of {} verdicts", judged.requirements.len())
+        let [met, all] = count_met(judged);
+        format!(
+            " {} {met} of {}",
+            if set.sensors.len() == 1 { "meets" } else { "meet" },
+            count(all, "requirement")
+        )
     });
-    let speed = judged
-        .and_then(|judged| judged.allowed_speed)
-        .map_or(String::new(), |speed| format!("; {}", describe_speed(speed)));
+    let speed = judged.and_then(|judged| judged.allowed_speed).map_or(String::new(), |speed| {
+        let next = dearer_speed(report, speed.m_s)
+            .map_or(String::new(), |(next, cost)| format!(", and at {next} m/s for {}", report.amount(cost)));
+        format!("; {}{next}", describe_speed(speed))
+    });
     let nearest = match report.main().set {
         Some(_) => "",
         None if report.main().proven => "no allowed set passes all; ",
@@ -65,6 +80,25 @@ pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String
         format!("; {speed} m/s is impossible with these places{limits}: {why}")
     });
     format!("{nearest}{size}{verdicts}{speed}{next}")
+}
+
+/// How many of the requirements on a set are met under all of their conditions, and how many there are.
+fn count_met(judged: &SetVerdicts) -> [usize; 2] {
+    let of_names = judged.requirements.chunk_by(|one, next| one.requirement == next.requirement);
+    let met = of_names.clone().filter(|own| own.iter().all(|verdict| verdict.is_met)).count();
+    [met, of_names.count()]
+}
+
+/// The cost of the cheapest set for the next speed above the one that a set allows, and the highest speed for that.
+fn dearer_speed(report: &PurchaseReport, allowed_m_s: Option<f64>) -> Option<(f64, Cost)> {
+    let faster = report.points.iter().filter_map(|point| match (&point.aim, &point.set) {
+        (AimReport::Speed(speed), Some(set)) if allowed_m_s.is_none_or(|allowed| *speed > allowed) => {
+            Some((*speed, set.cost))
+        }
+        _ => None,
+    });
+    let (_, cost) = faster.clone().next()?;
+    faster.take_while(|(_, other)| *other == cost).last()
 }
 
 /// How fast the robot may run, in words.
@@ -86,12 +120,19 @@ fn impossible_speed(report: &PurchaseReport) -> Option<(f64, &str)> {
 /// What is proven of the answer, and what is not.
 pub fn describe_proof(report: &PurchaseReport) -> String {
     let PurchasePoint { set, no_set_below, proven, tested, .. } = report.main();
-    let ways = report.ways_in.len();
-    let by = format!("{tested} sets tested, {ways} ways in");
-    match (set, no_set_below, proven) {
-        (Some(_), _, true) => {
-            format!("proven: no cheaper set of the {} listed places passes ({by})", report.candidates)
+    let by = match tested {
+        0 => "nothing had to be tested: what is required rules out every set".into(),
+        _ if report.ways_in.is_empty() => format!("{} tested", count(*tested as usize, "set")),
+        _ => {
+            format!("{} tested, {} in", count(*tested as usize, "set"), count(report.ways_in.len(), "way"))
         }
+    };
+    match (set, no_set_below, proven) {
+        (Some(_), _, true) => format!(
+            "proven: no cheaper set of the {} listed places passes ({by}){}",
+            report.candidates,
+            describe_ties(report)
+        ),
         (Some(set), Some(bound), false) => {
             format!(
                 "stopped: a cheaper set may pass, but none below {}; this one costs {} ({by})",
@@ -104,6 +145,29 @@ pub fn describe_proof(report: &PurchaseReport) -> String {
         }
         (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", report.amount(*bound)),
         (_, None, _) => format!("stopped ({by})"),
+    }
+}
+
+/// How many other sets cost the same, or how sure it is that none of them is better.
+fn describe_ties(report: &PurchaseReport) -> String {
+    let PurchasePoint { ties, compared, best_of_cost, .. } = report.main();
+    match (ties, &report.asked.then) {
+        (Some(0), _) => "; no other set of this cost passes".into(),
+        (Some(ties), _) => {
+            let (more, cost) = match *ties {
+                1 => ("", "set costs the same and passes"),
+                MOST_TIES => (" or more", "sets cost the same and pass"),
+                _ => ("", "sets cost the same and pass"),
+            };
+            format!("; {ties}{more} other {cost}")
+        }
+        (None, Some(then)) if *best_of_cost => format!("; no set of this cost has a better {}", then.score),
+        (None, Some(then)) => {
+            let compared =
+                compared.map_or(String::new(), |compared| format!(" of the {compared} that were compared"));
+            format!("; others of this cost may have a better {}: this is the best{compared}", then.score)
+        }
+        (None, None) => String::new(),
     }
 }
 
@@ -157,6 +221,29 @@ pub(super) fn describe_recommended(report: &PurchaseReport) -> String {
             }
             None => "the set that comes nearest".into(),
         },
+    }
+}
+
+/// What a set costs, and how much less that is than the cheapest for all requirements, if fewer are asked.
+pub(super) fn describe_cost(report: &PurchaseReport, aim: &AimReport, set: &PurchasedSet) -> String {
+    let (cost, whole) = (set.cost, report.main().set.as_ref().map(|set| set.cost));
+    let less = whole.map(|whole| whole.thousandths().saturating_sub(cost.thousandths()));
+    match (aim, less) {
+        (AimReport::Without(_) | AimReport::Number(_), Some(0)) => {
+            format!("{} (saves nothing)", report.amount(cost))
+        }
+        (AimReport::Without(_) | AimReport::Number(_), Some(less)) => {
+            format!("{} ({} less)", report.amount(cost), report.amount(Cost::from_thousandths(less)))
+        }
+        _ => report.amount(cost),
+    }
+}
+
+/// What a recommended set is called: one that misses something is none.
+pub(super) fn describe_heading(report: &PurchaseReport) -> &'static str {
+    match report.main().set {
+        Some(_) => "Recommended",
+        None => "Nearest set (does not pass)",
     }
 }
 

@@ -356,7 +356,8 @@ class Study:
         All sensors need a cost. If nothing passes, that is no error: :attr:`Purchase.reasons` says why.
 
         :param out: folder for the files that ``perirobot choose`` writes; a temporary one by default. Other commands take it.
-        :param keys: keys of ``[choose]`` instead of the study's: ``at_most=4``, ``budget=5000``, ``front="speed"``, ``then="f1"``.
+        :param keys: keys of ``[choose]`` instead of the study's: ``at_most=4``, ``budget=5000``, ``front="speed"``, ``then="f1"``,
+            ``then="nearest_unnoticed_m"``.
         :raises ValueError: if nothing is required, or what is asked is wrong.
         """
         purchase = Purchase(self, {"objective": "cost", **keys}, out)
@@ -366,14 +367,14 @@ class Study:
 
     def judge(
         self,
-        best: Best,
+        best: Best | Purchase,
         *,
         backend: Backend = "auto",
         adapter: str | None = None,
         threads: int | None = None,
         progress: bool = True,
     ) -> pandas.DataFrame:
-        """Decides which of the best sets meet the requirements of the study, also with sensors dead and mounts off where they ask for that.
+        """Decides which of the best sets, or of the cheapest, meet the requirements of the study, also with sensors dead and mounts off where they ask for that.
 
         Does what ``perirobot judge`` does, and writes the same tables into the folder of the sets. Needs pandas.
 

@@ -8,6 +8,7 @@ use glam::DVec3;
 use perirobot_march::error::{Issue, Site, Words};
 use perirobot_march::{Error, Result};
 use perirobot_scene::shell::is_hidden;
+use perirobot_scene::spelling::nearest;
 
 /// The largest coordinate in a file; larger numbers are typing errors, infinities or NaN.
 pub(crate) const FARTHEST_M: f64 = 1e6;
@@ -47,6 +48,13 @@ impl<'a> Place<'a> {
         }
         .with_place(self.file)
         .into()
+    }
+
+    /// A name that is not one of those that are known; `what` says what it must be.
+    pub(crate) fn unknown_name(&self, key: &str, name: &str, what: &str, known: &[&str]) -> Error {
+        let near = nearest(name, known.iter().copied());
+        let near = near.map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+        self.wrong(key, format!("{name:?}"), &format!("must be {what}: {known:?}{near}"))
     }
 
     /// The error for something that is missing or given twice.

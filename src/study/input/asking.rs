@@ -23,6 +23,7 @@ impl Study {
         let at = Place::new(&self.path);
         let known = choose::ChooseNames {
             fusion: file.fusion,
+            currency: self.currency.as_deref(),
             regions: &self.regions,
             sensors: &self.sensors,
             has_requirements: !self.requirements.is_empty(),

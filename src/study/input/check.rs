@@ -78,6 +78,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     combination::check_rows(at, &combinations, &sensors, per_choice).map_err(|e| vec![e])?;
     let known = choose::ChooseNames {
         fusion: file.fusion,
+        currency: file.currency.as_deref(),
         regions: &regions,
         sensors: &sensors,
         has_requirements: !demands.requirements.is_empty(),

@@ -2,17 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+
+mod purchase;
 
 use super::disturb::{self, Disturb};
-use super::stopping::EXAMPLE;
-use super::{Counted, RegionSpec, region};
+use super::require::ApproachScore;
+use super::{RegionSpec, region};
 use crate::diagnostics::{Place, Problems};
 use crate::sensor::{Cost, Sensor};
 use perirobot_march::backend::Fusion;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::{Error, Result};
+use perirobot_scene::spelling::nearest;
+pub(super) use purchase::usual;
+pub use purchase::{Purchase, PurchaseFront, ThenScore};
 
 /// Most sensors of a set.
 const MOST_SENSORS: u32 = 16;
@@ -25,7 +30,7 @@ pub(super) struct ChooseFile {
     /// What is looked for: the set with the highest score of so many sensors, or with "cost" the cheapest set that passes
     /// all `[[require]]`. Default "cost" if the study has `[[require]]` and costs.
     objective: Option<ObjectiveName>,
-    /// With "cost": the score that is to be high among sets that pass and cost the same.
+    /// With "cost": the score that decides among sets that pass and cost the same, as the set has it as planned.
     then: Option<ObjectiveName>,
     /// With "cost": of what else the cheapest set is looked for: of each speed of `[stopping]`, or of all requirements but
     /// one, and of each number of them.
@@ -34,8 +39,7 @@ pub(super) struct ChooseFile {
     region: Option<String>,
     /// Of which counts it is the score: of those of all scenes, snapshots and repeats together, or the worst or
     /// the mean of theirs. Default "pooled".
-    #[serde(default)]
-    over: AcrossName,
+    over: Option<AcrossName>,
     /// How many sensors a set may have, at most 16. With "cost" the default is 16.
     at_most: Option<u32>,
     /// What a set may cost; all sensors then need a cost.
@@ -43,7 +47,8 @@ pub(super) struct ChooseFile {
     /// How far two sensors of a set must be from each other, in metres. Default 0.
     #[serde(default)]
     apart_m: f64,
-    /// Sensors that emit one kind of light may not disturb each other: when they do. Default: they may.
+    /// Sensors that emit one kind of light may not disturb each other: when they do, as in
+    /// `{ apart_deg = 30, overlap = 0.2 }`. Default: they may.
     disturb: Option<Disturb>,
     /// What hangs there already and is in every set: names of sensors and poses, as in "camera:wall/1/0".
     #[serde(default)]
@@ -74,7 +79,7 @@ struct RequireFile {
 }
 
 /// What a set can be chosen by.
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 enum ObjectiveName {
@@ -87,10 +92,16 @@ enum ObjectiveName {
     Cost,
     /// Only of sets that pass and cost the same: less is better.
     Unknown,
+    /// Only of sets that pass and cost the same.
+    SeenTwice,
+    /// Only of sets that pass and cost the same, the worst of all bodies and entries; without a region.
+    NearestUnnoticedM,
+    /// The same, beyond what people must keep.
+    ApproachMarginM,
 }
 
 impl ObjectiveName {
-    /// The score; none for the cost.
+    /// The score of counts, if it is one.
     fn score(self) -> Option<Score> {
         match self {
             ObjectiveName::F1 => Some(Score::F1),
@@ -99,8 +110,33 @@ impl ObjectiveName {
             ObjectiveName::PeopleDetected => Some(Score::PeopleDetected),
             ObjectiveName::PartsDetected => Some(Score::PartsDetected),
             ObjectiveName::Unknown => Some(Score::Unknown),
-            ObjectiveName::Cost => None,
+            ObjectiveName::SeenTwice => Some(Score::SeenTwice),
+            ObjectiveName::Cost | ObjectiveName::NearestUnnoticedM | ObjectiveName::ApproachMarginM => None,
         }
+    }
+
+    /// As in a study.
+    fn name(self) -> &'static str {
+        match (self.score(), self.nearness()) {
+            (Some(score), _) => score.name(),
+            (_, Some(score)) => score.name(),
+            (None, None) => "cost",
+        }
+    }
+
+    /// The score of bodies that come near, if it is one.
+    fn nearness(self) -> Option<ApproachScore> {
+        match self {
+            ObjectiveName::NearestUnnoticedM => Some(ApproachScore::NearestUnnoticedM),
+            ObjectiveName::ApproachMarginM => Some(ApproachScore::ApproachMarginM),
+            _ => None,
+        }
+    }
+
+    /// Whether a search for the best set maximises it.
+    fn is_maximised(self) -> bool {
+        let counted = self.score().filter(|score| !score.less_is_better());
+        counted.is_some_and(|score| score != Score::SeenTwice)
     }
 }
 
@@ -177,40 +213,6 @@ impl Wanted {
     }
 }
 
-/// Of what else than all requirements the cheapest set is looked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum PurchaseFront {
-    /// Of the requirements at each speed of the robot.
-    Speed,
-    /// Of all requirements but one, for each, and of each number of them.
-    Requirements,
-}
-
-/// The cheapest set that passes all requirements of its study. Numbers are those of the study.
-#[derive(Clone, Debug)]
-pub struct Purchase {
-    /// What is to be high among sets that pass and cost the same.
-    pub then: Option<Counted>,
-    /// Of what else the cheapest set is looked for.
-    pub front: Option<PurchaseFront>,
-    /// How many sensors a set may have.
-    pub at_most: usize,
-    /// What a set may cost.
-    pub budget: Option<Cost>,
-    /// How far two sensors must be from each other.
-    pub apart_m: f64,
-    /// When sensors disturb each other that may not.
-    pub disturb: Option<Disturb>,
-    /// Sensor and candidate of what is in every set.
-    pub always: Vec<[usize; 2]>,
-    /// The representation in which each sensor is judged.
-    pub representations: Vec<usize>,
-    /// How the evidence of a set becomes one label a voxel: as the study says.
-    pub fusion: Fusion,
-}
-
 /// A score that a set must reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetRequirement {
@@ -225,37 +227,14 @@ pub struct SetRequirement {
 /// What the rest of the study says.
 pub(super) struct ChooseNames<'a> {
     pub(super) fusion: Fusion,
+    /// The unit of all costs.
+    pub(super) currency: Option<&'a str>,
     pub(super) regions: &'a [(String, RegionSpec)],
     pub(super) sensors: &'a [Sensor],
     /// Whether anything is required.
     pub(super) has_requirements: bool,
     /// Whether it is said how far people must be at which speed of the robot.
     pub(super) has_stopping: bool,
-}
-
-/// What a study without `[choose]` asks for: the cheapest set that passes, if it requires something and all sensors have
-/// costs.
-pub(super) fn usual(known: &ChooseNames) -> Option<Wanted> {
-    known.asks_for_cheapest().then(|| {
-        Wanted::Cheapest(Purchase {
-            then: None,
-            front: None,
-            at_most: MOST_SENSORS as usize,
-            budget: None,
-            apart_m: 0.0,
-            disturb: None,
-            always: Vec::new(),
-            representations: vec![0; known.sensors.len()],
-            fusion: known.fusion,
-        })
-    })
-}
-
-impl ChooseNames<'_> {
-    /// Whether the cheapest set that passes is what a study asks for that does not say.
-    fn asks_for_cheapest(&self) -> bool {
-        self.has_requirements && self.sensors.iter().all(|sensor| sensor.terms.cost.is_some())
-    }
 }
 
 pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result<Wanted, Vec<Error>> {
@@ -265,6 +244,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
     let score = objective.and_then(ObjectiveName::score);
     let is_cheapest = objective.is_some() && score.is_none();
     let region = problems.keep(score_region(&at, &file, known, score));
+    let then = problems.keep(purchase::then(&at, &file, region.flatten(), known));
     let at_most = problems.keep(at_most(&at, file.at_most, is_cheapest));
     problems.keep(at.number("apart_m", file.apart_m, 0.0..1e6, "a distance in metres, 0 or more"));
     let disturb = file.disturb.map(|disturb| disturb::check(&at, disturb, sensors)).transpose();
@@ -280,11 +260,11 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
         problems.keep(all_or_none_priced(&at, sensors));
     }
     if let (Some(Some(budget)), Some(always)) = (budget, &always) {
-        problems.keep(affordable(&at, budget, always, sensors));
+        problems.keep(affordable(&at, (budget, known.currency), always, sensors));
     }
     problems.keep(match is_cheapest {
-        true => purchase(&at, &file, known),
-        false => no_purchase(&at, &file),
+        true => purchase::check(&at, &file, known),
+        false => purchase::refuse(&at, &file),
     });
     problems.none()?;
     let (Some(region), Some(at_most), Some(disturb), Some(representations), Some(always), Some(budget)) =
@@ -292,7 +272,7 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
     else {
         return Err(Vec::new());
     };
-    let (apart_m, fusion, over) = (file.apart_m, known.fusion, file.over.to_across());
+    let (apart_m, fusion, over) = (file.apart_m, known.fusion, file.over.unwrap_or_default().to_across());
     Ok(match (score, region) {
         (Some(objective), Some(region)) => Wanted::Best(Choose {
             objective,
@@ -309,11 +289,9 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
             fusion,
         }),
         _ => {
-            let score = file.then.and_then(ObjectiveName::score).zip(region);
-            let then = score.map(|(score, region)| Counted { score, region, over });
             let front = file.front;
             Wanted::Cheapest(Purchase {
-                then,
+                then: then.flatten(),
                 front,
                 at_most,
                 budget,
@@ -330,10 +308,15 @@ pub(super) fn check(at: &Place, file: ChooseFile, known: &ChooseNames) -> Result
 /// What is looked for.
 fn objective(at: &Place, file: &ChooseFile, known: &ChooseNames) -> Result<ObjectiveName> {
     match file.objective {
-        Some(ObjectiveName::Unknown) => {
-            let rule = "is a score of which less is better, which decides only among sets that pass: \
-                        objective = \"cost\", then = \"unknown\"";
-            Err(at.wrong("objective", "\"unknown\"", rule))
+        Some(name) if name != ObjectiveName::Cost && !name.is_maximised() => {
+            let name = name.name();
+            let why = match name {
+                "unknown" => "is a score of which less is better, which",
+                _ => "is not searched by itself: it",
+            };
+            let rule =
+                format!("{why} decides only among sets that pass: objective = \"cost\", then = {name:?}");
+            Err(at.wrong("objective", format!("{name:?}"), &rule))
         }
         Some(objective) => Ok(objective),
         None if known.asks_for_cheapest() => Ok(ObjectiveName::Cost),
@@ -360,9 +343,18 @@ fn score_region(
     match (&file.region, score.or(file.then.and_then(ObjectiveName::score))) {
         (Some(name), Some(_)) => region::index(at, name, known.regions).map(Some),
         (Some(name), None) => {
-            let rule = "is of a score: name one by then, as in then = \"f1\", or leave the region out, since \
-                        [[require]] has its own";
-            Err(at.wrong("region", format!("{name:?}"), rule))
+            let rule = match file.then.and_then(ObjectiveName::nearness) {
+                Some(score) => format!(
+                    "is not of {}, which is of what bodies must not come near to: leave it out",
+                    score.name()
+                ),
+                None => {
+                    "is of a score: name one by then, as in then = \"f1\", or leave the region out, since \
+                         [[require]] has its own"
+                        .into()
+                }
+            };
+            Err(at.wrong("region", format!("{name:?}"), &rule))
         }
         (None, Some(score)) => {
             let names: Vec<&str> = known.regions.iter().map(|(name, _)| name.as_str()).collect();
@@ -387,7 +379,7 @@ fn at_most(at: &Place, at_most: Option<u32>, is_cheapest: bool) -> Result<usize>
 
 /// A score that every set must reach.
 fn set_requirement(at: &Place, entry: &RequireFile) -> Result<SetRequirement> {
-    let score = entry.score.score().filter(|score| !score.less_is_better()).ok_or_else(|| {
+    let score = entry.score.score().filter(|_| entry.score.is_maximised()).ok_or_else(|| {
         let rule = "must be f1, kappa, human_seen, people_detected or parts_detected: what else sets must pass is said \
                     by [[require]], with objective = \"cost\"";
         at.says(format!("score {rule}"))
@@ -401,53 +393,14 @@ fn set_requirement(at: &Place, entry: &RequireFile) -> Result<SetRequirement> {
     Ok(SetRequirement { score, over: entry.over.to_across(), at_least })
 }
 
-/// Whether nothing is said that belongs to the cheapest set.
-fn no_purchase(at: &Place, file: &ChooseFile) -> Result<()> {
-    let keys = [("then", file.then.is_some()), ("front", file.front.is_some())];
-    match keys.into_iter().find(|(_, is_said)| *is_said) {
-        Some((key, _)) => Err(at.says(format!("{key} belongs to objective = \"cost\": leave it out"))),
-        None => Ok(()),
-    }
-}
-
-/// Whether the cheapest set that passes can be asked for.
-fn purchase(at: &Place, file: &ChooseFile, known: &ChooseNames) -> Result<()> {
-    if !known.has_requirements {
-        let rule = "looks for the cheapest set that passes the study's [[require]], and it has none: add one, as in \
-                    [[require]] name = \"parts seen\", score = \"parts_detected\", region = \"robot\", at_least = 0.9";
-        return Err(at.wrong("objective", "\"cost\"", rule));
-    }
-    if let Some(without) = known.sensors.iter().find(|sensor| sensor.terms.cost.is_none()) {
-        let rule = format!("sensor {:?} has no cost: give it one, as in cost = 450.0", without.name);
-        return Err(at.wrong("objective", "\"cost\"", &rule));
-    }
-    if !file.require.is_empty() {
-        return Err(at.wrong(
-            "require",
-            "[…]",
-            "is of a score: the cheapest set passes the study's [[require]]",
-        ));
-    }
-    if file.refine {
-        return Err(at.wrong("refine", true, "is of a score: the cheapest set is one of the listed poses"));
-    }
-    if file.front == Some(PurchaseFront::Speed) && !known.has_stopping {
-        let rule = format!("needs the speeds of the robot: add a table to the study, as in {EXAMPLE}");
-        return Err(at.wrong("front", "\"speed\"", &rule));
-    }
-    match file.then {
-        Some(ObjectiveName::Cost) => {
-            Err(at.wrong("then", "\"cost\"", "must be a score that decides among sets of the same cost"))
-        }
-        _ => Ok(()),
-    }
-}
-
 /// Which representation each sensor is taken in.
 fn representations(at: &Place, named: &BTreeMap<String, String>, sensors: &[Sensor]) -> Result<Vec<usize>> {
     let at = at.key("representation");
     if let Some(stranger) = named.keys().find(|name| !sensors.iter().any(|sensor| sensor.name == **name)) {
-        return Err(at.says(format!("{stranger:?} must be a sensor of the study: {:?}", names(sensors))));
+        let near = nearest(stranger, names(sensors).into_iter());
+        let near = near.map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+        let known = names(sensors);
+        return Err(at.says(format!("{stranger:?} must be a sensor of the study: {known:?}{near}")));
     }
     let way = |sensor: &Sensor| match named.get(&sensor.name) {
         None => Ok(0),
@@ -512,7 +465,13 @@ fn all_or_none_priced(at: &Place, sensors: &[Sensor]) -> Result<()> {
 }
 
 /// Whether all sensors have a cost, and some set is within the budget.
-fn affordable(at: &Place, budget: Cost, always: &[[usize; 2]], sensors: &[Sensor]) -> Result<()> {
+fn affordable(
+    at: &Place,
+    (budget, currency): (Cost, Option<&str>),
+    always: &[[usize; 2]],
+    sensors: &[Sensor],
+) -> Result<()> {
+    let amount = |cost: Cost| cost.to_text(currency);
     if let Some(without) = sensors.iter().find(|sensor| sensor.terms.cost.is_none()) {
         let what = format!("sensor {:?} has no cost: give it one, as in cost = 450.0", without.name);
         return Err(at.wrong("budget", budget, &what));
@@ -523,7 +482,7 @@ fn affordable(at: &Place, budget: Cost, always: &[[usize; 2]], sensors: &[Sensor
         return Err(at.wrong(
             "budget",
             budget,
-            &format!("is below the {fixed} that the sensors in always cost"),
+            &format!("is below the {} that the sensors in always cost", amount(fixed)),
         ));
     }
     let cheapest = sensors.iter().map(cost).min().unwrap_or_default();
@@ -531,7 +490,7 @@ fn affordable(at: &Place, budget: Cost, always: &[[usize; 2]], sensors: &[Sensor
         return Err(at.wrong(
             "budget",
             budget,
-            &format!("is below the {cheapest} that the cheapest sensor costs"),
+            &format!("is below the {} that the cheapest sensor costs", amount(cheapest)),
         ));
     }
     Ok(())

@@ -6,7 +6,8 @@ use crate::diagnostics::{Place, Problems};
 use crate::sensor::Sensor;
 use perirobot_march::Error;
 
-/// Which sensors that emit one kind of light a set may not have together. `{}` keeps them out of each other's field of view.
+/// Which sensors that emit one kind of light a set may not have together. `{}` keeps them out of each other's field of view, and
+/// `{ apart_deg = 30, overlap = 0.2 }` allows lenses that look past each other, and little common view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -36,7 +36,7 @@ use crate::sensor::{Candidate, CostTerms, Kind, SaidOfNoise, Sensor};
 use crate::world::KeptRays;
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;
-pub use choose::{Choose, Purchase, PurchaseFront, SetRequirement, Wanted};
+pub use choose::{Choose, Purchase, PurchaseFront, SetRequirement, ThenScore, Wanted};
 pub use combination::{Combination, Member};
 pub use combination::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 pub use disturb::Disturb;

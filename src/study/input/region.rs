@@ -49,8 +49,8 @@ pub enum RegionSpec {
 /// Which region a key names.
 pub(super) fn index(at: &Place, name: &str, regions: &[(String, RegionSpec)]) -> Result<usize> {
     regions.iter().position(|(known, _)| known == name).ok_or_else(|| {
-        let known: Vec<_> = regions.iter().map(|(name, _)| name).collect();
-        at.wrong("region", format!("{name:?}"), &format!("must be a region of the study: {known:?}"))
+        let known: Vec<&str> = regions.iter().map(|(name, _)| name.as_str()).collect();
+        at.unknown_name("region", name, "a region of the study", &known)
     })
 }
 

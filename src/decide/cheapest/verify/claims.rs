@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::ProofInput;
+use crate::cheapest::purchasing::MOST_TIES;
 use crate::cheapest::question::PurchaseQuestion;
 use crate::cheapest::remaining::combination;
 use crate::cheapest::report::{AimReport, FILE, PurchasePoint, PurchaseReport, PurchasedSet};
@@ -216,7 +217,18 @@ fn examine_point(
     if !bound_holds {
         return mismatch(format!("{place}.no_set_below"), "does not go with proven and the cost of the set");
     }
-    let decides = input.purchase.then.is_some() && set.is_some();
+    let has_then = input.purchase.then.is_some();
+    let counts_ties = *aim == AimReport::All && set.is_some() && *proven && !has_then;
+    if point.ties.is_some_and(|ties| !counts_ties || ties > MOST_TIES) {
+        return mismatch(format!("{place}.ties"), "belongs to the proven cheapest set, and is at most 9");
+    }
+    if point.compared.is_some() && (set.is_none() || *best_of_cost) {
+        return mismatch(
+            format!("{place}.compared"),
+            "belongs to a set that may not be the best of its cost",
+        );
+    }
+    let decides = has_then && set.is_some();
     if if decides { *best_of_cost && !proven } else { best_of_cost != proven } {
         return mismatch(format!("{place}.best_of_cost"), "does not go with proven");
     }

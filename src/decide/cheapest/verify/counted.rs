@@ -27,6 +27,8 @@ const ROUNDING: f64 = 1e-9;
 /// A score that a set must have, also without so many of its members.
 pub(super) struct Reach<'a> {
     pub(super) evidence: &'a CandidateEvidence,
+    /// Index of the region in which it is counted.
+    pub(super) region: usize,
     pub(super) score: Score,
     pub(super) over: Across,
     pub(super) bar: Bar,

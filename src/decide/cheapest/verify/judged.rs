@@ -6,8 +6,10 @@ use crate::judge::judge_alone;
 use crate::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::ChosenBackends;
-use perirobot_march::metrics::Confusion;
-use perirobot_study::input::{Condition, Requirement, Stopping, Study};
+use perirobot_march::metrics::{Confusion, Ratio};
+use perirobot_study::input::{
+    ApproachScore, Condition, Limit, Measure, Nearness, Requirement, Stopping, Study,
+};
 
 /// What is said of a set.
 pub(super) struct Verdict {
@@ -17,6 +19,8 @@ pub(super) struct Verdict {
     missed: String,
     /// For each region what it counts as planned, moment by moment.
     pub(super) counts: Vec<Vec<Confusion>>,
+    /// How near any body comes by any entry as planned, squared in voxels; none where that is not known, or none has room.
+    pub(super) nearest: Option<u32>,
 }
 
 impl Verdict {
@@ -41,6 +45,20 @@ pub(super) fn restricted_study(
         requirements,
         ..study.clone()
     }
+}
+
+/// The same, which also asks how near bodies come, whatever that is.
+pub(super) fn asking_nearest(study: Study) -> Study {
+    let nearness = Nearness { score: ApproachScore::NearestUnnoticedM, body: None, entry: None };
+    let requirement = Requirement {
+        name: "any distance".into(),
+        measure: Measure::Nearness(nearness),
+        limit: Limit::AtLeast(Ratio::from_f64(0.0)),
+        under: vec![Condition::AsPlanned],
+        safety_function: None,
+    };
+    let requirements = study.requirements.iter().cloned().chain([requirement]).collect();
+    Study { requirements, ..study }
 }
 
 /// Judges a set by the requirements of a study.
@@ -71,10 +89,12 @@ pub(super) fn judge(
     missed_names.dedup();
     missed_names.retain(is_missed);
     let missed = missed.unwrap_or_else(|| "not all requirements were judged".into());
-    let planned = judged.conditions.cases(Condition::AsPlanned);
+    let planned = judged.conditions.cases(Condition::AsPlanned).first();
+    let nearest = planned.and_then(|case| case.near.iter().filter_map(|near| near.squared).min());
     Ok(Verdict {
         missed,
         missed_names,
-        counts: planned.first().map_or(Vec::new(), |case| case.counts.clone()),
+        counts: planned.map_or(Vec::new(), |case| case.counts.clone()),
+        nearest,
     })
 }

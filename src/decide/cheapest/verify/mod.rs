@@ -19,11 +19,12 @@ mod ways;
 
 use self::claims::AskedPoint;
 use self::counted::{Bar, value};
-use self::judged::{judge, restricted_study};
+use self::judged::{Verdict, asking_nearest, judge, restricted_study};
 use self::plain::{PlainSearch, SearchEnd};
 use self::reasons::verify_words;
 use self::tables::verify_tables;
 use self::ways::NearFacts;
+use super::purchasing::MOST_TIES;
 use super::remaining::OpenBackends;
 use super::report::{AimReport, FILE, PurchasePoint, PurchaseReport, PurchasedSet};
 use super::terms::{PurchaseAim, Terms};
@@ -35,7 +36,7 @@ use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBacken
 use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_study::input::{Limit, Purchase, Study};
+use perirobot_study::input::{Counted, Limit, Purchase, Study, ThenScore};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 
@@ -154,39 +155,38 @@ struct PointCheck<'c, 'a> {
 impl PointCheck<'_, '_> {
     fn run(&mut self, point: &PurchasePoint, set: Option<&[usize]>) -> Result<()> {
         if let (Some(told), Some(set)) = (&point.set, set) {
-            let counts = self.judge_set((told, &point.missed), set)?;
+            let verdict = self.judge_set((told, &point.missed), set)?;
             self.verified.sets += 1;
             if point.best_of_cost {
-                self.none_is_better(told.cost, &counts)?;
+                self.none_is_better(told.cost, &verdict)?;
             }
         }
         match point.no_set_below {
-            Some(below) => match below.thousandths().checked_sub(1) {
-                Some(most) => self.none_passes(self.terms, Some(most), ("no_set_below", "this set passes")),
-                None => Ok(()),
-            },
-            None if self.least.is_some() => {
-                self.none_passes(self.terms, None, ("set", "this one meets as many"))
+            Some(below) => {
+                if let Some(most) = below.thousandths().checked_sub(1) {
+                    self.none_passes(self.terms, Some(most), ("no_set_below", "this set passes"))?;
+                }
             }
-            None => self.check_reasons(point),
+            None if self.least.is_some() => {
+                self.none_passes(self.terms, None, ("set", "this one meets as many"))?;
+            }
+            None => self.check_reasons(point)?,
+        }
+        match (&point.set, point.ties) {
+            (Some(told), Some(ties)) => self.count_ties(told.cost, ties),
+            _ => Ok(()),
         }
     }
 
-    /// Judges a set by the oracle; what it counts in the region of the score that decides among sets of the same cost is
-    /// the answer.
-    fn judge_set(
-        &self,
-        (told, told_missed): (&PurchasedSet, &[String]),
-        set: &[usize],
-    ) -> Result<Vec<Confusion>> {
+    /// Judges a set by the oracle.
+    fn judge_set(&self, (told, told_missed): (&PurchasedSet, &[String]), set: &[usize]) -> Result<Verdict> {
         let ProofInput { study, purchase, .. } = self.input;
         let Terms { requirements, stopping } = self.terms;
-        let verdict = judge(
-            self.input,
-            &restricted_study(study, requirements.clone(), stopping.clone()),
-            set,
-            &open_oracle,
-        )?;
+        let mut restricted = restricted_study(study, requirements.clone(), stopping.clone());
+        if matches!(purchase.then, Some(ThenScore::Nearness(_))) {
+            restricted = asking_nearest(restricted);
+        }
+        let verdict = judge(self.input, &restricted, set, &open_oracle)?;
         let most_missed = self.least.map_or(0, |least| requirements.len() - least);
         if let Some(missed) = verdict.misses_more_than(most_missed) {
             return Err(self.wrong("set", format!("does not pass: {missed}")));
@@ -195,14 +195,19 @@ impl PointCheck<'_, '_> {
             let what = format!("is {told_missed:?}, and judged again it is {:?}", verdict.missed_names);
             return Err(self.wrong("missed", what));
         }
-        let counts = purchase.then.map_or(Vec::new(), |then| verdict.counts[then.region].clone());
-        let score = purchase.then.and_then(|then| value(then.score, then.over, &counts));
+        let score = match purchase.then {
+            Some(ThenScore::Counted(Counted { score, over, region })) => {
+                value(score, over, &verdict.counts[region])
+            }
+            Some(ThenScore::Nearness(score)) => self.terms.near_value(study, score, verdict.nearest),
+            None => None,
+        };
         let or_none = |score: Option<f64>| score.map_or("none".into(), |score| score.to_string());
         if told.score != score {
             let what = format!("is {}, and counted again it is {}", or_none(told.score), or_none(score));
             return Err(self.wrong("set.score", what));
         }
-        Ok(counts)
+        Ok(verdict)
     }
 
     /// Whether no set that passes some terms costs at most so much.
@@ -248,21 +253,70 @@ impl PointCheck<'_, '_> {
     }
 
     /// Whether no set of the same cost is better by the score that decides among them.
-    fn none_is_better(&mut self, cost: Cost, counts: &[Confusion]) -> Result<()> {
+    fn none_is_better(&mut self, cost: Cost, verdict: &Verdict) -> Result<()> {
         let Some(then) = self.input.purchase.then else { return Ok(()) };
-        let bar = match (then.over, exact_score(then.score, then.over, counts)) {
-            (Across::Mean, _) => value(then.score, then.over, counts).map_or(Bar::HasValue, Bar::BeatsMean),
-            (_, Some(ratio)) if then.score.less_is_better() => Bar::Beats(Limit::AtMost(ratio)),
+        let most = Some(cost.thousandths());
+        let end = self.run_search(self.terms, &|terms| {
+            let search = self.search(terms, most);
+            match then {
+                ThenScore::Nearness(_) => match verdict.nearest {
+                    // No body has room at an entry, whatever is chosen.
+                    None => Ok(SearchEnd::NonePasses),
+                    Some(squared) => search.beating_nearest(self.facts, terms, squared).run(),
+                },
+                ThenScore::Counted(counted) => self.better_by_counts(search, terms, counted, verdict),
+            }
+        })?;
+        self.record_end(end, ("best_of_cost", "this set passes, costs no more and is better"))
+    }
+
+    /// Searches for a set that is better by a score of counts.
+    fn better_by_counts(
+        &self,
+        search: PlainSearch,
+        terms: &Terms,
+        counted: Counted,
+        verdict: &Verdict,
+    ) -> Result<SearchEnd> {
+        let Counted { score, over, region } = counted;
+        let counts = &verdict.counts[region];
+        let exact = exact_score(score, over, counts);
+        if score == Score::SeenTwice {
+            let seen = match (exact, value(score, over, counts)) {
+                (Some(exact), _) => Ok(exact),
+                (None, Some(mean)) => Err(mean),
+                // No voxel is in the region, whatever is chosen.
+                (None, None) => return Ok(SearchEnd::NonePasses),
+            };
+            return search.beating_overlap(terms, counted, seen).run();
+        }
+        let bar = match (over, exact) {
+            (Across::Mean, _) => value(score, over, counts).map_or(Bar::HasValue, Bar::BeatsMean),
+            (_, Some(ratio)) if score.less_is_better() => Bar::Beats(Limit::AtMost(ratio)),
             (_, Some(ratio)) => Bar::Beats(Limit::AtLeast(ratio)),
             (_, None) => Bar::HasValue,
         };
-        let end = self.run_search(self.terms, &|terms| {
-            let reach = self.input.reach((then.score, then.over, then.region), bar, 0);
-            let reach =
-                reach.ok_or_else(|| self.wrong("best_of_cost", "nothing was cast in the region".into()))?;
-            self.search(terms, Some(cost.thousandths())).beating(terms, reach).run()
-        })?;
-        self.record_end(end, ("best_of_cost", "this set passes, costs no more and is better"))
+        let reach = self.input.reach((score, over, region), bar, 0);
+        let reach =
+            reach.ok_or_else(|| self.wrong("best_of_cost", "nothing was cast in the region".into()))?;
+        search.beating(terms, reach).run()
+    }
+
+    /// Whether as many other sets of the same cost pass as is said, as far as they are counted.
+    fn count_ties(&mut self, cost: Cost, ties: usize) -> Result<()> {
+        let wanted = (ties + 2).min(MOST_TIES + 1);
+        let search = self.search(self.terms, Some(cost.thousandths())).at_least(wanted);
+        let (found, is_open) = search.find()?;
+        let others = found.len().saturating_sub(1).min(MOST_TIES);
+        if others > ties || (others < ties && !is_open) {
+            return Err(self.wrong("ties", format!("is {ties}, and counted again it is {others}")));
+        }
+        if is_open {
+            self.verified.open += 1
+        } else {
+            self.verified.proven += 1
+        }
+        Ok(())
     }
 
     /// Whether nothing passes what is named as reasons, and something does without each of them.

@@ -8,15 +8,16 @@
 //! reach (`counted`). What is left is counted, and at last judged.
 
 use super::ProofInput;
-use super::counted::{Bar, Reach, Tally, is_of_labels};
-use super::judged::{judge, restricted_study};
+use super::counted::{Bar, Reach, Tally, is_of_labels, value};
+use super::judged::{Verdict, asking_nearest, judge, restricted_study};
 use super::ways::NearFacts;
 use crate::cheapest::remaining::OpenBackends;
 use crate::cheapest::terms::{Terms, dead_in};
 use crate::choose::{odds_of, thousandths};
+use crate::judge::Value;
 use perirobot_march::Result;
-use perirobot_march::metrics::{Across, Score};
-use perirobot_study::input::{Measure, Requirement, Study};
+use perirobot_march::metrics::{Across, Ratio, Score};
+use perirobot_study::input::{Counted, Limit, Measure, Requirement, Study};
 use perirobot_study::sensor::Cost;
 
 /// Most sets that one search looks at.
@@ -51,7 +52,9 @@ pub(super) struct PlainSearch<'s> {
     needs: Vec<Need>,
     reaches: Vec<Reach<'s>>,
     /// What decides among sets of the same cost must be better than this.
-    then: Option<Reach<'s>>,
+    then: Option<Beaten<'s>>,
+    /// How many sets are looked for.
+    wanted: usize,
     /// Of what is asked, what must be judged.
     judged: Option<Study>,
     /// What each candidate costs, and a set may cost at most, in thousandths.
@@ -61,8 +64,20 @@ pub(super) struct PlainSearch<'s> {
     together: Vec<Vec<bool>>,
     looked_at: u64,
     judgements: u64,
-    found: Option<Vec<usize>>,
+    found: Vec<Vec<usize>>,
     is_open: bool,
+}
+
+/// What a set must be better than.
+enum Beaten<'s> {
+    /// A score of counts, which unions decide or, under log-odds, judge does.
+    Score(Reach<'s>),
+    /// What at least two sensors see; of the unknown share of a set without any one member this is known.
+    Overlap { unknown: Option<Reach<'s>>, counted: Counted, seen: Ratio },
+    /// The same as a mean.
+    MeanOverlap(Counted, f64),
+    /// How near bodies come, squared in voxels.
+    Nearest(u32),
 }
 
 /// What ways in ask for of a set.
@@ -116,33 +131,90 @@ impl<'s> PlainSearch<'s> {
             needs: facts.ways.iter().filter_map(need).collect(),
             reaches,
             then: None,
+            wanted: 1,
             judged: (!judged.is_empty()).then(|| restricted_study(study, judged, terms.stopping.clone())),
             costs: items.iter().map(|&[sensor, _]| thousandths(study, sensor)).collect(),
             most_cost: most_cost.into_iter().chain(own(purchase.budget)).min(),
             together: (0..items.len()).map(pair).collect(),
             looked_at: 0,
             judgements: 0,
-            found: None,
+            found: Vec::new(),
             is_open: false,
         }
     }
 
-    /// Only sets that are better by the score that decides among those of the same cost.
+    /// Looks for so many sets.
+    pub(super) fn at_least(self, wanted: usize) -> Self {
+        PlainSearch { wanted, ..self }
+    }
+
+    /// Only sets that are better by the score of counts that decides among those of the same cost.
     pub(super) fn beating(mut self, terms: &Terms, reach: Reach<'s>) -> Self {
         if reach.adds_up {
-            let all =
-                || restricted_study(self.input.study, terms.requirements.clone(), terms.stopping.clone());
-            self.judged = Some(self.judged.take().unwrap_or_else(all));
+            self.judge_all(terms);
         }
-        self.then = Some(reach);
+        self.then = Some(Beaten::Score(reach));
         self
+    }
+
+    /// Only sets of which at least two sensors see more than this, as a number if it is a mean. What two see one still
+    /// sees without the other.
+    pub(super) fn beating_overlap(
+        mut self,
+        terms: &Terms,
+        counted: Counted,
+        seen: Result<Ratio, f64>,
+    ) -> Self {
+        self.judge_all(terms);
+        self.then = Some(match seen {
+            Ok(seen) => {
+                let Ratio { numerator, denominator } = seen;
+                let most = Ratio { numerator: denominator - numerator, denominator };
+                let bar = Bar::Beats(Limit::AtMost(most));
+                let unknown = self.input.reach((Score::Unknown, counted.over, counted.region), bar, 1);
+                Beaten::Overlap { unknown: unknown.filter(|unknown| !unknown.adds_up), counted, seen }
+            }
+            Err(mean) => Beaten::MeanOverlap(counted, mean),
+        });
+        self
+    }
+
+    /// Only sets with which bodies stay farther away than this, squared in voxels.
+    pub(super) fn beating_nearest(mut self, facts: &NearFacts, terms: &Terms, squared: u32) -> Self {
+        self.is_hopeless |= facts.entries.iter().any(|entry| entry.squared <= squared);
+        let ways = facts.ways.iter().filter(|way| way.squared <= squared);
+        self.needs.extend(ways.map(|way| Need { among: way.noticed_by.clone(), least: 1 }));
+        self.judge_all(terms);
+        self.judged = self.judged.map(asking_nearest);
+        self.then = Some(Beaten::Nearest(squared));
+        self
+    }
+
+    /// Judges every set that is left: if nothing else must be judged, by all that is asked.
+    fn judge_all(&mut self, terms: &Terms) {
+        let study = self.input.study;
+        let all = || restricted_study(study, terms.requirements.clone(), terms.stopping.clone());
+        self.judged = Some(self.judged.take().unwrap_or_else(all));
     }
 
     /// Searches.
     ///
     /// # Errors
     /// When a backend fails; `Error::Stopped`.
-    pub(super) fn run(mut self) -> Result<SearchEnd> {
+    pub(super) fn run(self) -> Result<SearchEnd> {
+        let (mut found, is_open) = self.find()?;
+        Ok(match found.pop() {
+            Some(set) => SearchEnd::Passes(set),
+            None if is_open => SearchEnd::Open,
+            None => SearchEnd::NonePasses,
+        })
+    }
+
+    /// Searches: the sets that were found, and whether there are too many to look at.
+    ///
+    /// # Errors
+    /// When a backend fails; `Error::Stopped`.
+    pub(super) fn find(mut self) -> Result<(Vec<Vec<usize>>, bool)> {
         let ProofInput { purchase, items, .. } = self.input;
         let fixed: Vec<usize> =
             (0..items.len()).filter(|&item| purchase.always.contains(&items[item])).collect();
@@ -150,16 +222,16 @@ impl<'s> PlainSearch<'s> {
         if !self.is_hopeless && self.affords(self.cost(&fixed)) && fixed.len() <= purchase.at_most {
             self.look_at(&fixed, &others)?;
         }
-        Ok(match self.found {
-            Some(set) => SearchEnd::Passes(set),
-            None if self.is_open => SearchEnd::Open,
-            None => SearchEnd::NonePasses,
-        })
+        Ok((self.found, self.is_open))
+    }
+
+    fn is_done(&self) -> bool {
+        self.found.len() >= self.wanted || self.is_open
     }
 
     /// Looks at all sets that have some members, and others besides.
     fn look_at(&mut self, chosen: &[usize], others: &[usize]) -> Result<()> {
-        if self.found.is_some() || self.is_open {
+        if self.is_done() {
             return Ok(());
         }
         self.input.progress.check_stop()?;
@@ -186,8 +258,10 @@ impl<'s> PlainSearch<'s> {
             return Ok(());
         }
         if self.passes(chosen)? {
-            self.found = Some(chosen.to_vec());
-            return Ok(());
+            self.found.push(chosen.to_vec());
+            if self.is_done() {
+                return Ok(());
+            }
         }
         self.look_at_more(chosen, later, left)
     }
@@ -274,13 +348,17 @@ impl<'s> PlainSearch<'s> {
         let mut set = set.to_vec();
         set.sort_unstable();
         let verdict = judge(self.input, study, &set, self.open)?;
-        let then = self.then.as_ref().filter(|then| then.adds_up).zip(self.input.purchase.then);
-        let is_better = then.is_none_or(|(then, counted)| then.is_met(&verdict.counts[counted.region]));
+        let is_better = self.then.as_ref().is_none_or(|then| then.is_beaten_by(&verdict));
         Ok(verdict.misses_more_than(0).is_none() && is_better)
     }
 
     fn all_reaches(&self) -> impl Iterator<Item = &Reach<'s>> {
-        self.reaches.iter().chain(&self.then)
+        let then = match &self.then {
+            Some(Beaten::Score(reach)) => Some(reach),
+            Some(Beaten::Overlap { unknown, .. }) => unknown.as_ref(),
+            _ => None,
+        };
+        self.reaches.iter().chain(then)
     }
 
     fn affords(&self, cost: u64) -> bool {
@@ -289,6 +367,25 @@ impl<'s> PlainSearch<'s> {
 
     fn cost(&self, set: &[usize]) -> u64 {
         set.iter().map(|&item| self.costs[item]).sum()
+    }
+}
+
+impl Beaten<'_> {
+    /// Whether a set is better, as it was judged.
+    fn is_beaten_by(&self, verdict: &Verdict) -> bool {
+        match self {
+            // Where unions decide, they have.
+            Beaten::Score(reach) => !reach.adds_up || reach.is_met(&verdict.counts[reach.region]),
+            Beaten::Overlap { counted: Counted { score, over, region }, seen, .. } => {
+                let limit = Limit::AtLeast(*seen);
+                let value = Value::from_counts(*score, *over, &limit, &verdict.counts[*region]);
+                value.is_some_and(|value| value.cmp_ratio(*seen).is_gt())
+            }
+            Beaten::MeanOverlap(Counted { score, over, region }, mean) => {
+                value(*score, *over, &verdict.counts[*region]).is_some_and(|value| value > *mean)
+            }
+            Beaten::Nearest(squared) => verdict.nearest.is_some_and(|nearest| nearest > *squared),
+        }
     }
 }
 
@@ -308,7 +405,7 @@ impl<'a> ProofInput<'a> {
         let evidence = &evidence[regions.iter().position(|own| *own == region)?];
         let adds_up = is_of_labels(score)
             && odds_of(study, purchase.fusion, &purchase.representations, evidence).is_some();
-        Some(Reach { evidence, score, over, bar, dead, adds_up })
+        Some(Reach { evidence, region, score, over, bar, dead, adds_up })
     }
 }
 

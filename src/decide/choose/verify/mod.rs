@@ -10,6 +10,7 @@ mod allowed;
 mod beside;
 mod counted;
 mod disturbed;
+mod if_disturbed;
 mod mean;
 mod plain;
 mod refined;
@@ -242,6 +243,7 @@ fn verify_steps(
             .map_err(|why| why.with_place(&path))?;
         progress.check_stop()?;
     }
+    if_disturbed::check(&chosen.report, given, recounter).map_err(|error| error.with_place(&path))?;
     beside::check(claims, given, &counts, recounter)?;
     Ok(verified)
 }

@@ -152,7 +152,10 @@ fn recommend_purchased(sweep: &ReportedSweep, rankings: &[Ranking]) -> Option<Fo
     let combination = purchased_set(sweep, report.recommended()?)?;
     let series = series_of(rankings, combination, 0)?;
     let then = report.asked.then.as_ref();
-    let decided = then.and_then(|then| Some((region_of(sweep, &then.region)?, then.score)));
+    let decided = then.and_then(|then| {
+        let (score, region) = then.counted()?;
+        Some((region_of(sweep, region)?, score))
+    });
     let (region, score) = decided.unwrap_or_else(|| required_score(sweep));
     Some((series, 0, region, score, purchased::describe_recommended(report)))
 }

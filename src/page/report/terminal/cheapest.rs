@@ -1,7 +1,9 @@
 //! The cheapest set that passes, as text: one sentence first, then where its sensors are, what proves it, and what else
 //! was asked.
 
-use crate::report::purchased::{describe_bound, describe_disturb, describe_proof, sentence};
+use crate::report::purchased::{
+    describe_bound, describe_cost, describe_disturb, describe_heading, describe_proof, sentence,
+};
 use crate::report::table::Table;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::SetVerdicts;
@@ -17,7 +19,11 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
         }
     }
     if let Some(set) = report.recommended() {
-        text += &format!("\n{}", sensors(report, set).text());
+        let heading = match report.main().set {
+            Some(_) => String::new(),
+            None => format!("{}\n", describe_heading(report)),
+        };
+        text += &format!("\n{heading}{}", sensors(report, set).text());
     }
     text += &format!("\n{}\n", describe_proof(report));
     text += &describe_disturb(report);
@@ -72,7 +78,7 @@ fn numbers(report: &PurchaseReport) -> Option<Table> {
 /// Cost and size of the set of a point, how sure that is, and the set; if there is none, why.
 fn found(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
     let (cost, count, set) = match &point.set {
-        Some(set) => (report.amount(set.cost), set.sensors.len().to_string(), set.poses()),
+        Some(set) => (describe_cost(report, &point.aim, set), set.sensors.len().to_string(), set.poses()),
         None => {
             let why: Vec<&str> = point.reasons.iter().map(|reason| reason.why.as_str()).collect();
             (String::new(), String::new(), why.join("; "))

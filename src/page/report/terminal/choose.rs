@@ -1,7 +1,7 @@
 //! The best sets of sensors: the question, the front, and each set sensor by sensor.
 
 use crate::report::chosen_sets::{
-    Spelling, describe_score, front, places, question, reading_guide, refined_words, set,
+    Spelling, describe_disturb, describe_score, front, places, question, reading_guide, refined_words, set,
 };
 use perirobot_decide::choose::Chosen;
 use perirobot_march::metrics::Across;
@@ -17,10 +17,11 @@ const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them a
 /// The question and the front.
 pub fn overview(chosen: &Chosen) -> String {
     format!(
-        "asked: {}\n\n{}{}\n",
+        "asked: {}\n\n{}{}{}\n",
         question(chosen, &AS_IN_FILES),
         front(chosen).text(),
-        reading_guide(chosen)
+        reading_guide(chosen),
+        describe_disturb(chosen)
     )
 }
 

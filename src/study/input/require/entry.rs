@@ -11,6 +11,7 @@ use crate::input::{RegionSpec, region};
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_march::{Error, Result};
+use perirobot_scene::spelling::nearest;
 
 /// Most characters of the words for a safety function.
 const MOST_WORDS: usize = 200;
@@ -112,7 +113,10 @@ fn one(at: &Place, mut entry: RequirementFile, known: &RequirementNames) -> Resu
             let names = Score::ALL.map(Score::name).into_iter();
             let names = names.chain(ApproachScore::ALL.map(ApproachScore::name));
             let names = names.chain(ControllerScore::ALL.map(ControllerScore::name));
-            let rule = format!("must be one of {}", names.collect::<Vec<_>>().join(", "));
+            let names: Vec<&str> = names.collect();
+            let near = nearest(score, names.iter().copied());
+            let near = near.map_or(String::new(), |near| format!(" (did you mean {near:?}?)"));
+            let rule = format!("must be one of {}{near}", names.join(", "));
             return Err(at.wrong("score", format!("{score:?}"), &rule));
         }
     };
@@ -221,8 +225,7 @@ fn nearness(
 fn check_name(at: &Place, key: &str, name: &Option<String>, known: &[&str], what: &str) -> Result<()> {
     match name {
         Some(name) if !known.contains(&name.as_str()) => {
-            let rule = format!("must be {what} of [approach]: {known:?}");
-            Err(at.wrong(key, format!("{name:?}"), &rule))
+            Err(at.unknown_name(key, name, &format!("{what} of [approach]"), known))
         }
         _ => Ok(()),
     }

@@ -11,6 +11,7 @@ use crate::render::plan::{FloorPlan, floor_plan, swatch};
 use crate::report::page::question::question;
 use crate::report::page::recommended::Recommended;
 use crate::report::page::{Findings, ReportedSweep};
+use crate::report::purchased::describe_heading;
 use crate::report::wording::extent;
 use answer::PurchaseAnswer;
 use perirobot_decide::approach::Way;
@@ -23,6 +24,8 @@ use tile::{BigNumber, tiles};
 pub(super) struct FirstScreen {
     /// Where the cheapest set that passes was chosen, the answer.
     answer: Option<PurchaseAnswer>,
+    /// What the choice is called.
+    heading: &'static str,
     /// What was asked, as a sentence.
     asked: String,
     /// The names of the recommended choice, of which all numbers are.
@@ -98,6 +101,7 @@ impl FirstScreen {
         Ok(FirstScreen {
             thinned,
             answer: PurchaseAnswer::from_findings(findings),
+            heading: sweep.purchase.map_or("Recommended", describe_heading),
             asked: question(sweep),
             set: format!("{} ({})", combination.name, combination.name_of(choice)),
             why: recommended.why.clone(),
@@ -129,7 +133,7 @@ impl FirstScreen {
         html! {
             div.said {
                 p.asked { (self.asked) }
-                div.named { h2 { "Recommended" } p { (self.set) } }
+                div.named { h2 { (self.heading) } p { (self.set) } }
                 ul.sensors { @for sensor in &self.sensors { (render_sensor(sensor)) } }
                 p.overall.(good.verdict()) { strong { "Good enough?" } " " b { (good.overall()) } }
                 p.note {

@@ -119,7 +119,7 @@ impl Good {
     pub(super) fn overall(&self) -> String {
         let [met, missed, open] = self.counts();
         let many = |count: usize| if count == 1 { "requirement" } else { "requirements" };
-        let checks: Vec<&str> =
+        let verdicts: Vec<&str> =
             self.required.iter().flat_map(|one| &one.verdicts).map(|one| one.verdict).collect();
         let all = self.required.len();
         let mut text = match [missed, open] {
@@ -129,9 +129,9 @@ impl Good {
             [_, 0] => format!("no: {met} of {all} {} met", many(all)),
             _ => format!("no: {met} of {all} {} met, {missed} missed, {open} not decided yet", many(all)),
         };
-        if checks.len() > all {
-            let pass = checks.iter().filter(|check| **check == "PASS").count();
-            text += &format!(" ({pass} of {} checks pass)", checks.len());
+        if verdicts.len() > all {
+            let pass = verdicts.iter().filter(|verdict| **verdict == "PASS").count();
+            text += &format!(" ({pass} of {} verdicts are PASS)", verdicts.len());
         }
         text
     }

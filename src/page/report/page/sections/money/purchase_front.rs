@@ -10,11 +10,10 @@ use crate::report::page::mount::{MountSheet, sheets};
 use crate::report::page::recommended::{purchased_set, series_of, worst_moments};
 use crate::report::page::sections::first_screen::{ShownPlan, draw_plan};
 use crate::report::page::sections::good::Good;
-use crate::report::purchased::{describe_aim, describe_bound, describe_speed};
+use crate::report::purchased::{describe_aim, describe_bound, describe_cost, describe_speed};
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet, ReasonReport};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
-use perirobot_study::sensor::Cost;
 use speed_chart::speed_chart;
 
 /// What the page shows.
@@ -71,8 +70,7 @@ impl ShownPurchase {
         for (number, set) in report.sets().into_iter().enumerate() {
             sets.extend(ShownSet::new(findings, set, format!("set-{number}"))?);
         }
-        let whole = report.main().set.as_ref().map(|set| set.cost);
-        let row = |point: &PurchasePoint| PurchaseRow::new(report, point, whole, &sets);
+        let row = |point: &PurchasePoint| PurchaseRow::new(report, point, &sets);
         let rows = report.points.iter().map(row).collect();
         let chart = speed_chart(report, &|set| link_of(set, &sets));
         Ok(Some(ShownPurchase { rows, chart, sets }))
@@ -109,13 +107,7 @@ impl ShownPurchase {
 const COLUMNS: [&str; 7] = ["for", "", "cost", "sensors", "proof", "set", "all requirements"];
 
 impl PurchaseRow {
-    /// `whole` is the cost of all requirements, if they can be met.
-    fn new(
-        report: &PurchaseReport,
-        point: &PurchasePoint,
-        whole: Option<Cost>,
-        sets: &[ShownSet],
-    ) -> PurchaseRow {
+    fn new(report: &PurchaseReport, point: &PurchasePoint, sets: &[ShownSet]) -> PurchaseRow {
         let found = point.set.as_ref();
         let or_empty = |text: Option<String>| text.unwrap_or_default();
         PurchaseRow {
@@ -124,7 +116,7 @@ impl PurchaseRow {
                 aim => describe_aim(aim),
             },
             verdict: verdict(point),
-            cost: or_empty(found.map(|set| describe_cost(report, &point.aim, set.cost, whole))),
+            cost: or_empty(found.map(|set| describe_cost(report, &point.aim, set))),
             count: or_empty(found.map(|set| set.sensors.len().to_string())),
             bound: describe_bound(report, point),
             set: found.and_then(|set| link_of(set, sets)),
@@ -155,17 +147,6 @@ impl PurchaseRow {
                 }
             }
         }
-    }
-}
-
-/// A cost; without a requirement also how much less that is, which is what the requirement costs.
-fn describe_cost(report: &PurchaseReport, aim: &AimReport, cost: Cost, whole: Option<Cost>) -> String {
-    let less = whole.map_or(0, |whole| whole.thousandths().saturating_sub(cost.thousandths()));
-    match aim {
-        AimReport::Without(_) | AimReport::Number(_) if less > 0 => {
-            format!("{} ({} less)", report.amount(cost), report.amount(Cost::from_thousandths(less)))
-        }
-        _ => report.amount(cost),
     }
 }
 
