@@ -62,8 +62,9 @@ enum WalkEnd {
     Enough,
 }
 
-/// Most sets that are tested to count ties.
-const MOST_TIE_TESTS: u64 = 200;
+/// Most sets that are tested to count ties, and most that are looked at.
+const MOST_TIE_TESTS: u64 = 30;
+const MOST_TIE_LOOKS: u64 = 1000;
 
 /// What a walk looks for.
 #[derive(Clone, Copy, PartialEq)]
@@ -72,7 +73,7 @@ enum Goal {
     Cheaper,
     /// Better sets of the best one's cost.
     Better,
-    /// Other sets of the best one's cost; not more than this number of tests in all.
+    /// Other sets of the best one's cost, by no more than so many tests in all.
     Ties { last_test: u64 },
 }
 
@@ -94,6 +95,8 @@ pub(super) struct Search<'s, 'a> {
     no_set_below: u64,
     best: Option<FoundPurchase>,
     goal: Goal,
+    /// How many sets were looked at for ties.
+    tie_looks: u64,
     /// How many passing sets of the best one's cost were compared; of ties only the others.
     compared: u64,
 }
@@ -110,6 +113,7 @@ impl<'s, 'a> Search<'s, 'a> {
             problem.shares.iter().flat_map(|share| share.bounds()).chain(covered).collect();
         let (limits, no_set_below) = (problem.limits, problem.rules.cost_of(&problem.rules.always));
         let (required, best, goal, tested, compared) = (bounds.len(), None, Goal::Cheaper, 0, 0);
+        let tie_looks = 0;
         Search {
             problem,
             bounds,
@@ -123,6 +127,7 @@ impl<'s, 'a> Search<'s, 'a> {
             no_set_below,
             best,
             goal,
+            tie_looks,
             compared,
         }
     }
@@ -185,7 +190,7 @@ impl<'s, 'a> Search<'s, 'a> {
         }
         (self.goal, self.compared) = (Goal::Ties { last_test: self.tested + MOST_TIE_TESTS }, 0);
         let end = self.walk(&mut self.problem.rules.always.clone(), self.candidates())?;
-        let ties = (end != WalkEnd::Stopped).then(|| self.compared as usize);
+        let ties = (end != WalkEnd::Stopped).then_some(self.compared as usize);
         Ok(CheapestAnswer { ties, ..answer })
     }
 
@@ -306,12 +311,15 @@ impl<'s, 'a> Search<'s, 'a> {
             }
             match self.goal {
                 Goal::Cheaper if self.is_cheapest_known() => return Ok(WalkEnd::Complete),
-                Goal::Ties { last_test } if self.tested >= last_test => return Ok(WalkEnd::Stopped),
+                Goal::Ties { last_test } if self.tested >= last_test || self.tie_looks >= MOST_TIE_LOOKS => {
+                    return Ok(WalkEnd::Stopped);
+                }
                 Goal::Ties { .. } if self.compared >= self.problem.most_ties as u64 => {
                     return Ok(WalkEnd::Enough);
                 }
                 _ => {}
             }
+            self.tie_looks += u64::from(matches!(self.goal, Goal::Ties { .. }));
             let rules = self.problem.rules;
             let allowed = self.may_join(chosen, &among);
             let narrowest = match demand::state(self.demands, rules, chosen, &allowed) {

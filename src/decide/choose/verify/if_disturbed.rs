@@ -1,12 +1,11 @@
 //! The best set if sensors might disturb each other: counted again, and searched again without that rule.
 
-use super::allowed::{AllowedSets, find_named, pose_name, thousandths};
+use super::allowed::{AllowedSets, find_named, pose_name};
 use super::disturbed::DisturbedPairs;
 use super::plain::{Plain, Threshold};
 use super::{ProofInput, holds, recount};
 use crate::choose::report::{DisturbedReport, FrontReport};
 use perirobot_march::backend::Backend;
-use perirobot_march::error::Issue;
 use perirobot_march::metrics::Across;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Cost;
@@ -41,7 +40,7 @@ pub(super) fn check(told: &FrontReport, given: ProofInput, recounter: &mut dyn B
     if *pairs != own {
         return wrong(".disturbed", format!("is {pairs:?}, and the study says {own:?}"));
     }
-    let counts = recount(study, choose, worlds, &[set.clone()], recounter, progress)?;
+    let counts = recount(study, choose, worlds, std::slice::from_ref(&set), recounter, progress)?;
     let exact = holds(choose, best, &counts[0], "if_disturbed").map_err(Error::from)?;
     if !proven {
         return Ok(());
