@@ -417,6 +417,13 @@ struct WorstReply {
     words: String,
 }
 
+/// A moment as the page counts them: from 1, in each scene.
+fn moment_title(study: &Study, worlds: &[World], moment: usize) -> String {
+    let World { name, snapshot, .. } = &worlds[moment];
+    let number = format!("moment {}", snapshot + 1);
+    if study.scenes.len() > 1 { format!("{name}, {number}") } else { number }
+}
+
 impl JudgeReply {
     /// Of what was judged.
     pub(crate) fn new(
@@ -440,7 +447,7 @@ impl JudgeReply {
         });
         let worst = answer.worst.as_ref().map(|(moment, words)| WorstReply {
             moment: *moment,
-            words: format!("{}: {words}", worlds[*moment].title(study)),
+            words: format!("{}: {words}", moment_title(study, worlds, *moment)),
         });
         JudgeReply {
             n,

@@ -1,9 +1,10 @@
 //! A study that is open in the planner: its text, what is counted of it, and who may change it. Requests of the page are
 //! answered here; `answers` has what they look like as JSON.
 
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::Duration;
 
@@ -13,6 +14,7 @@ use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
+use perirobot_scene::shell;
 use perirobot_study::input::{Planned, PlannedAt, Study};
 use perirobot_study::world::World;
 use serde::Deserialize;
@@ -51,10 +53,9 @@ pub struct Session<'a> {
     ready: Mutex<Ready>,
     /// Requests that wait for what is counted at once; judging gives way to them.
     waiting: AtomicUsize,
-    /// How many times it was asked to judge: only the latest is answered.
-    judgings: AtomicU64,
-    /// The same of counting all moments.
-    countings: AtomicU64,
+    /// The latest question of each window to judge, and to count all moments: only that is answered.
+    judgings: Mutex<HashMap<u64, u64>>,
+    countings: Mutex<HashMap<u64, u64>>,
     /// One search at a time, and what stops it.
     finding: Mutex<()>,
     stop_finding: AtomicBool,
@@ -74,6 +75,8 @@ struct Desk {
     was_saved: bool,
     problems: Vec<Problem>,
     notes: Vec<String>,
+    /// Which sensor of the plan the edit under way changed.
+    changed_index: Option<usize>,
     /// The last text that was right.
     loaded: Option<Loaded>,
 }
@@ -148,9 +151,12 @@ struct JudgeQuestion {
     n: u64,
     #[serde(default)]
     dead: Option<usize>,
+    /// Which window of the page asks.
+    #[serde(default)]
+    window: u64,
 }
 
-/// What holds a lock and panicked has changed nothing that matters.
+/// Locks, also after another thread has panicked: what is counted is made anew for each question.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -183,6 +189,7 @@ impl<'a> Session<'a> {
             was_saved: false,
             problems: Vec::new(),
             notes: Vec::new(),
+            changed_index: None,
             loaded: None,
         };
         let session = Session {
@@ -192,8 +199,8 @@ impl<'a> Session<'a> {
             desk: Mutex::new(desk),
             ready: Mutex::new(Ready { live: Live::new(backends), loaded: None }),
             waiting: AtomicUsize::new(0),
-            judgings: AtomicU64::new(0),
-            countings: AtomicU64::new(0),
+            judgings: Mutex::default(),
+            countings: Mutex::default(),
             finding: Mutex::new(()),
             stop_finding: AtomicBool::new(false),
             is_ending: AtomicBool::new(false),
@@ -219,8 +226,6 @@ impl<'a> Session<'a> {
     pub fn stop(&self) {
         self.is_ending.store(true, Ordering::Relaxed);
         self.stop_finding.store(true, Ordering::Relaxed);
-        self.judgings.fetch_add(1, Ordering::Relaxed);
-        self.countings.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Answers a request that was let in.
@@ -242,6 +247,7 @@ impl<'a> Session<'a> {
             (Method::Post, "/undo") => self.step(Document::undo),
             (Method::Post, "/redo") => self.step(Document::redo),
             (Method::Post, "/save") => self.save(request),
+            (Method::Post, "/reload") => self.reload(),
             (Method::Post, "/choose") => self.find(request),
             (Method::Post, "/stop") => {
                 self.stop_finding.store(true, Ordering::Relaxed);
@@ -275,10 +281,11 @@ impl<'a> Session<'a> {
         let coarse = self.reader.read(text, Some(coarse_m)).ok();
         let mut ready = self.lock_ready();
         let study = Arc::new(study);
-        let worlds = ready.live.set_study((*study).clone(), coarse, &|| None).and_then(|is_new| {
-            desk.worlds += u64::from(is_new);
-            Ok(ready.live.worlds(Resolution::Fine)?.to_vec())
-        });
+        let worlds =
+            ready.live.set_study((*study).clone(), coarse, &|| self.ending_reason()).and_then(|is_new| {
+                desk.worlds += u64::from(is_new);
+                Ok(ready.live.worlds(Resolution::Fine)?.to_vec())
+            });
         match worlds {
             Err(error) => desk.problems = problems(&[error]),
             Ok(worlds) => {
@@ -291,7 +298,11 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// What is counted, for something that is done at once: judging gives way.
+    fn ending_reason(&self) -> Option<String> {
+        self.is_ending.load(Ordering::Relaxed).then(|| "the planner ends".to_string())
+    }
+
+    /// Locks what is counted for something that is done at once: judging gives way.
     fn lock_ready(&self) -> MutexGuard<'_, Ready> {
         self.waiting.fetch_add(1, Ordering::Relaxed);
         let ready = locked(&self.ready);
@@ -302,7 +313,8 @@ impl<'a> Session<'a> {
     fn state(&self, desk: &Desk) -> Response<'_> {
         let path = desk.file.path();
         let shown = path.display().to_string();
-        let report = [format!("perirobot sweep {shown} --out out"), "perirobot report out".to_string()];
+        let sweep = shell::command(&["perirobot", "sweep", &shown, "--out", "out"]);
+        let report = [sweep, "perirobot report out".to_string()];
         let state = State {
             version: desk.version,
             name: path.file_name().unwrap_or_default().to_string_lossy().into(),
@@ -314,6 +326,7 @@ impl<'a> Session<'a> {
             disk_changed: desk.file.is_changed_on_disk(),
             problems: desk.problems.clone(),
             notes: desk.notes.clone(),
+            changed_index: desk.changed_index,
             saved: desk.was_saved,
             worlds: desk.worlds,
             commands: CommandState { report: report.into() },
@@ -382,7 +395,7 @@ impl<'a> Session<'a> {
                 let ask = ScoreRequest { plan, moment, repeat: 0, resolution, dead: None };
                 let counted = ready.live.score(&ask);
                 drop(ready);
-                let score = counted.ok().and_then(|answer| worth(&answer.counts[region]));
+                let score = counted.ok().and_then(|answer| worth(answer.counts.get(region)?));
                 writeln!(out, "{}", json!({ "pose": name, "score": score }))?;
             }
             Ok(())
@@ -428,8 +441,8 @@ impl<'a> Session<'a> {
 
     /// The counts of all moments.
     fn moments(&self, request: &Request) -> Answer<'_> {
-        let JudgeQuestion { n, dead } = read(request)?;
-        self.while_newest(&self.countings, |ready, progress| {
+        let JudgeQuestion { n, dead, window } = read(request)?;
+        self.while_newest((&self.countings, window), |ready, progress| {
             let (live, loaded) = ready.parts()?;
             let plan = plan_of(loaded, None)?;
             check_dead(dead, &plan)?;
@@ -439,8 +452,8 @@ impl<'a> Session<'a> {
     }
 
     fn judge(&self, request: &Request) -> Answer<'_> {
-        let JudgeQuestion { n, dead } = read(request)?;
-        self.while_newest(&self.judgings, |ready, progress| {
+        let JudgeQuestion { n, dead, window } = read(request)?;
+        self.while_newest((&self.judgings, window), |ready, progress| {
             let (live, loaded) = ready.parts()?;
             let plan = plan_of(loaded, None)?;
             check_dead(dead, &plan)?;
@@ -452,11 +465,17 @@ impl<'a> Session<'a> {
     /// Does work of which only the newest is wanted. A request that waits goes first; then the work begins again.
     fn while_newest<'s>(
         &self,
-        asked: &AtomicU64,
+        (asked, window): (&Mutex<HashMap<u64, u64>>, u64),
         work: impl Fn(&mut Ready, &dyn Progress) -> Result<Response<'s>, Refused>,
     ) -> Answer<'s> {
-        let own = asked.fetch_add(1, Ordering::Relaxed) + 1;
-        let is_newest = || asked.load(Ordering::Relaxed) == own;
+        let own = {
+            let mut latest = locked(asked);
+            let own = latest.entry(window).or_default();
+            *own += 1;
+            *own
+        };
+        let is_newest =
+            || locked(asked).get(&window) == Some(&own) && !self.is_ending.load(Ordering::Relaxed);
         loop {
             let progress = || {
                 let gives_way = self.waiting.load(Ordering::Relaxed) > 0;
@@ -482,21 +501,26 @@ impl<'a> Session<'a> {
     fn edit(&self, request: &Request) -> Answer<'_> {
         self.may_write()?;
         let EditRequest { edit, gesture } = read(request)?;
+        let is_typed = matches!(edit, crate::document::Edit::SetText { .. });
         let mut desk = locked(&self.desk);
+        if !is_typed && !desk.problems.is_empty() {
+            return Err(Refused(400, "the study has errors: repair its text first".into()));
+        }
         let before = desk.document.clone();
         let known =
             desk.loaded.as_ref().map_or_else(|| Arc::new(Known::catalogue()), |one| one.known.clone());
-        desk.document.apply(&edit, gesture, &known)?;
+        desk.changed_index = desk.document.apply(&edit, gesture, &known)?;
         let was_right = desk.problems.is_empty();
         self.load(&mut desk);
-        let is_typed = matches!(edit, crate::document::Edit::SetText { .. });
         if was_right && !is_typed && !desk.problems.is_empty() {
             let words = desk.problems[0].words.clone();
             desk.document = before;
             self.load(&mut desk);
             return Err(Refused(400, words));
         }
-        Ok(self.state(&desk))
+        let state = self.state(&desk);
+        desk.changed_index = None;
+        Ok(state)
     }
 
     fn step(&self, step: impl Fn(&mut Document) -> bool) -> Answer<'_> {
@@ -530,6 +554,16 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// Takes the file as another program has written it, in place of what was edited here.
+    fn reload(&self) -> Answer<'_> {
+        self.may_write()?;
+        let mut desk = locked(&self.desk);
+        desk.file.reload()?;
+        desk.document = Document::new(desk.file.text().to_string());
+        self.load(&mut desk);
+        Ok(self.state(&desk))
+    }
+
     fn find(&self, request: &Request) -> Answer<'_> {
         let question: FindRequest = read(request)?;
         let loaded = self.lock_ready().parts()?.1.clone();
@@ -537,7 +571,7 @@ impl<'a> Session<'a> {
             // The search before gives way.
             self.stop_finding.store(true, Ordering::Relaxed);
             let _alone = locked(&self.finding);
-            self.stop_finding.store(false, Ordering::Relaxed);
+            self.stop_finding.store(self.is_ending.load(Ordering::Relaxed), Ordering::Relaxed);
             let study = (&*loaded.study, loaded.worlds.as_slice());
             std::thread::scope(|scope| {
                 let (sender, events) = mpsc::channel();

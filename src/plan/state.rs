@@ -39,6 +39,8 @@ pub struct State {
     pub problems: Vec<Problem>,
     /// What the page should tell once, such as where the placed sensors were taken from.
     pub notes: Vec<String>,
+    /// Which sensor of the plan an edit has changed, if it is still there; only in the answer to that edit.
+    pub changed_index: Option<usize>,
     /// Whether it was saved since it was opened.
     pub saved: bool,
     /// Grows when the scenes are voxelized anew.

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
+use perirobot_scene::source::hex;
 use perirobot_sweep::results::files::write_whole;
+use sha2::{Digest, Sha256};
 
 /// The file of the study that is edited.
 #[derive(Debug)]
@@ -15,7 +17,7 @@ pub struct StudyFile {
     /// As it was last read or written here.
     known: String,
     /// Held as long as the study is open.
-    lock: Option<File>,
+    _lock: Option<File>,
 }
 
 /// Whether the file was written.
@@ -34,11 +36,8 @@ impl StudyFile {
     /// When it cannot be read or is not UTF-8; `Error::Busy` if another planner has it open.
     pub fn open(path: &Path, read_only: bool) -> Result<StudyFile> {
         let known = read(path)?;
-        let mut file = StudyFile { path: path.into(), known, lock: None };
-        if !read_only {
-            file.lock = lock(path)?;
-        }
-        Ok(file)
+        let lock = if read_only { None } else { lock(path)? };
+        Ok(StudyFile { path: path.into(), known, _lock: lock })
     }
 
     /// Where it is.
@@ -73,9 +72,6 @@ impl StudyFile {
             let _ = fs::set_permissions(&target, permissions);
         }
         self.known = text.into();
-        if self.lock.take().is_some() {
-            self.lock = lock(&self.path)?;
-        }
         Ok(Saved::Written)
     }
 
@@ -85,9 +81,6 @@ impl StudyFile {
     /// As [`StudyFile::open`].
     pub fn reload(&mut self) -> Result<()> {
         self.known = read(&self.path)?;
-        if self.lock.take().is_some() {
-            self.lock = lock(&self.path)?;
-        }
         Ok(())
     }
 }
@@ -99,9 +92,19 @@ fn read(path: &Path) -> Result<String> {
     })
 }
 
-/// Locks a file against other planners; `None` if its file system has no locks.
+/// Locks a study against other planners; `None` if the file system of temporary files has no locks. The lock is on a file of
+/// its own, since editors write a study as a new file under the same name.
 fn lock(path: &Path) -> Result<Option<File>> {
-    let file = File::open(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+    let whole = fs::canonicalize(path).map_err(|e| Error::io(path, "cannot be read", e))?;
+    let name: String = hex(&Sha256::digest(whole.as_os_str().as_encoded_bytes()));
+    let beside = std::env::temp_dir().join(format!("perirobot-plan-{}.lock", &name[..32]));
+    let file = match File::options().create(true).append(true).open(&beside) {
+        Ok(file) => file,
+        Err(e) => {
+            log::warn!("{} cannot be locked ({e}): open it in one planner only", path.display());
+            return Ok(None);
+        }
+    };
     match file.try_lock() {
         Ok(()) => Ok(Some(file)),
         Err(TryLockError::WouldBlock) => {
@@ -151,6 +154,9 @@ mod tests {
         assert!(refused());
         first.save("a = 2\n", false).unwrap();
         assert!(refused(), "after it was saved, too");
+        fs::rename(&path, folder.path().join("study.toml~")).unwrap();
+        fs::copy(folder.path().join("study.toml~"), &path).unwrap();
+        assert!(refused(), "after another program wrote it as a new file, too");
         StudyFile::open(&path, true).unwrap();
         drop(first);
         StudyFile::open(&path, false).unwrap();

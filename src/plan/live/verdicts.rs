@@ -230,7 +230,9 @@ fn worst(
 ) -> Option<(usize, String)> {
     let failed = set.judgements.iter().filter(|judgement| !judgement.is_met);
     let mut of_counts = failed.filter_map(|judgement| match judgement.worst.part? {
-        CasePart::Moment(moment) => Some((moments[moment].moment, judgement.requirement.name.clone())),
+        CasePart::Moment(moment) => {
+            Some((moments[moment].moment, format!("fails “{}”", judgement.requirement.name)))
+        }
         CasePart::Passage(_) => None,
     });
     let by_requirement = of_counts.next();
@@ -239,7 +241,6 @@ fn worst(
         let each = moments.iter().filter_map(|of| Some((unknown(of)?, of.moment)));
         let worst = each.reduce(|a, b| if b.0.value() > a.0.value() { b } else { a })?;
         let (region, moment) = (&study.regions.first()?.0, worst.1);
-        let words = format!("most of region {region} is unknown in {}", worlds[moment].title(study));
-        Some((moment, words))
+        Some((moment, format!("least is known of region {region}")))
     })
 }

@@ -7,7 +7,7 @@ function sensorOfDots() {
   return planner.state?.sensors?.find(one => one.name === name);
 }
 
-const keyOfDots = sensor => JSON.stringify([planner.state.worlds, sensor.name, sensor.poses.length, planner.moment, planner.region]);
+const keyOfDots = sensor => JSON.stringify([planner.state.worlds, sensor, planner.moment, planner.region]);
 
 /** The scores of a sensor's listed poses, as far as they are known. */
 const scoresOfPoses = sensor => sensor ? dots.scores.get(keyOfDots(sensor)) ?? new Map() : new Map();
@@ -25,6 +25,7 @@ async function countDots() {
   if (known?.isWhole) return;
   dots.controller?.abort();
   const controller = dots.controller = new AbortController(), scores = new Map();
+  if (dots.scores.size > 20) dots.scores.clear();
   dots.scores.set(key, scores);
   const index = planner.state.sensors.indexOf(sensor);
   try {

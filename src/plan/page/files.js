@@ -38,9 +38,19 @@ async function write(overwrite) {
     take(state);
     notify(`Saved ${state.path}.`, "good");
   } catch (error) {
-    if (error.status === 409) openDialog("The file has changed on disk", [made("p", {}, `Another program has changed ${planner.state.path} since it was opened here. Overwriting it loses that change.`)], [["Overwrite", () => write(true), false, "overwrite"]]);
+    if (error.status === 409) openDialog("The file has changed on disk", [made("p", {}, `Another program has changed ${planner.state.path} since it was opened here. Overwriting it loses that change.`)], [["Read theirs", reload, false, "reload"], ["Overwrite", () => write(true), false, "overwrite"]]);
     else complain(error);
   }
+}
+
+/** Takes the file as another program has written it; undo does not bring this page's changes back. */
+async function reload() {
+  try {
+    const state = await ask("/reload", {});
+    closeDialog();
+    take(state);
+    notify("The file was read again.", "good");
+  } catch (error) { complain(error); }
 }
 
 /** The whole study as text, to be repaired by hand. */

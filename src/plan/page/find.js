@@ -18,6 +18,12 @@ function showFindKind() {
 
 async function find() {
   stopFind();
+  const budget = element("find-budget").value;
+  if (element("find-keep").checked && budget !== "" && planner.state.cost > Number(budget)) {
+    found.words = `The placed sensors alone cost ${money(planner.state.cost)}: let Find replace them (untick “Placed sensors stay”), or raise the budget.`;
+    showFound();
+    return;
+  }
   const controller = found.controller = new AbortController(), isScore = element("find-ask").value === "score", numberOf = id => element(id).value === "" ? null : Number(element(id).value);
   Object.assign(found, { points: [], bound: null, words: "Searching…" });
   document.body.dataset.finding = "yes";
@@ -34,7 +40,7 @@ async function find() {
 
 /** A line of the answer. */
 function hear(line) {
-  if (line.point) found.points = [...found.points.filter(one => one.cost !== line.point.cost || one.score !== line.point.score), line.point];
+  if (line.point) found.points = [...found.points.filter(one => one.cost !== line.point.cost || one.score !== line.point.score), { ...line.point, version: planner.state.version }];
   if (line.bound) found.bound = line.bound;
   if (line.stage) found.words = `${line.stage.words}: ${grouped(line.stage.done)} of ${grouped(line.stage.total)}`;
   for (const name of ["done", "stopped", "error"]) if (line[name] !== undefined) found.words = typeof line[name] === "string" ? line[name] : line[name].words ?? (name === "done" ? "Done." : name === "stopped" ? "Stopped: this was found so far." : "It cannot be found.");
@@ -81,7 +87,16 @@ function takeFound(point) {
   if (point.placed) edit({ edit: "set_plan", placed: point.placed }).then(is => { if (is) notify("The set is placed; undo brings yours back.", "good"); });
 }
 
+/** Poses that were dragged may be elsewhere by now: what was found with them no longer holds. */
+function forgetDragged() {
+  const kept = found.points.filter(point => !point.placed?.some(one => one.pose.startsWith("planned")) || point.version === planner.state.version);
+  if (kept.length === found.points.length) return;
+  found.points = kept;
+  showFound();
+}
+
 function makeFind() {
+  on("state", forgetDragged);
   element("find").addEventListener("click", openFind);
   element("find-close").addEventListener("click", () => { element("find-panel").hidden = true; });
   element("find-ask").addEventListener("change", showFindKind);

@@ -25,8 +25,17 @@ function levelAxis([x, y]) {
 let copied = null;
 const isTyping = target => target.closest?.("input, textarea, select, [contenteditable]") && target.type !== "checkbox" && target.type !== "range";
 
+/** Menus close on Escape and on a click elsewhere. */
+function closeMenus(but = null) {
+  const open = [...document.querySelectorAll("details.menu[open]")].filter(menu => menu !== but);
+  open.forEach(menu => { menu.open = false; });
+  return open.length > 0;
+}
+addEventListener("pointerdown", event => closeMenus(event.target.closest?.("details.menu")), true);
+
 function press(event) {
   if (element("dialog").open || event.defaultPrevented) return;
+  if (event.key === "Escape" && closeMenus()) { event.preventDefault(); return; }
   const { target, key } = event, command = event.ctrlKey || event.metaKey;
   if (command && key.toLowerCase() === "s") { event.preventDefault(); save(); return; }
   if (isTyping(target)) { if (key === "Escape") target.blur(); return; }

@@ -43,7 +43,7 @@ async function countMoments() {
   scores.moments?.abort();
   const controller = scores.moments = new AbortController(), n = scores.n;
   try {
-    const answer = await ask("/moments", { n, dead: planner.dead }, controller.signal);
+    const answer = await ask("/moments", { n, dead: planner.dead, window: windowNumber }, controller.signal);
     if (scores.moments !== controller || answer.superseded) return;
     planner.moments = answer.moments;
     document.body.dataset.moments = answer.n;
@@ -56,10 +56,11 @@ async function judge() {
   scores.controller?.abort();
   const controller = scores.controller = new AbortController(), n = scores.n;
   document.body.dataset.judging = n;
+  const { version } = planner.state;
   try {
-    const answer = await ask("/judge", { n, dead: planner.dead }, controller.signal);
+    const answer = await ask("/judge", { n, dead: planner.dead, window: windowNumber }, controller.signal);
     if (scores.controller !== controller || answer.superseded) return;
-    planner.judged = answer;
+    planner.judged = { ...answer, version };
     planner.moments = answer.moments;
     document.body.dataset.judged = answer.n;
     tell("judged");

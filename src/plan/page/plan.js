@@ -29,6 +29,20 @@ function watchedPicture() {
 let planAsked = false;
 const drawPlanSoon = () => { if (!planAsked) { planAsked = true; requestAnimationFrame(drawPlan); } };
 
+/** What stands where at the chosen moment: the state has the first one of each scene, the others are loaded. */
+function thingsNow() {
+  const { moment } = planner, own = chosenScene();
+  if (moment === own.moments[0]) return own.things ?? [];
+  if (plan.things?.moment === moment) return plan.things.all;
+  loadScenery(moment).then(({ things }) => {
+    const ends = ({ at }, worse) => [0, 1, 2].map(axis => at.reduce((end, x, n) => n % 3 === axis ? worse(end, x) : end, at[axis]));
+    const boxed = thing => ({ name: thing.name, role: thing.role, low_m: ends(thing, Math.min), high_m: ends(thing, Math.max) });
+    plan.things = { moment, all: things.filter(thing => thing.at.length).map(boxed) };
+    drawPlanSoon();
+  }).catch(complain);
+  return plan.things?.all ?? own.things ?? [];
+}
+
 function drawPlan() {
   planAsked = false;
   const home = element("plan");
@@ -37,7 +51,7 @@ function drawPlan() {
   const box = (low, high, look, more = {}) => shape("rect", { x: px(x(low[0])), y: px(y(high[1])), width: px(Math.max(0, (high[0] - low[0]) * unit)), height: px(Math.max(0, (high[1] - low[1]) * unit)), class: look, ...more });
   const [low, high] = roomBox(), watched = watchedPicture(), { answer } = planner;
   const h = answer?.cell.voxel_size_m, begin = answer?.seen_window?.min ?? [0, 0], from = answer && [0, 1].map(axis => (answer.cell.origin[axis] + begin[axis]) * h), to = answer && plus(from, times((answer.seen_window ?? answer.cell).size.slice(0, 2), h));
-  const things = [...chosenScene().things ?? []].sort((a, b) => area(b) - area(a)).filter(thing => !isShell({ role: thing.role, box: [thing.low_m, thing.high_m] }, [low, high]));
+  const things = [...thingsNow()].sort((a, b) => area(b) - area(a)).filter(thing => !isShell({ role: thing.role, box: [thing.low_m, thing.high_m] }, [low, high]));
   const inside = things.filter(thing => thing.role !== "human").filter(thing => (thing.high_m[0] - thing.low_m[0]) * unit > [...thing.name].length * 7.6 && (thing.high_m[1] - thing.low_m[1]) * unit > 16);
   const nodes = [
     box(low, high, "floor"),

@@ -62,7 +62,9 @@ function lose() {
       const answer = await fetch("/state", { headers: { "X-Perirobot-Token": token }, cache: "no-store" });
       if (!answer.ok) throw new Refusal(answer.status, await answer.json().catch(() => ({})));
       const state = await answer.json();
+      // Another run of the program counts its versions anew.
       planner.isLost = false;
+      planner.state = null;
       delete document.body.dataset.lost;
       tell("connection");
       take(state);
@@ -77,6 +79,7 @@ const mayEdit = () => !!planner.state && !planner.isLost && !planner.state.read_
 /** Takes a state that the program has sent, unless a newer one is known. */
 function take(state) {
   const before = planner.state;
+  if (before && state.version < before.version) return;
   planner.state = state;
   document.body.dataset.version = state.version;
   const count = placed().length;
@@ -90,7 +93,10 @@ function take(state) {
   if (!planner.draft) wantScore("fine");
 }
 
-let gesture = 1;
+// Another page's gestures, and those before a reload, are others.
+let gesture = Math.floor(Math.random() * 2 ** 40);
+/** Tells this window from others: newer work takes the place of its own older work only. */
+const windowNumber = Math.floor(Math.random() * 2 ** 40);
 /** Begins another gesture: edits of one are undone together. */
 const nextGesture = () => ++gesture;
 
@@ -109,17 +115,20 @@ function edit(change, of = nextGesture()) {
       // What was a draft is in the study now.
       if (draft && planner.draft === draft) planner.draft = null;
       take(state);
+      if (typeof state.changed_index === "number") select(state.changed_index);
       return true;
     } catch (error) { complain(error); return false; } finally { edits -= 1; markBusy(); }
   });
   return lastEdit;
 }
 
-async function step(path) {
+function step(path) {
   if (!mayEdit()) return;
   edits += 1;
   markBusy();
-  try { take(await ask(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }
+  lastEdit = lastEdit.then(async () => {
+    try { take(await ask(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }
+  });
 }
 
 /** Shows for some seconds why something did not happen. */

@@ -14,13 +14,14 @@ function showStatus() {
   if (!state) return;
   const verdicts = judged?.verdicts ?? [], passed = verdicts.filter(one => one.passes === true).length, isAll = verdicts.length && passed === verdicts.length;
   const verdict = element("verdict");
-  verdict.textContent = !(state.requirements ?? verdicts).length ? "No requirements" : !judged ? "Counting…" : isAll ? `PASS ${passed} of ${verdicts.length}` : `FAIL: ${passed} of ${verdicts.length} met`;
-  verdict.className = !verdicts.length ? "" : isAll ? "PASS" : "FAIL";
+  const isOld = !judged || judged.version !== state.version || state.problems?.length > 0 || planner.draft;
+  verdict.textContent = !(state.requirements ?? verdicts).length ? "No requirements" : state.problems?.length ? "The text has errors" : isOld ? "Judging…" : isAll ? `PASS ${passed} of ${verdicts.length}` : `FAIL: ${passed} of ${verdicts.length} met`;
+  verdict.className = !verdicts.length || isOld ? "" : isAll ? "PASS" : "FAIL";
   const say = (id, words) => { const home = element(id); if (home.lastChild.textContent !== words) home.lastChild.textContent = words; home.hidden = !words; };
   say("worst", judged?.worst?.words ?? "");
   const { nearest } = judged ?? {};
   say("nearest", nearest ? nearest.words ?? `${metres(nearest.metres)}: ${nearest.body} from ${nearest.entry}` : "");
-  const cost = judged?.cost ?? state.cost, budget = judged?.budget ?? state.budget;
+  const { cost, budget } = state;
   const home = element("money");
   home.hidden = cost === null || cost === undefined;
   home.lastChild.textContent = budget === null || budget === undefined ? money(cost) : `${money(cost)} of ${money(budget)}`;

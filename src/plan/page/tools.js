@@ -38,6 +38,13 @@ function ghost(hit) {
   wantScore("coarse");
 }
 
+/** What one of a device of the catalogue costs, as it was typed; a study with prices needs it. */
+function costOfModel() {
+  const typed = element("model-cost").value;
+  return typed === "" ? {} : { cost: Number(typed) };
+}
+const needsCost = () => (planner.state?.sensors ?? []).length > 0 && planner.state.sensors.every(one => one.cost !== null && one.cost !== undefined);
+
 /** Places the held sensor where it is shown. */
 async function placeGhost() {
   const { armed, draft } = planner;
@@ -45,19 +52,15 @@ async function placeGhost() {
   const { sensor, model } = armed;
   planner.armed = null;
   draft.isSettling = true;
-  const before = placed().length;
-  const isDone = await edit({ edit: "add", ...(sensor ? { sensor } : { model }), at: written(draft.at) });
+  const isDone = await edit({ edit: "add", ...(sensor ? { sensor } : { model, ...costOfModel() }), at: written(draft.at) });
   if (!isDone) dropDraft(draft);
   ["armed", "tool"].forEach(tell);
-  if (placed().length > before) select(placed().length - 1);
 }
 
 /** Places a sensor at a listed pose. */
 async function placeListed(sensor, pose) {
   disarm();
-  const before = placed().length;
   await edit({ edit: "place", sensor: sensor.name, pose: pose.name });
-  if (placed().length > before) select(placed().length - 1);
 }
 
 /** Copies a sensor beside itself. */
@@ -67,9 +70,8 @@ async function copySensor(index = planner.selected) {
   if (!at || !mayEdit()) return;
   const level = Math.hypot(...forwardOf(at).slice(0, 2)) > 0.1, side = level ? unitOf([-forwardOf(at)[1], forwardOf(at)[0], 0]) : [0, 1, 0];
   const [low, high] = roomBox(), there = [0.4, -0.4].map(way => plus(at.position_m, times(side, way)));
-  const position_m = there.find(place => place.every((x, axis) => x >= low[axis] && x <= high[axis])) ?? there[0], before = placed().length;
+  const position_m = there.find(place => place.every((x, axis) => x >= low[axis] && x <= high[axis])) ?? there[0];
   await edit({ edit: "copy", index, at: written({ ...at, position_m }) });
-  if (placed().length > before) select(placed().length - 1);
 }
 function removeSensor(index = planner.selected) {
   flushDraft();
@@ -91,7 +93,7 @@ function showWhyWords() {
   const home = element("why"), { why } = planner;
   home.hidden = planner.tool !== "why";
   if (home.hidden) return;
-  const rows = (why?.sensors ?? []).map(one => made("li", { class: one.sees ? "sees" : "blind" }, made("b", { class: "letter" }, letterAt(one.index)), made("span", {}, one.words || (one.sees ? "sees it" : "does not see it"))));
+  const rows = (why?.sensors ?? []).map(one => made("li", { class: one.sees ? "sees" : "blind" }, made("b", { class: "letter" }, letterAt(one.index)), made("span", {}, one.index === planner.dead ? "is switched off" : one.words || (one.sees ? "sees it" : "does not see it"))));
   const place = why ? `x ${why.at_m[0].toFixed(2)}, y ${why.at_m[1].toFixed(2)}, z ${why.at_m[2].toFixed(2)} m` : "";
   home.replaceChildren(made("h2", {}, "Why here?"), made("p", {}, why ? `${place}${why.object ? `: ${why.object}` : ""}` : "Click a place: which sensors see it, and what stops the others."), made("ul", {}, ...rows));
   if (why && !why.sensors) home.append(made("p", { class: "soft" }, "Asking…"));
@@ -118,7 +120,15 @@ function showCatalogue() {
   const { sensors = [], catalogue = [] } = planner.state, wanted = element("catalogue-filter").value.toLowerCase();
   const row = (name, words, cost, what) => {
     const button = made("button", { type: "button", class: "model" }, made("strong", {}, name), made("span", {}, words), made("em", {}, cost === null || cost === undefined ? "" : money(cost)));
-    button.addEventListener("click", () => { if (mayEdit()) arm(what); });
+    button.addEventListener("click", () => {
+      if (!mayEdit()) return;
+      if (what.model && needsCost() && element("model-cost").value === "") {
+        element("model-cost").focus();
+        notify("Every sensor of this study has a cost: write first what one of the catalogue's devices costs.", "bad");
+        return;
+      }
+      arm(what);
+    });
     return button;
   };
   const isWanted = (...texts) => !wanted || texts.join(" ").toLowerCase().includes(wanted);

@@ -13,12 +13,26 @@ import urllib.request
 from html import escape
 from os import PathLike
 from types import TracebackType
-from typing import Any
+from typing import Any, Optional
 
 from .study import Study
 
 #: How long the planner may take to answer, in seconds: scenes become voxels before it does.
 _PATIENCE_S = 600.0
+
+
+#: How a study file is read: edge of a voxel, without noise, packages, files elsewhere, xacro.
+_Options = tuple[Optional[float], bool, list[tuple[str, str]], bool, bool]
+
+
+def _flags(options: _Options) -> list[str]:
+    """The same for the command line."""
+    voxel_size_m, noiseless, packages, allow_outside, xacro = options
+    flags = [] if voxel_size_m is None else ["--voxel-size", str(voxel_size_m)]
+    flags += ["--noiseless"] * noiseless + ["--allow-outside"] * allow_outside + ["--xacro"] * xacro
+    for name, folder in packages:
+        flags += ["--package", f"{name}={folder}"]
+    return flags
 
 
 class Planner:
@@ -27,17 +41,25 @@ class Planner:
     In a notebook it is a link to its page. Use it with ``with``, or call :meth:`close`.
     """
 
-    def __init__(self, path: str, words: list[str], folder: tempfile.TemporaryDirectory[str] | None) -> None:
+    def __init__(
+        self, path: str, words: list[str], read: _Options, folder: tempfile.TemporaryDirectory[str] | None
+    ) -> None:
         self._path = path
+        self._read = read
         self._folder = folder
         command = [sys.executable, "-m", "perirobot", "plan", path, *words]
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        # A file, as nobody reads a pipe while the planner runs.
+        self._said = tempfile.TemporaryFile()
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self._said, text=True)
         assert self._process.stdout is not None
         begin = "http://127.0.0.1:"
         said, found, rest = self._process.stdout.readline().partition(begin)
         if not found:
-            _, error = self._process.communicate()
-            raise ValueError(error.strip().removeprefix("error: ") or said)
+            self._process.communicate()
+            self._said.seek(0)
+            error = self._said.read().decode(errors="replace").strip()
+            self._said.close()
+            raise ValueError(error.partition("error: ")[2] or error or said)
         #: The address of the page, with the secret that lets it in.
         self.url: str = begin + rest.strip()
         base, _, self._token = self.url.partition("#")
@@ -50,7 +72,7 @@ class Planner:
         :raises RuntimeError: if the planner has ended.
         """
         text = self._ask("/text")["text"]
-        return Study._read(self._path, None, False, [], False, False, text)
+        return Study._read(self._path, *self._read, text)
 
     def is_changed(self) -> bool:
         """Whether there are changes that were not saved."""
@@ -61,6 +83,7 @@ class Planner:
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGTERM)
         self._process.communicate()
+        self._said.close()
         if self._folder is not None:
             self._folder.cleanup()
 
@@ -107,10 +130,15 @@ def plan(
     :raises ValueError: if the file cannot be read, or another planner has it open.
     """
     folder = None
+    read: _Options = (None, False, [], False, False)
     if isinstance(study, Study):
-        kind, (first, *_) = study._origin
+        kind, (first, *rest) = study._origin
         if kind == "load":
             path = str(first)
+            *options, text = rest
+            if text is not None:
+                raise ValueError(f"{path}: the study has changes that are not in its file: save them in the planner first")
+            read = (options[0], options[1], options[2], options[3], options[4])
         else:
             folder = tempfile.TemporaryDirectory(prefix="perirobot-")
             path = study.save(folder.name)
@@ -118,11 +146,11 @@ def plan(
         path = os.fspath(study)
     if open_browser is None:
         open_browser = "ipykernel" not in sys.modules
-    words = ["--port", str(port)]
+    words = ["--port", str(port), *_flags(read)]
     words += [] if open_browser else ["--no-open"]
     words += ["--read-only"] if read_only else []
     try:
-        return Planner(path, words, folder)
+        return Planner(path, words, read, folder)
     except BaseException:
         if folder is not None:
             folder.cleanup()
