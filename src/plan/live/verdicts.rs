@@ -158,7 +158,7 @@ impl Live {
         let subject = Subject::from_study(&study, &worlds);
         let moments = moments(&set, &worlds);
         let nearest = nearest(&set, &study, &worlds, &choice, progress)?;
-        let worst = worst(&set, &moments, &study, &worlds);
+        let worst = worst(&set, &moments, &study);
         Ok(JudgeAnswer { verdicts: lines(&set, &subject), moments, nearest, worst, cost, problems })
     }
 }
@@ -222,12 +222,7 @@ fn nearest(
     }))
 }
 
-fn worst(
-    set: &JudgedSet,
-    moments: &[MomentCounts],
-    study: &Study,
-    worlds: &[World],
-) -> Option<(usize, String)> {
+fn worst(set: &JudgedSet, moments: &[MomentCounts], study: &Study) -> Option<(usize, String)> {
     let failed = set.judgements.iter().filter(|judgement| !judgement.is_met);
     let mut of_counts = failed.filter_map(|judgement| match judgement.worst.part? {
         CasePart::Moment(moment) => {
