@@ -14,7 +14,6 @@ use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
-use perirobot_scene::shell;
 use perirobot_study::input::{Planned, PlannedAt, Study};
 use perirobot_study::world::World;
 use serde::Deserialize;
@@ -32,7 +31,7 @@ use crate::live::{Live, Resolution, ScoreRequest, coarse_voxel_m};
 use crate::page;
 use crate::problem::Problem;
 use crate::server::{Body, Method, Request, Response};
-use crate::state::{CellState, CommandState, State};
+use crate::state::{CellState, State};
 use crate::study_file::{Saved, StudyFile};
 
 /// Reads a study from a text that may differ from that of its file.
@@ -313,8 +312,6 @@ impl<'a> Session<'a> {
     fn state(&self, desk: &Desk) -> Response<'_> {
         let path = desk.file.path();
         let shown = path.display().to_string();
-        let sweep = shell::command(&["perirobot", "sweep", &shown, "--out", "out"]);
-        let report = [sweep, "perirobot report out".to_string()];
         let state = State {
             version: desk.version,
             name: path.file_name().unwrap_or_default().to_string_lossy().into(),
@@ -329,7 +326,6 @@ impl<'a> Session<'a> {
             changed_index: desk.changed_index,
             saved: desk.was_saved,
             worlds: desk.worlds,
-            commands: CommandState { report: report.into() },
             cell: desk.loaded.as_ref().map_or_else(CellState::default, |loaded| (*loaded.cell).clone()),
         };
         Response::json(serde_json::to_vec(&state).expect("a state is JSON"))

@@ -45,18 +45,9 @@ pub struct State {
     pub saved: bool,
     /// Grows when the scenes are voxelized anew.
     pub worlds: u64,
-    /// What to type for a report of the plan once it is saved, and the like.
-    pub commands: CommandState,
     /// The cell.
     #[serde(flatten)]
     pub cell: CellState,
-}
-
-/// What to type in a terminal.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct CommandState {
-    /// For the report of the plan.
-    pub report: Vec<String>,
 }
 
 /// A study that was read; empty before any was.

@@ -4,10 +4,12 @@
     python3 planner.py ended ADDRESS PROCESS
     python3 planner.py strangers ADDRESS
     python3 planner.py speed ADDRESS
+    python3 planner.py pictures ADDRESS FOLDER
 
 The address is the one that the command prints, with the token. `used` saves the study, and prints the counts that the page
 shows then, as JSON: those of a sweep of the saved study. `ended` ends the planner, by its process number, in the middle of a
-drag. `strangers` asks from pages of other origins. `speed` prints how soon pictures follow the pointer.
+drag. `strangers` asks from pages of other origins. `speed` prints how soon pictures follow the pointer. `pictures` draws those
+of the guide, of the template palletiser.
 """
 
 import http.server
@@ -274,5 +276,17 @@ def speed(address):
         print(json.dumps({name: round(value, 1) for name, value in row.items()}))
 
 
+def pictures(address, folder):
+    with Browser(has_network=True) as browser:
+        browser.size(1280, 800)
+        page = Page(browser, address)
+        browser.until("return document.body.dataset.judged !== undefined", "verdicts", 300)
+        for tab, name in (("tab-3d", "planner-3d.png"), ("tab-plan", "planner-plan.png")):
+            page.click(tab)
+            # Views at rest are drawn finely.
+            time.sleep(3)
+            browser.picture(os.path.join(folder, name))
+
+
 if __name__ == "__main__":
-    {"used": used, "ended": ended, "strangers": strangers, "speed": speed}[sys.argv[1]](*sys.argv[2:])
+    {"used": used, "ended": ended, "strangers": strangers, "speed": speed, "pictures": pictures}[sys.argv[1]](*sys.argv[2:])

@@ -35,7 +35,7 @@ fn check(name: &str, cost: &str) {
     let out = home.join("out");
     let outcome = perirobot(&["choose", text(&study), "--out", text(&out), "--backend", "cpu"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    for expected in [&format!(" for {cost} EUR pass "), "the robot may run at ", "proven: no cheaper set"] {
+    for expected in [&format!(" for {cost} EUR meet "), "the robot may run at ", "proven: no cheaper set"] {
         assert!(outcome.stdout.contains(expected), "{}", outcome.stdout);
     }
     assert!(!outcome.stdout.contains("none of the listed speeds"), "{}", outcome.stdout);

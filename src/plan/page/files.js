@@ -99,7 +99,7 @@ async function copyPlan() {
 /** What to type for a report of what is planned. */
 function openReport() {
   const path = planner.state.path, quoted = /^[\w./:+-]+$/.test(path) ? path : `'${path.replace(/'/g, `'\\''`)}'`;
-  const lines = planner.state.commands?.report ?? [`perirobot sweep ${quoted} --out out/planned`, "perirobot report out/planned"];
+  const lines = [`perirobot sweep ${quoted} --out out/planned`, "perirobot report out/planned"];
   openDialog("Report and mounting sheets", [made("p", {}, "Save, then type this in a terminal. The report has the plan's scores, mounting sheets with dimensions, and what stays blind:"), made("pre", { tabindex: "0" }, lines.join("\n"))], [["Copy", () => navigator.clipboard.writeText(lines.join("\n")).then(() => notify("Copied.", "good"), complain), true]]);
 }
 

@@ -1,16 +1,5 @@
 // What the page knows, and how it talks to the program: every request has the token of the address, one score is in flight.
-//
-// Beyond the requests of the notes this page asks for:
-//   GET /text -> { text, plan }: the whole study, and the tables of the plan alone (for "Copy as TOML" and to repair a study)
-//   State.worlds: a number that changes when scenery or cells change (else every edit of a box loads them again)
-//   State.commands: { report: [line, ...] } what to type for a report of the plan; State.saved: whether it was saved before
-//   /edit { edit: "set_plan", placed: [{ sensor, pose }] }: a set that `choose` has found, in place of the plan
-//   /choose lines: { point: { cost, score, words, placed: [{ sensor, pose }], is_proven } } | { bound: { cost, score } } |
-//     { done: words } | { stopped: words } | { error: words }; `score` may be null where the question is the cheapest set
-//   seen_by: 255 where no region has a voxel in the column; seen_window: { min: [x, y], size: [nx, ny] } from the corner of the
-//     grid, where the columns are not those of the whole cell
-//   seen_twice of counts: a share (0 to 1) or a number of voxels
-//   counts also hold `adds`: { seen, human_seen } of each placed sensor (voxels seen by it alone), for the inspector
+// The answers are those of `state.rs` and `answers.rs`.
 
 const token = location.hash.replace(/^#(token=)?/, "");
 const planner = { state: null, selected: -1, moment: 0, region: 0, dead: null, tool: "move", tab: "3d", draft: null, answer: null, judged: null, isLost: false, armed: null };
