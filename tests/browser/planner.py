@@ -1,12 +1,13 @@
 """Uses the page of `perirobot plan` in a headless Chromium as a person would: drags, aims, types, undoes, saves.
 
+    python3 planner.py opened ADDRESS
     python3 planner.py used ADDRESS
     python3 planner.py ended ADDRESS PROCESS
     python3 planner.py strangers ADDRESS
     python3 planner.py speed ADDRESS
     python3 planner.py pictures ADDRESS FOLDER
 
-The address is the one that the command prints, with the token. `used` saves the study, and prints the counts that the page
+The address is the one that the command prints, with the token. `opened` looks at all that is shown first. `used` saves the study, and prints the counts that the page
 shows then, as JSON: those of a sweep of the saved study. `ended` ends the planner, by its process number, in the middle of a
 drag. `strangers` asks from pages of other origins. `speed` prints how soon pictures follow the pointer. `pictures` draws those
 of the guide, of the template palletiser.
@@ -132,6 +133,20 @@ def the_plan_edits_the_same(page):
     page.browser.press("z", CONTROL)
     page.rest()
     assert page.placed()[0]["at_m"] == before["at_m"], before
+
+
+def opened(address):
+    with Browser(has_network=True) as browser:
+        browser.size(1440, 900)
+        page = Page(browser, address)
+        browser.until("return document.body.dataset.judged !== undefined", "verdicts", 300)
+        browser.until("return document.body.dataset.moments === document.body.dataset.n", "all moments", 300)
+        page.click("tab-plan")
+        browser.until("return !!document.querySelector('#plan .badge, #plan rect')", "the floor plan")
+        assert sum(page.counts().values()) > 0, page.counts()
+        assert browser.run("return document.getElementById('failure').hidden")
+        said = [entry["message"] for entry in browser.log("browser") if entry["level"] == "SEVERE"]
+        assert not said, said
 
 
 def used(address):
@@ -289,4 +304,4 @@ def pictures(address, folder):
 
 
 if __name__ == "__main__":
-    {"used": used, "ended": ended, "strangers": strangers, "speed": speed, "pictures": pictures}[sys.argv[1]](*sys.argv[2:])
+    {"opened": opened, "used": used, "ended": ended, "strangers": strangers, "speed": speed, "pictures": pictures}[sys.argv[1]](*sys.argv[2:])

@@ -57,6 +57,17 @@ fn a_sweep_counts_what_the_page_showed_after_a_drag() {
 
 #[test]
 #[ignore = "needs chromium, chromium-driver and python3"]
+fn each_template_opens() {
+    for template in ["assembly", "palletiser", "welding", "handover", "laboratory"] {
+        let folder = tempfile::tempdir().unwrap();
+        let planner = Planner::start(text(&cell(folder.path(), template)), &["--backend", "cpu"]);
+        script("opened", &[&planner.address()]);
+        planner.end();
+    }
+}
+
+#[test]
+#[ignore = "needs chromium, chromium-driver and python3"]
 fn the_page_says_that_its_planner_has_ended() {
     let folder = tempfile::tempdir().unwrap();
     let study = cell(folder.path(), "laboratory");

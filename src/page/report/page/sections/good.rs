@@ -251,7 +251,11 @@ mod tests {
     fn all_verdicts_are_told_in_a_line() {
         check(&[], "OPEN", "not decided: the study names no requirement");
         check(&[&["PASS"]], "PASS", "yes: 1 of 1 requirement met");
-        check(&[&["PASS", "FAIL"], &["PASS"]], "FAIL", "no: 1 of 2 requirements met (2 of 3 verdicts are PASS)");
+        check(
+            &[&["PASS", "FAIL"], &["PASS"]],
+            "FAIL",
+            "no: 1 of 2 requirements met (2 of 3 verdicts are PASS)",
+        );
         check(&[&["PASS"], &["OPEN"]], "OPEN", "not decided: 1 of 2 requirements met, 1 not decided yet");
         let words = "no: 0 of 2 requirements met, 1 missed, 1 not decided yet (1 of 3 verdicts are PASS)";
         check(&[&["PASS", "OPEN"], &["FAIL"]], "FAIL", words);
