@@ -65,7 +65,7 @@ class Choose(unittest.TestCase):
                 verdicts = study.judge(best, backend="cpu")
                 told.append([table.read_text() for table in tables])
                 self.assertEqual(len(verdicts), told[-1][0].count("\n") - 1)
-                self.assertEqual(set(verdicts.combination), {"best 1", "best 2", "tie 1"})
+                self.assertEqual(set(verdicts.combination), {"best 1 for 450", "best 2 for 900", "tie 1"})
                 self.assertEqual(set(verdicts.verdict), {"PASS", "FAIL"})
                 if study is not in_memory:
                     self.assertEqual(program("judge", out, "--backend", "cpu").returncode, 4)

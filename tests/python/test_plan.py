@@ -35,7 +35,7 @@ class Plans(unittest.TestCase):
             edited = planner.study()
             self.assertIn(planner.url, planner._repr_html_())
         self.assertIn("planned", edited.combinations)
-        self.assertNotIn("planned", self.path.read_text(), "it was not saved")
+        self.assertNotIn('name = "planned"', self.path.read_text(), "it was not saved")
         planned = edited.sweep("cpu").to_pandas().query("combination == 'planned'")
         alone = study.sweep("cpu").to_pandas()
         alone = alone[(alone.poses == planned.poses.iloc[0])]
