@@ -1,45 +1,9 @@
 //! The cheapest set that passes, in words: the answer in one sentence, what proves it, and the set of each question.
 
-use super::chosen_sets::{Spelling, describe_limits};
 use super::wording::count;
-use perirobot_decide::cheapest::{
-    AimReport, MOST_TIES, PurchasePoint, PurchaseQuestion, PurchaseReport, PurchasedSet,
-};
+use perirobot_decide::cheapest::{AimReport, MOST_TIES, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{AllowedSpeed, SetVerdicts};
-use perirobot_study::input::PurchaseFront;
 use perirobot_study::sensor::Cost;
-
-/// What was asked, in a sentence.
-pub(super) fn question(report: &PurchaseReport, spelling: &Spelling) -> String {
-    let PurchaseQuestion { at_most, budget, apart_m, disturb, always, then, front, sensors, require, .. } =
-        &report.asked;
-    let budget = budget.map(|budget| report.amount(budget));
-    let mut text = format!(
-        "the cheapest set that passes {}, by at most {}{}",
-        count(require.len(), "requirement"),
-        count(*at_most, "sensor"),
-        describe_limits(budget, *apart_m, *disturb, always)
-    );
-    if let Some(then) = then {
-        let best = match then.counted() {
-            Some((score, region)) => {
-                let (score, over) = ((spelling.score)(score), (spelling.over)(then.over));
-                format!("{score} ({over}) in region {region}")
-            }
-            None => then.score.clone(),
-        };
-        text += &format!(", of equally cheap ones the one with the best {best}");
-    }
-    let sensors: Vec<&str> = sensors.keys().map(String::as_str).collect();
-    text += &format!("; among {} poses of {}", report.candidates, sensors.join(", "));
-    text + match front {
-        Some(PurchaseFront::Speed) => "; and the same at each speed of the robot",
-        Some(PurchaseFront::Requirements) => {
-            "; and the same without each requirement, and for each number of them"
-        }
-        None => "",
-    }
-}
 
 /// The answer in one sentence; `judged` has the verdicts on the recommended set, if it was judged.
 pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
@@ -202,25 +166,6 @@ pub(super) fn describe_bound(report: &PurchaseReport, point: &PurchasePoint) -> 
         }
         (None, true) => "no set".into(),
         (None, false) => "none found".into(),
-    }
-}
-
-/// Of what the recommended set is the best, in words.
-pub(super) fn describe_recommended(report: &PurchaseReport) -> String {
-    let main = report.main();
-    match (&main.set, &main.no_set_below) {
-        (Some(_), _) if main.proven => "the cheapest set that passes all requirements".into(),
-        (Some(_), Some(bound)) => {
-            let bound = report.amount(*bound);
-            format!("the cheapest set that was found to pass all requirements; none below {bound} passes")
-        }
-        (Some(_), None) => "the cheapest set that was found to pass all requirements".into(),
-        (None, _) => match report.points.iter().find(|point| matches!(point.aim, AimReport::Nearest(_))) {
-            Some(point) => {
-                format!("the set that comes nearest: the cheapest for {}", describe_aim(&point.aim))
-            }
-            None => "the set that comes nearest".into(),
-        },
     }
 }
 

@@ -1,10 +1,11 @@
 //! What was asked, in a sentence or two, and the title of the page.
 
 use crate::report::apart::Writing;
-use crate::report::chosen_sets::{self, Spelling};
+use crate::report::chosen_sets::{self, Spelling, describe_limits};
 use crate::report::page::{ReportedSweep, measure};
-use crate::report::purchased;
-use crate::report::wording::describe_moments;
+use crate::report::wording::{count, describe_moments};
+use perirobot_decide::cheapest::{PurchaseQuestion, PurchaseReport};
+use perirobot_study::input::PurchaseFront;
 
 /// Most sensors, combinations or scenes that are called by their names.
 const MOST_NAMED: usize = 4;
@@ -16,7 +17,7 @@ pub(super) fn question(sweep: &ReportedSweep) -> String {
         return format!("Asked: {}.", chosen_sets::question(chosen, &IN_WORDS));
     }
     if let Some(purchase) = sweep.purchase {
-        return format!("Asked: {}.", purchased::question(purchase, &IN_WORDS));
+        return format!("Asked: {}.", purchase_question(purchase, &IN_WORDS));
     }
     let all: Vec<(&str, usize)> =
         results.combinations.iter().map(|one| (one.name.as_str(), one.choices())).collect();
@@ -35,6 +36,38 @@ pub(super) fn question(sweep: &ReportedSweep) -> String {
         "Asked: which of {sum} choices of poses {of} is the best in {regions} {}?{parts}",
         join_words(&results.regions)
     )
+}
+
+/// What was asked for the cheapest set, in a sentence.
+fn purchase_question(report: &PurchaseReport, spelling: &Spelling) -> String {
+    let PurchaseQuestion { at_most, budget, apart_m, disturb, always, then, front, sensors, require, .. } =
+        &report.asked;
+    let budget = budget.map(|budget| report.amount(budget));
+    let mut text = format!(
+        "the cheapest set that passes {}, by at most {}{}",
+        count(require.len(), "requirement"),
+        count(*at_most, "sensor"),
+        describe_limits(budget, *apart_m, *disturb, always)
+    );
+    if let Some(then) = then {
+        let best = match then.counted() {
+            Some((score, region)) => {
+                let (score, over) = ((spelling.score)(score), (spelling.over)(then.over));
+                format!("{score} ({over}) in region {region}")
+            }
+            None => then.score.clone(),
+        };
+        text += &format!(", of equally cheap ones the one with the best {best}");
+    }
+    let sensors: Vec<&str> = sensors.keys().map(String::as_str).collect();
+    text += &format!("; among {} poses of {}", report.candidates, sensors.join(", "));
+    text + match front {
+        Some(PurchaseFront::Speed) => "; and the same at each speed of the robot",
+        Some(PurchaseFront::Requirements) => {
+            "; and the same without each requirement, and for each number of them"
+        }
+        None => "",
+    }
 }
 
 /// Scores as the page calls them.

@@ -6,7 +6,7 @@ use super::ranking::Ranking;
 use super::{ReportedSweep, measure};
 use crate::report::purchased;
 use crate::report::series::{Series, worst_snapshot};
-use perirobot_decide::cheapest::PurchasedSet;
+use perirobot_decide::cheapest::{AimReport, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{LeaderScope, cheapest, leaders};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
@@ -157,7 +157,29 @@ fn recommend_purchased(sweep: &ReportedSweep, rankings: &[Ranking]) -> Option<Fo
         Some((region_of(sweep, region)?, score))
     });
     let (region, score) = decided.unwrap_or_else(|| required_score(sweep));
-    Some((series, 0, region, score, purchased::describe_recommended(report)))
+    Some((series, 0, region, score, describe_recommended(report)))
+}
+
+/// Of what the recommended set is the best, in words.
+fn describe_recommended(report: &PurchaseReport) -> String {
+    let main = report.main();
+    match (&main.set, &main.no_set_below) {
+        (Some(_), _) if main.proven => "the cheapest set that passes all requirements".into(),
+        (Some(_), Some(bound)) => {
+            let bound = report.amount(*bound);
+            format!("the cheapest set that was found to pass all requirements; none below {bound} passes")
+        }
+        (Some(_), None) => "the cheapest set that was found to pass all requirements".into(),
+        (None, _) => match report.points.iter().find(|point| matches!(point.aim, AimReport::Nearest(_))) {
+            Some(point) => {
+                format!(
+                    "the set that comes nearest: the cheapest for {}",
+                    purchased::describe_aim(&point.aim)
+                )
+            }
+            None => "the set that comes nearest".into(),
+        },
+    }
 }
 
 /// The combination of a set among what was swept.
