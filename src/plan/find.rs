@@ -6,10 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use perirobot_cover::CandidateEvidence;
-use perirobot_decide::cheapest::{PurchasePoint, PurchasedSensor, Purchasing};
-use perirobot_decide::choose::{
-    CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding, SensorReport,
-};
+use perirobot_decide::cheapest::{PurchasePoint, Purchasing};
+use perirobot_decide::choose::{CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding};
 use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
 use perirobot_march::progress::{Progress, SearchState};
 use perirobot_march::{Error, Result};
@@ -261,16 +259,23 @@ fn cheapest(
 
 fn point_of(point: &PurchasePoint) -> Option<FoundPoint> {
     let set = point.set.as_ref()?;
-    let name = |one: &PurchasedSensor| FoundSensor { sensor: one.sensor.clone(), pose: one.pose.clone() };
-    let title = purchased::describe_aim(&point.aim);
-    let places: Vec<String> = set.sensors.iter().map(|one| format!("{} {}", one.sensor, one.place)).collect();
+    let (placed, places) = placed_in(set.sensors.iter().map(|one| [&one.sensor, &one.pose, &one.place]));
     Some(FoundPoint {
         cost: Some(set.cost.amount()),
         score: set.score,
-        words: format!("{title}: {}", places.join("; ")),
-        placed: set.sensors.iter().map(name).collect(),
+        words: format!("{}: {places}", purchased::describe_aim(&point.aim)),
+        placed,
         is_proven: point.proven,
     })
+}
+
+/// Sensors by their names, and in words where they are; of each its name, its pose and its place.
+fn placed_in<'s>(sensors: impl Iterator<Item = [&'s String; 3]>) -> (Vec<FoundSensor>, String) {
+    let named = |[sensor, pose, place]: [&String; 3]| {
+        (FoundSensor { sensor: sensor.clone(), pose: pose.clone() }, format!("{sensor} {place}"))
+    };
+    let (placed, places): (Vec<FoundSensor>, Vec<String>) = sensors.map(named).unzip();
+    (placed, places.join("; "))
 }
 
 fn best(
@@ -294,14 +299,13 @@ fn best(
     }
     let report = &outcome.chosen.report;
     for step in &report.steps {
-        let sensors = &step.best.sensors;
-        let name = |one: &SensorReport| FoundSensor { sensor: one.sensor.clone(), pose: one.pose.clone() };
-        let places: Vec<String> = sensors.iter().map(|one| format!("{} {}", one.sensor, one.place)).collect();
+        let sensors = step.best.sensors.iter();
+        let (placed, words) = placed_in(sensors.map(|one| [&one.sensor, &one.pose, &one.place]));
         (listener.emit)(FindEvent::Point(FoundPoint {
             cost: step.best.cost.map(Cost::amount),
             score: Some(step.best.score),
-            words: places.join("; "),
-            placed: sensors.iter().map(name).collect(),
+            words,
+            placed,
             is_proven: step.proven,
         }));
     }

@@ -37,8 +37,6 @@ pub struct State {
     pub disk_changed: bool,
     /// What is wrong with the text; the cell is then that of the last text that was right, if there was one.
     pub problems: Vec<Problem>,
-    /// What the page should tell once, such as where the placed sensors were taken from.
-    pub notes: Vec<String>,
     /// Which sensor of the plan an edit has changed, if it is still there; only in the answer to that edit.
     pub changed_index: Option<usize>,
     /// Whether it was saved since it was opened.
@@ -72,6 +70,7 @@ pub struct CellState {
     pub budget: Option<f64>,
     /// What the plan costs, if each of its sensors has a cost.
     cost: Option<f64>,
+    /// Whether there is anything to choose from.
     can_find: bool,
 }
 
@@ -232,7 +231,7 @@ impl CellState {
             speeds_m_s: study.stopping.iter().flat_map(|one| &one.speeds).map(|at| at.speed_m_s).collect(),
             budget: budget(study).map(Cost::amount),
             cost: cost.map(Cost::amount),
-            can_find: study.choose.is_some(),
+            can_find: study.sensors.iter().any(|sensor| sensor.candidates.len() > 1),
         }
     }
 }

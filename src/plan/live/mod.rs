@@ -12,8 +12,8 @@
 //!   ([`coarse_voxel_m`]), made in the background. `evidence` has what each sensor says, in slots of the backend.
 //! - `score` counts at one moment, with `floor` for the map of the floor and `frustum` for where rays end. `verdicts` judges
 //!   all moments. `sight` tells why a sensor does not see a place, `eye` draws what a sensor sees, `scenery` the cell itself.
-//! - One thread owns a [`Live`]. Requests that take long take a [`Progress`], by which
-//!   a newer request stops them.
+//! - One thread owns a [`Live`]. Requests that take long take a [`Progress`], by which a newer request stops
+//!   them.
 
 mod cell;
 mod evidence;

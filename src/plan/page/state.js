@@ -74,7 +74,9 @@ function take(state) {
   const count = placed().length;
   if (planner.selected >= count) planner.selected = count - 1;
   if (planner.selected < 0 && count && !before) planner.selected = 0;
-  if (planner.dead !== null && planner.dead >= count) planner.dead = null;
+  // A sensor that is switched off stays so wherever it is in the list.
+  const off = before?.placed?.[planner.dead], same = off ? placed().findIndex(one => one.sensor === off.sensor && one.pose === off.pose) : -1;
+  planner.dead = same < 0 ? null : same;
   planner.region = Math.min(planner.region, Math.max(0, (state.regions ?? []).length - 1));
   const worlds = state => JSON.stringify(state && [state.worlds, state.scenes, state.regions, state.voxel_size_m, state.coarse_m]);
   if (worlds(before) !== worlds(state)) { cells.clear(); sceneries.clear(); tell("worlds"); }

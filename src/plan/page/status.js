@@ -43,12 +43,10 @@ function showBanner() {
   document.querySelectorAll("[data-edits]").forEach(button => { button.disabled = !mayEdit(); });
 }
 
-const knownNotes = new Set();
 function showTop() {
   const { state } = planner;
   element("find").disabled = !mayEdit() || state.can_find === false;
   element("find").title = state.can_find === false ? "Nothing can be searched in this study: its sensors have one pose each" : "";
-  (state.notes ?? []).filter(words => !knownNotes.has(words)).forEach(words => { knownNotes.add(words); notify(words); });
   element("study").textContent = state.name;
   element("path").textContent = state.path;
   document.title = `${state.changed ? "• " : ""}${state.name} · perirobot plan`;
