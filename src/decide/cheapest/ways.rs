@@ -84,7 +84,7 @@ impl<'g> SceneWays<'g> {
         let looking = Watchers::from_watchers(study, watchers.to_vec(), repeat);
         let scenes = ground.worlds.iter().zip(&truths);
         let scenes: Vec<WatchScene> =
-            scenes.map(|(world, truth)| WatchScene::new(world, truth.clone())).collect();
+            scenes.map(|(world, truth)| WatchScene::new(world, truth.clone(), room)).collect();
         let look = |one: &Watcher| -> Result<Vec<Arc<BitGrid>>> {
             let mut of_snapshots: Vec<Arc<BitGrid>> = Vec::new();
             for scene in &scenes {

@@ -218,7 +218,7 @@ impl<'s> CompanyScene<'s> {
         let window = self.ground.worlds[0].grid.window();
         let mut all = vec![BitGrid::full(window); cases.len()];
         for (snapshot, truth) in self.truths.iter().enumerate() {
-            let scene = WatchScene::new(&self.ground.worlds[snapshot], truth.clone());
+            let scene = WatchScene::new(&self.ground.worlds[snapshot], truth.clone(), window);
             for &draw in &mounts {
                 let members = |what_if: &WhatIf, case: &Case| self.members(what_if, case, draw);
                 let of_draw = cases.iter().filter(|(_, case)| drawn_in(case) == draw);

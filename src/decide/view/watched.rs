@@ -9,7 +9,7 @@ use super::why::sight::Sight;
 use perirobot_march::backend::cpu::{BlockerSearch, SightRays, SightScene};
 use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::march::leap;
-use perirobot_march::voxel::BitGrid;
+use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
 use perirobot_study::input::Study;
 use perirobot_study::sensor::Station;
@@ -59,9 +59,9 @@ pub struct WatchedVoxels {
 }
 
 impl<'w> WatchScene<'w> {
-    /// A moment of a world; `truth` is that of this world, with its people or without.
-    pub fn new(world: &'w World, truth: Arc<Truth>) -> WatchScene<'w> {
-        WatchScene { world, sight: SightScene::new(&truth.blockers).into(), truth }
+    /// A moment of a world, of which a part is looked at; `truth` is that of this world, with its people or without.
+    pub fn new(world: &'w World, truth: Arc<Truth>, within: Window) -> WatchScene<'w> {
+        WatchScene { world, sight: SightScene::new(&truth.blockers, within).into(), truth }
     }
 
     /// The same for the same moment of another world, in which sensors stand otherwise.
@@ -103,7 +103,7 @@ impl<'a> Watchers<'a> {
     pub fn watch(&self, world: &World, truth: Arc<Truth>) -> WatchedVoxels {
         let mut voxels = BitGrid::new(world.grid.window());
         let mut placements = Vec::new();
-        let scene = WatchScene::new(world, truth.clone());
+        let scene = WatchScene::new(world, truth.clone(), world.grid.window());
         for one in &self.each {
             voxels.add(&self.watched_voxels(one, &scene));
             if self.tables[one.sensor].is_some() {

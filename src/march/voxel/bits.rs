@@ -85,6 +85,13 @@ impl BitGrid {
         }
     }
 
+    /// Clears a voxel; nothing outside the window.
+    pub fn unset(&mut self, voxel: [i32; 3]) {
+        if let Some(bit) = self.bit_index(voxel) {
+            self.words[bit >> 5] &= !(1 << (bit & 31));
+        }
+    }
+
     /// How many voxels are set.
     pub fn count(&self) -> u64 {
         self.words.iter().map(|w| w.count_ones() as u64).sum()

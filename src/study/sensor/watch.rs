@@ -33,7 +33,7 @@ use super::{Extent, Kind, Station};
 use perirobot_march::backend::cpu::{SightRays, SightScene};
 use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::march;
-use perirobot_march::voxel::{BitGrid, Window};
+use perirobot_march::voxel::BitGrid;
 
 /// What makes rays quick that are followed from many poses: their table and what blocks them, made ready.
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +61,8 @@ pub fn watched_voxels(
     match (kind.feels(at), at.rays) {
         (Extent::Only(voxels), _) => voxels,
         (_, Some(rays)) => match sight.filter(|_| rays.noise.lost_below == 0) {
-            Some(sight) => seen(sight, rays, &at.placement(kind), &at.truth.blockers),
-            None => ray_watch(rays, &at.placement(kind), whole(&at.truth.blockers), None),
+            Some(ReadySight { rays, scene }) => scene.watched(rays, &at.placement(kind)),
+            None => ray_watch(rays, &at.placement(kind), &at.truth.blockers, None),
         },
         (_, None) => BitGrid::nowhere(),
     }
@@ -73,40 +73,14 @@ pub fn is_always_on(kind: &dyn Kind, representation: usize, at: &Station) -> boo
     kind.feels_presence(representation) && !kind.stuck_by(at).is_empty()
 }
 
-/// The voxels that rays watch which lose no return.
-fn seen(
-    ReadySight { rays: ready, scene }: ReadySight,
-    rays: &Rays,
-    from: &GridPose,
-    blockers: &BitGrid,
-) -> BitGrid {
-    let mut seen = scene.seen(ready, from);
-    // A ray sees its first voxels, too, and watches only from its shortest range on: near the sensor each ray is followed.
-    let nearest = |ray: usize| rays.gates_of(ray).range_min_q16.max(rays.gates.near_ignore_q16);
-    let around_q16 = (0..rays.dirs_q15.len()).map(nearest).max().unwrap_or(0);
-    let own = from.caster().origin_q16.map(|at| at >> 16);
-    let by = (around_q16 >> 16) as i32 + 2;
-    let near = Window::from_corners(own.map(|at| at - by), own.map(|at| at + by));
-    let near = near.intersection(&blockers.window());
-    seen.remove(&BitGrid::full(near));
-    seen.add(&ray_watch(rays, from, (blockers, near), None));
-    seen
-}
-
-/// Blockers with their whole window.
-pub(super) fn whole(blockers: &BitGrid) -> (&BitGrid, Window) {
-    (blockers, blockers.window())
-}
-
-/// The voxels that rays watch in a part of the grid around the sensor; only those whose return would be read in a field, if
-/// one is given.
+/// The voxels that rays watch, each followed step by step; only those whose return would be read in a field, if one is given.
 pub(super) fn ray_watch(
     rays: &Rays,
     from: &GridPose,
-    (blockers, window): (&BitGrid, Window),
+    blockers: &BitGrid,
     field: Option<&BitGrid>,
 ) -> BitGrid {
-    let size = blockers.window().size;
+    let window = blockers.window();
     let follow = |plane: &mut BitGrid, ray: u32| {
         let drawn = march::draw(from.draws, ray);
         if march::is_lost(drawn, rays.noise.lost_below) {
@@ -119,7 +93,7 @@ pub(super) fn ray_watch(
             if to.t_q16 < gates.near_ignore_q16 {
                 continue;
             }
-            let is_read = |field: &BitGrid| field.get(look::read(rays, from, way, drawn, &to, size));
+            let is_read = |field: &BitGrid| field.get(look::read(rays, from, way, drawn, &to, window.size));
             if to.t_q16 >= gates.range_min_q16 && field.is_none_or(is_read) {
                 plane.set(to.voxel);
             }

@@ -1,7 +1,7 @@
 //! The backend on all cores of the processor: each thread works on one placement or one job. The algorithms
 //! are in files of their own, each with a reason why it is exact: `first_hit` (leaps), `cone`, `intersect`, `across`,
 //! `beyond`, `carve_voxels`, `carve_rays`, `alike`; `plan` says which is used when. The arithmetic is `march`. `sight` has the
-//! same without noise, for what sensors would notice.
+//! same without noise, for what sensors would notice; `nearest_range` decides there what rays enter about their shortest range.
 //!
 //! A pose is sensed in this order: `plan` (what matters), `beyond` (tiles that need not be cast), `packet` (rays by the 64),
 //! `cast` with `cone`, `across`, `intersect` and `first_hit` (what they hit), `end` (gates and noise), `pyramid` and
@@ -22,6 +22,7 @@ mod first_hit;
 mod intersect;
 mod limits;
 mod narrow;
+mod nearest_range;
 mod packet;
 mod plan;
 mod projection;

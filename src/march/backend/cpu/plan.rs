@@ -19,15 +19,16 @@ impl RelevantVoxels {
     pub(super) fn new(window: Window, regions: &[BitGrid]) -> RelevantVoxels {
         let mut voxels = BitGrid::new(window);
         regions.iter().for_each(|region| voxels.add(region));
-        RelevantVoxels::voxels(voxels)
+        RelevantVoxels::from_voxels(voxels)
     }
 
     /// All voxels of a window.
     pub(super) fn all(window: Window) -> RelevantVoxels {
-        RelevantVoxels::voxels(BitGrid::full(window))
+        RelevantVoxels::from_voxels(BitGrid::full(window))
     }
 
-    fn voxels(voxels: BitGrid) -> RelevantVoxels {
+    /// These voxels.
+    pub(super) fn from_voxels(voxels: BitGrid) -> RelevantVoxels {
         let window = voxels.window();
         // Larger boxes pay where many are decided whole.
         let largest = if window.volume() > 1 << 20 { 8 } else { 4 };

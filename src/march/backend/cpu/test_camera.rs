@@ -8,9 +8,14 @@ pub(super) const SIZE_PX: [u32; 2] = [83, 61];
 
 /// Its rays, without noise and without a return that is too near.
 pub(super) fn camera(focal_px: [f64; 2]) -> Rays {
+    camera_of(SIZE_PX, focal_px)
+}
+
+/// The same with an image of another size.
+pub(super) fn camera_of(size_px: [u32; 2], focal_px: [f64; 2]) -> Rays {
     let dir = |i: u32| {
-        let pixel = [i % SIZE_PX[0], i / SIZE_PX[0]];
-        let at = |a: usize| (f64::from(pixel[a]) + 0.5 - f64::from(SIZE_PX[a]) / 2.0) / focal_px[a];
+        let pixel = [i % size_px[0], i / size_px[0]];
+        let at = |a: usize| (f64::from(pixel[a]) + 0.5 - f64::from(size_px[a]) / 2.0) / focal_px[a];
         let dir = glam::DVec3::new(at(0), at(1), 1.0).normalize();
         (dir * 32_768.0).round().to_array().map(|x| x as i32)
     };
@@ -22,6 +27,6 @@ pub(super) fn camera(focal_px: [f64; 2]) -> Rays {
         no_return_is_free: false,
         backdrop: false,
     };
-    let dirs_q15 = (0..SIZE_PX[0] * SIZE_PX[1]).map(dir).collect::<Vec<_>>().into();
-    Rays { dirs_q15, image: Some(Image { size_px: SIZE_PX, focal_px }), gates, noise: Noise::default() }
+    let dirs_q15 = (0..size_px[0] * size_px[1]).map(dir).collect::<Vec<_>>().into();
+    Rays { dirs_q15, image: Some(Image { size_px, focal_px }), gates, noise: Noise::default() }
 }

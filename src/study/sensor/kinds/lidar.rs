@@ -339,7 +339,7 @@ impl Kind for Lidar {
     fn watches(&self, representation: usize, at: &Station) -> Option<BitGrid> {
         let (field, rays) = self.field(representation).zip(at.rays)?;
         let field = field.voxels(self, at);
-        Some(watch::ray_watch(rays, &at.placement(self), watch::whole(&at.truth.blockers), Some(&field)))
+        Some(watch::ray_watch(rays, &at.placement(self), &at.truth.blockers, Some(&field)))
     }
 
     fn reach(&self, at: &Station) -> Extent {
