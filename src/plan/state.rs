@@ -1,6 +1,8 @@
 //! What the page knows of a study: its cell, its sensors with their listed poses, the placed ones, and what is
 //! required. `GET /state` sends it as JSON after each edit.
 
+mod scene_file;
+
 use serde::Serialize;
 
 use perirobot_page::render::plan::short_name;
@@ -15,6 +17,7 @@ use perirobot_study::world::World;
 use perirobot_study::world::place::{Places, is_room, room_m};
 
 use crate::problem::Problem;
+pub use scene_file::{SceneFileAccess, SceneFileState};
 
 /// All that the page is told.
 #[derive(Debug, Serialize)]
@@ -58,6 +61,8 @@ pub struct CellState {
     /// The unit of all costs.
     pub currency: Option<String>,
     scenes: Vec<SceneState>,
+    /// The files that the scenes are made of.
+    scene_files: Vec<SceneFileState>,
     regions: Vec<RegionState>,
     entries: Vec<EntryState>,
     sensors: Vec<SensorState>,
@@ -80,12 +85,16 @@ struct SceneState {
     /// The first of its moments, and the one after its last.
     moments: [usize; 2],
     room_m: [[f64; 3]; 2],
+    /// Which of the scene files it is made of.
+    file: usize,
     things: Vec<ThingState>,
 }
 
 #[derive(Clone, Debug, Serialize)]
 struct ThingState {
     name: String,
+    /// The whole name, with that of its object before it.
+    whole_name: String,
     role: &'static str,
     low_m: [f64; 3],
     high_m: [f64; 3],
@@ -222,6 +231,7 @@ impl CellState {
             coarse_m,
             currency: study.currency.clone(),
             scenes: scenes(study, worlds),
+            scene_files: Vec::new(),
             regions: study.regions.iter().map(region).collect(),
             entries: entries(study),
             sensors: study.sensors.iter().enumerate().map(sensor).collect(),
@@ -233,6 +243,15 @@ impl CellState {
             cost: cost.map(Cost::amount),
             can_find: study.sensors.iter().any(|sensor| sensor.candidates.len() > 1),
         }
+    }
+}
+
+impl CellState {
+    /// With the files of its scenes, and for each scene of the study the number of its file.
+    #[must_use]
+    pub fn with_files(mut self, files: Vec<SceneFileState>, of_scenes: &[usize]) -> CellState {
+        self.scenes.iter_mut().zip(of_scenes).for_each(|(scene, file)| scene.file = *file);
+        CellState { scene_files: files, ..self }
     }
 }
 
@@ -262,7 +281,13 @@ fn scenes(study: &Study, worlds: &[World]) -> Vec<SceneState> {
         let things = things.map(|object| {
             let [low_m, high_m] = object.bounds_m.map(|corner| corner.to_array());
             let role = role_name(object.role);
-            ThingState { name: short_name(&object.name).into(), role, low_m, high_m }
+            ThingState {
+                name: short_name(&object.name).into(),
+                whole_name: object.name.clone(),
+                role,
+                low_m,
+                high_m,
+            }
         });
         let begin = first;
         first += moments.len();
@@ -270,6 +295,7 @@ fn scenes(study: &Study, worlds: &[World]) -> Vec<SceneState> {
             name: study.scenes[moments[0].scene].name.clone(),
             moments: [begin, first],
             room_m: room.map(|corner| corner.to_array()),
+            file: 0,
             things: things.collect(),
         }
     };

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::objects::ObjectMove;
 use super::plan::PlacedName;
 use super::pose::Pose6;
 
@@ -90,6 +91,16 @@ pub enum Edit {
         /// Its new shape.
         #[serde(flatten)]
         shape: ShapeEdit,
+    },
+    /// An object of a scene file is moved or turned.
+    MoveObject {
+        /// The scene file, by the name that the state gives.
+        file: String,
+        /// The object's name.
+        object: String,
+        /// Where to.
+        #[serde(flatten)]
+        to: ObjectMove,
     },
     /// The whole file, as a person wrote it.
     SetText {

@@ -38,7 +38,7 @@ function dropDraft(draft = planner.draft) {
   tell("draft");
   wantScore("fine");
 }
-const flushDraft = () => { if (planner.draft && planner.draft.index !== null) commitDraft(); };
+const flushDraft = () => { if (planner.draft && planner.draft.index !== null) commitDraft(); if (planner.carry) commitCarry(); };
 
 /** Moves the chosen sensor by a step, or turns it, and makes an edit of it when no other step follows soon. */
 function nudge(change) {
@@ -67,7 +67,7 @@ function grab(event) {
   const own = index => ({ index, begun: false, x: event.offsetX, y: event.offsetY });
   if (isPart(found, "aim: target")) return gestureOf(own(planner.selected), aiming());
   if (isPart(found, "axis: ends")) return gestureOf(own(planner.selected), along(found.n, event));
-  if (!isPart(found, "sensor places")) return null;
+  if (!isPart(found, "sensor places")) return grabObject(event, found);
   const index = found.part.indices[found.n];
   if (index < 0) return null;
   select(index);
@@ -156,7 +156,7 @@ function stageHooks() {
     hover(event, found) {
       if (planner.armed) { ghost(scene.stage.hit(event.offsetX, event.offsetY, part => part.role !== "human")); return "crosshair"; }
       if (isPicking()) return "crosshair";
-      return isPart(found, "sensor places") || isPart(found, "aim: target") || isPart(found, "axis: ends") ? "move" : found ? "pointer" : null;
+      return isPart(found, "sensor places") || isPart(found, "aim: target") || isPart(found, "axis: ends") || isPart(found, "object: place") ? "move" : found ? "pointer" : null;
     },
     click(event) {
       const found = scene.stage.pointed(event.offsetX, event.offsetY), hit = scene.stage.hit(event.offsetX, event.offsetY);
@@ -169,7 +169,9 @@ function stageHooks() {
         if (draft) { turnDraft(aimedAt(draft.at, hit.at), event); commitDraft(); }
         return true;
       }
-      return false;
+      const own = !found && hit?.part.thing && !hit.part.shell ? objectOf({ name: hit.part.thing }) : null;
+      if (own) selectObject(own.name);
+      return !!own;
     },
     double(event) {
       if (isPicking()) return;

@@ -52,8 +52,8 @@ function makeInspector() {
   // A list that is made anew forgets a double click: only where something else is wrong than before.
   on("answer", () => { if (!planner.draft && problemsNow() !== shownProblems) showList(); });
   on("selected", markList);
-  on("state selected draft answer dead connection through", showChosen);
-  on("answer region state", showCounts);
+  on("state selected draft answer dead connection through object", showChosen);
+  on("answer region state carry", showCounts);
   on("state region", fillRegions);
   on("answer selected", showEyeSoon);
 }
@@ -75,7 +75,7 @@ function typePose(n, input) {
 /** The chosen sensor. */
 function showChosen() {
   const one = placed()[planner.selected], home = element("chosen"), at = poseNow(planner.selected);
-  home.hidden = !one;
+  home.hidden = !one || planner.object !== null && !!objectNamed(planner.object);
   if (!one) return;
   const sensor = sensorOf(one), isFree = !!at && !sensor?.carried && mayEdit(), problem = problemOf(planner.selected);
   element("chosen-letter").textContent = letterAt(planner.selected);
@@ -150,7 +150,7 @@ function showCounts() {
   element("parts-missed").hidden = !missed.length;
   element("parts-missed").textContent = missed.length ? `Not detected: ${missed.slice(0, 6).join(", ")}${missed.length > 6 ? ` and ${missed.length - 6} more` : ""}.` : "";
   const voxel = answer?.cell?.voxel_size_m;
-  element("resolution").textContent = !answer ? "" : answer.voxel === "coarse" && answer.isDraft ? `coarse while dragging: voxels of ${Math.round(100 * voxel)} cm` : `exact: the study's voxels of ${rounded(100 * voxel, 1)} cm`;
+  element("resolution").textContent = !answer ? "" : planner.carry && !planner.carry.isSettling ? "counted again when the object is let go" : answer.voxel === "coarse" && answer.isDraft ? `coarse while dragging: voxels of ${Math.round(100 * voxel)} cm` : `exact: the study's voxels of ${rounded(100 * voxel, 1)} cm`;
   element("resolution").className = answer?.voxel === "coarse" ? "coarse" : "exact";
   if (planner.draft && answer?.problems) {
     const own = answer.problems.find(one => one.index === planner.draft.index)?.words ?? null;

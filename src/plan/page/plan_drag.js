@@ -1,4 +1,4 @@
-// What a pointer does on the floor plan: moves and turns sensors, moves and resizes regions and entries, asks, measures.
+// What a pointer does on the floor plan: moves and turns sensors and objects, moves and resizes regions and entries, asks, measures.
 
 /** The node under the pointer, or what it belongs to, that has such a property. */
 const owner = (node, name) => { for (; node && node !== element("plan"); node = node.parentNode) if (node[name] !== undefined && node[name] !== null) return node; return null; };
@@ -13,11 +13,14 @@ function pressPlan(event) {
   if (event.button !== 0 && event.pointerType === "mouse") return;
   const begin = planPlace(event), home = element("plan");
   const turned = owner(event.target, "turned"), moved = owner(event.target, "moved"), dragged = owner(event.target, "dragged");
+  const spun = owner(event.target, "spun"), object = owner(event.target, "object"), isFree = !planner.armed && !["why", "measure"].includes(planner.tool);
   home.setPointerCapture(event.pointerId);
   const own = { x: event.clientX, y: event.clientY, begin, hasMoved: false, isOver: false, target: event.target };
   if (mayEdit() && !planner.armed && turned) Object.assign(own, { index: turned.turned, change: turnOnPlan });
   else if (mayEdit() && !planner.armed && moved) { Object.assign(own, { index: moved.moved, change: moveOnPlan(begin) }); select(moved.moved); }
+  else if (mayEdit() && isFree && spun) Object.assign(own, { name: spun.spun, carry: spinOnFloor() });
   else if (mayEdit() && !planner.armed && dragged) Object.assign(own, { box: dragged.dragged });
+  else if (mayEdit() && isFree && objectNamed(object?.object)?.can_move) Object.assign(own, { name: object.object, carry: carryOnFloor(begin) });
   else Object.assign(own, { middle: plan.middle ?? [0, 1].map(axis => (roomBox()[0][axis] + roomBox()[1][axis]) / 2) });
   plan.drag = own;
 }
@@ -28,10 +31,14 @@ function movePlan(event) {
   if (!own.hasMoved && Math.hypot(event.clientX - own.x, event.clientY - own.y) < 3) return;
   if (!own.hasMoved) {
     own.hasMoved = true;
+    if (own.carry) { own.draft = beginCarry(own.name); if (!own.draft) own.isOver = true; }
     if (own.change) { own.draft = beginDraft(own.index); if (!own.draft) own.isOver = true; }
   }
   if (own.isOver) return;
-  if (own.change) {
+  if (own.carry) {
+    if (planner.carry !== own.draft || own.draft.isSettling) { own.isOver = true; return; }
+    own.carry(planPlace(event), event);
+  } else if (own.change) {
     if (planner.draft !== own.draft || own.draft.isSettling) { own.isOver = true; return; }
     own.change(event, own.draft);
   } else if (own.box) moveBox(own, event);
@@ -47,7 +54,8 @@ function releasePlan(event) {
   plan.drag = null;
   if (!own || own.isOver) return;
   if (!own.hasMoved) { clickPlan(event, own); return; }
-  if (event.type === "pointercancel") { plan.box = null; if (own.draft) dropDraft(own.draft); drawPlanSoon(); return; }
+  if (event.type === "pointercancel") { plan.box = null; if (own.carry) dropCarry(own.draft); else if (own.draft) dropDraft(own.draft); drawPlanSoon(); return; }
+  if (own.carry) { if (planner.carry === own.draft) commitCarry(); return; }
   if (own.draft && planner.draft === own.draft) commitDraft();
   if (plan.box) { const { table, name, shape: { min_m, max_m, center_m, radius_m } } = plan.box; edit({ edit: "set_box", table, name, ...(center_m ? { center_m, radius_m } : { min_m, max_m }) }).then(() => { plan.box = null; drawPlanSoon(); }); }
 }
@@ -59,7 +67,9 @@ function clickPlan(event, own) {
   if (planner.tool === "measure") { measure([a, b, 0]); return; }
   // Captured pointers send no click to what was pressed.
   const dot = own.target.closest?.(".dot");
-  if (dot) dot.dispatchEvent(new MouseEvent("click"));
+  if (dot) { dot.dispatchEvent(new MouseEvent("click")); return; }
+  const object = owner(own.target, "object");
+  if (object) { selectObject(object.object); return; }
   if (own.box?.table === "region") { planner.region = planner.state.regions.findIndex(({ name }) => name === own.box.name); tell("region"); }
 }
 
@@ -139,7 +149,7 @@ function makePlan() {
     drawPlanSoon();
   }, { passive: false });
   home.addEventListener("keydown", event => moveByKey(event));
-  on("worlds state selected draft answer armed why measure region tab moment layers", drawPlanSoon);
+  on("worlds state selected draft answer armed why measure region tab moment layers object carry", drawPlanSoon);
   new ResizeObserver(drawPlanSoon).observe(home);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { plan.of = null; drawPlanSoon(); });
 }

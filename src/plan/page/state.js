@@ -2,7 +2,7 @@
 // The answers are those of `state.rs` and `answers.rs`.
 
 const token = location.hash.replace(/^#(token=)?/, "");
-const planner = { state: null, selected: -1, moment: 0, region: 0, dead: null, tool: "move", tab: "3d", draft: null, answer: null, judged: null, isLost: false, armed: null };
+const planner = { state: null, selected: -1, moment: 0, region: 0, dead: null, tool: "move", tab: "3d", draft: null, answer: null, judged: null, isLost: false, armed: null, object: null, carry: null };
 const heard = new Map();
 /** Calls a function whenever something of this name has changed. */
 const on = (names, listener) => names.split(" ").forEach(name => heard.set(name, [...heard.get(name) ?? [], listener]));
@@ -143,6 +143,7 @@ const chosenScene = () => planner.state.scenes.find(scene => planner.moment >= s
 const roomBox = () => chosenScene()?.room_m ?? [[-2, -2, 0], [2, 2, 3]];
 
 function select(index) {
+  if (planner.object !== null) { planner.object = null; tell("object"); }
   if (planner.selected === index) return;
   planner.selected = index;
   tell("selected");

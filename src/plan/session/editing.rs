@@ -8,12 +8,24 @@ use serde_json::json;
 use super::{Answer, Desk, Refused, Session, locked, read};
 use crate::document::{Document, Edit, EditRequest, Known};
 use crate::server::{Request, Response};
-use crate::study_file::Saved;
 
 #[derive(Deserialize)]
 struct SaveQuestion {
     #[serde(default)]
     overwrite: bool,
+}
+
+impl Desk {
+    /// The names of the files that another program has changed.
+    pub(super) fn changed_on_disk(&self) -> Vec<String> {
+        let study = self.file.is_changed_on_disk().then(|| self.file.name());
+        study.into_iter().chain(self.scenes.changed_on_disk(&self.document)).collect()
+    }
+
+    /// Takes what other programs have written into scene files that were not changed here. Whether there was any.
+    fn follow_scenes(&mut self) -> bool {
+        self.scenes.follow(&mut self.document)
+    }
 }
 
 impl Session<'_> {
@@ -25,6 +37,7 @@ impl Session<'_> {
         if !is_typed && !desk.problems.is_empty() {
             return Err(Refused(400, "the study has errors: repair its text first".into()));
         }
+        desk.follow_scenes();
         let before = desk.document.clone();
         let known =
             desk.loaded.as_ref().map_or_else(|| Arc::new(Known::catalogue()), |one| one.known.clone());
@@ -45,7 +58,7 @@ impl Session<'_> {
     pub(super) fn step(&self, step: impl Fn(&mut Document) -> bool) -> Answer<'_> {
         self.may_write()?;
         let mut desk = locked(&self.desk);
-        if step(&mut desk.document) {
+        if desk.follow_scenes() | step(&mut desk.document) {
             self.load(&mut desk);
         }
         Ok(self.state(&desk))
@@ -55,30 +68,35 @@ impl Session<'_> {
         self.may_write()?;
         let SaveQuestion { overwrite } = read(request)?;
         let mut desk = locked(&self.desk);
-        let Desk { file, document, .. } = &mut *desk;
-        match file.save(document.text(), overwrite)? {
-            Saved::ChangedOnDisk => {
-                let words = "another program has changed the file since it was opened";
-                Ok(Response::new(
-                    409,
-                    "application/json",
-                    json!({ "error": words, "changed_on_disk": true }).to_string(),
-                ))
-            }
-            Saved::Written => {
-                document.saved();
-                desk.was_saved = true;
-                Ok(self.state(&desk))
-            }
+        if desk.follow_scenes() {
+            self.load(&mut desk);
         }
+        let changed = desk.changed_on_disk();
+        if !overwrite && !changed.is_empty() {
+            let names = changed.join(" and ");
+            let words = format!("another program has changed {names} since the study was opened");
+            let answer = json!({ "error": words, "changed_on_disk": true });
+            return Ok(Response::new(409, "application/json", answer.to_string()));
+        }
+        let Desk { file, scenes, document, .. } = &mut *desk;
+        let mut texts = document.texts();
+        file.write_if_changed(texts.next().unwrap_or_default())?;
+        for (file, text) in scenes.files_mut().zip(texts) {
+            file.write_if_changed(text)?;
+        }
+        document.saved();
+        desk.was_saved = true;
+        Ok(self.state(&desk))
     }
 
-    /// Takes the file as another program has written it, in place of what was edited here.
+    /// Takes the files as other programs have written them, in place of what was edited here.
     pub(super) fn reload(&self) -> Answer<'_> {
         self.may_write()?;
         let mut desk = locked(&self.desk);
         desk.file.reload()?;
-        desk.document = Document::new(desk.file.text().to_string());
+        let mut document = Document::new(desk.file.text().to_string());
+        desk.scenes.reload(&mut document)?;
+        desk.document = document;
         self.load(&mut desk);
         Ok(self.state(&desk))
     }
