@@ -324,7 +324,7 @@ impl<'a> Session<'a> {
         let desk = locked(&self.desk);
         let known = desk.loaded.as_ref().map_or_else(Arc::default, |loaded| loaded.known.clone());
         let plan = desk.document.plan_text(&known).unwrap_or_default();
-        let scenes = desk.scenes.changed_texts(&desk.document);
+        let scenes = desk.scenes.changed_texts(desk.file.path(), &desk.document);
         json_of(&json!({ "text": desk.document.text(), "plan": plan, "scenes": scenes }))
     }
 

@@ -8,14 +8,17 @@ use serde::Serialize;
 use perirobot_page::render::plan::short_name;
 use perirobot_page::viewer::sensor::{FrameData, RaysData, grounds};
 use perirobot_scene::objects::Role;
+use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::RegionShape;
 use perirobot_study::input::catalogue::{DeviceModel, models};
 use perirobot_study::input::{EntryPlace, RegionSpec, Study, Wanted};
+use perirobot_study::sensor::prism::Prism;
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Candidate, Cost, Sensor, Setting, Stance};
 use perirobot_study::world::World;
 use perirobot_study::world::place::{Places, is_room, room_m};
 
+use crate::document::{Corners, SensorShape};
 use crate::problem::Problem;
 pub use scene_file::{SceneFileAccess, SceneFileState};
 
@@ -134,6 +137,10 @@ struct SensorState {
     rays: Option<RaysData>,
     grounds: Vec<Vec<[f64; 3]>>,
     poses: Vec<PoseState>,
+    /// What it guards, if the study says so in keys that can be edited.
+    shape: Option<SensorShape>,
+    /// Whether it has one place, which its shape says.
+    is_fixed: bool,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -207,6 +214,9 @@ impl CellState {
             carried: sensor.on.is_some() || !sensor.kind.takes_poses(),
             rays: RaysData::new(study, sensor),
             grounds: grounds(sensor),
+            shape: sensor_shape(sensor),
+            is_fixed: sensor.on.is_none()
+                && sensor.candidates.iter().all(|one| one.setting == Setting::Fixed),
             poses: sensor.candidates.iter().enumerate().map(|(n, one)| pose(number, n, one)).collect(),
         };
         let placed_state = |(number, &[sensor, candidate]): (usize, &[usize; 2])| {
@@ -264,7 +274,7 @@ pub fn letter(number: usize) -> String {
     }
 }
 
-fn turned_deg(pose: &perirobot_scene::pose::Pose) -> [f64; 3] {
+fn turned_deg(pose: &Pose) -> [f64; 3] {
     let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(pose);
     [pan_deg, tilt_deg, roll_deg]
 }
@@ -308,6 +318,28 @@ pub fn role_name(role: Role) -> &'static str {
         Role::Environment => "environment",
         Role::Robot => "robot",
         Role::Human => "human",
+    }
+}
+
+/// What a sensor guards, in its own frame.
+fn sensor_shape(sensor: &Sensor) -> Option<SensorShape> {
+    let corners = |prism: &Prism| -> Option<Corners> {
+        let [low, _, high, _] = prism.polygon_m[..] else { return None };
+        let [bottom, top] = prism.z_m;
+        Some(Corners { min_m: [low.x, low.y, bottom], max_m: [high.x, high.y, top] })
+    };
+    let guarded = sensor.kind.guarded_m(&Pose::ORIGIN);
+    match (sensor.kind.name(), &sensor.kind.prisms()[..]) {
+        ("gate", [gate, zone]) => Some(SensorShape::Gate { r#box: corners(gate), zone: corners(zone) }),
+        ("pad", [column]) => {
+            let [width, depth, _] = corners(column)?.max_m;
+            Some(SensorShape::Pad { size_m: [width, depth] })
+        }
+        // That of a scanner whose axis is not upright is drawn in another plane.
+        ("lidar", _) if !guarded.is_empty() && sensor.kind.stance() == Stance::Upright => {
+            Some(SensorShape::Field { polygon_m: guarded.iter().map(|at| [at.x, at.y]).collect() })
+        }
+        _ => None,
     }
 }
 

@@ -167,6 +167,36 @@ def a_person_is_moved(page):
     page.click("tab-3d")
 
 
+def a_curtain_is_moved(page):
+    """The curtain of the study is added, dragged with its zone by its letter, and made longer at one end."""
+    shape = "state.sensors.find(one => one.name === 'curtain').shape"
+    page.click("tab-plan")
+    page.click("add")
+    page.browser.run("[...document.querySelectorAll('#models .model')].find(one => one.textContent.startsWith('curtain')).click()")
+    page.browser.until("return !!document.getElementById('zone-box-1')", "its handles", 30)
+    page.rest()
+    before = page.known(shape)
+    middle = [(low + high) / 2 for low, high in zip(before["box"]["min_m"], before["box"]["max_m"])]
+    x, y = page.place(middle, "plan")
+    page.browser.drag([(x + 4 * n, y + 5 * n) for n in range(9)])
+    page.browser.until(f"return document.body.planner.{shape}.box.min_m[1] < {before['box']['min_m'][1]}", "the edit", 30)
+    page.rest()
+    moved = page.known(shape)
+    for part in ("box", "zone"):
+        for end in ("min_m", "max_m"):
+            by = [new - old for new, old in zip(moved[part][end], before[part][end])]
+            assert by[0] > 0.1 and by[1] < -0.1 and by[2] == 0, by
+    x, y = page.browser.run("""const { left, top, width, height } = document.getElementById('zone-box-1').getBoundingClientRect();
+        return [left + width / 2, top + height / 2]""")
+    page.browser.drag([(x - 5 * n, y + 3 * n) for n in range(9)])
+    page.browser.until(f"return document.body.planner.{shape}.box.max_m[0] < {moved['box']['max_m'][0]}", "the edit", 30)
+    page.rest()
+    shorter = page.known(shape)
+    moved["box"]["max_m"][0] = shorter["box"]["max_m"][0]
+    assert shorter == moved, (shorter, moved)
+    page.click("tab-3d")
+
+
 def the_plan_edits_the_same(page):
     page.click("tab-plan")
     page.browser.until("return !!document.querySelector('#plan .badge')", "the floor plan")
@@ -201,6 +231,7 @@ def used(address):
         escape_ends_a_drag(page)
         keys_are_enough(page)
         a_person_is_moved(page)
+        a_curtain_is_moved(page)
         said = [entry["message"] for entry in browser.log("browser") if entry["level"] == "SEVERE"]
         assert not said, said
         page.click("save")

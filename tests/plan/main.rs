@@ -9,3 +9,4 @@ mod browser;
 mod objects;
 mod planner;
 mod saved;
+mod shapes;

@@ -17,13 +17,12 @@ pub(crate) fn swept(out: &Path) -> HashMap<(String, usize, String), Vec<u64>> {
     let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
     let head = reader.headers().unwrap().clone();
     let column = |name: &str| head.iter().position(|one| one == name).unwrap_or_else(|| panic!("no {name}"));
-    let [scene, snapshot, region, combination, representation] =
-        ["scene", "snapshot", "region", "combination", "representation"].map(column);
+    let [scene, snapshot, region, combination] = ["scene", "snapshot", "region", "combination"].map(column);
     let columns = COUNTED.map(column);
     let mut all = HashMap::new();
     for row in reader.records() {
         let row = row.unwrap();
-        if &row[combination] != "planned" || row[representation].contains("volume") {
+        if &row[combination] != "planned" {
             continue;
         }
         let counts = columns.iter().map(|&column| row[column].parse().unwrap()).collect();

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::objects::ObjectMove;
 use super::plan::PlacedName;
 use super::pose::Pose6;
+use super::shapes::SensorShape;
 
 /// A change of the study. Numbers are those of the plan, in its order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,6 +92,14 @@ pub enum Edit {
         /// Its new shape.
         #[serde(flatten)]
         shape: ShapeEdit,
+    },
+    /// What a sensor guards is moved or made larger: the box and the zone of a curtain, a mat, the field of a scanner.
+    SetSensorShape {
+        /// The sensor.
+        sensor: String,
+        /// Its new shape.
+        #[serde(flatten)]
+        shape: SensorShape,
     },
     /// An object of a scene file is moved or turned.
     MoveObject {

@@ -13,6 +13,7 @@ mod objects;
 mod path;
 mod plan;
 mod pose;
+mod shapes;
 mod source;
 mod span;
 mod uses;
@@ -31,6 +32,7 @@ pub use known::{Known, KnownModel, KnownSensor};
 pub use objects::{ObjectMove, ObjectPlaces, candidate_objects, object_places};
 pub use plan::{PLANNED, PlacedName};
 pub use pose::{Pose6, rounded};
+pub use shapes::{Corners, SensorShape};
 use source::Source;
 
 /// Most steps that can be undone, and most bytes of texts that are kept for it.

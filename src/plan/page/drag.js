@@ -113,7 +113,7 @@ function sliding(index) {
     }
     const hit = stage.hit(x, y, part => part.role !== "human");
     if (!hit) return;
-    last = mounted(last, hit, normal);
+    last = sensor.level ? { ...last, position_m: hit.at } : mounted(last, hit, normal);
     normal = hit.normal;
     changeDraft(event.shiftKey ? steppedOn(last, normal) : last);
   };

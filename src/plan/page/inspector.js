@@ -82,6 +82,8 @@ function showChosen() {
   element("chosen-name").textContent = one.sensor;
   const snapped = planner.draft?.index === planner.selected ? planner.draft.snapped : one.pose;
   element("chosen-place").textContent = [planner.draft?.index === planner.selected ? null : one.place, snapped && !snapped.startsWith("planned/") ? `pose ${snapped}` : null].filter(x => x).join(" · ") || "dragged";
+  if (sensor?.is_fixed) element("chosen-place").textContent = "It has no poses: it is where its box is. Drag its letter on the floor plan.";
+  element("pose").hidden = !!sensor?.is_fixed;
   element("chosen-problem").textContent = problem ?? "";
   element("chosen-problem").hidden = !problem;
   element("chosen-carried").hidden = !sensor?.carried;
@@ -94,6 +96,7 @@ function showChosen() {
   if (select.dataset.names !== names.join("\n")) { select.replaceChildren(...planner.state.sensors.map(one => made("option", { value: one.name }, one.model && one.model !== one.name ? `${one.name} (${one.model})` : one.name)), ...(planner.state.catalogue?.length ? [made("optgroup", { label: "Catalogue" }, ...planner.state.catalogue.map(one => made("option", { value: one.model, "data-model": "yes" }, one.model)))] : [])); select.dataset.names = names.join("\n"); }
   select.selectedIndex = planner.state.sensors.findIndex(({ name }) => name === one.sensor);
   select.disabled = element("cost").disabled = element("copy").disabled = element("remove").disabled = !mayEdit();
+  if (!at) element("copy").disabled = true;
   if (document.activeElement !== element("cost")) element("cost").value = one.cost ?? "";
   element("currency").textContent = planner.state.currency ?? "";
   element("dead").checked = planner.dead === planner.selected;
@@ -105,22 +108,24 @@ function showChosen() {
 }
 
 /** The picture that the program makes of what the chosen sensor sees, after a rest. */
-let eyeWaits = 0;
+let eyeWaits = 0, eyeAsked = new AbortController();
+/** Gives a picture up of a plan that changes now. */
+function stopEye() { clearTimeout(eyeWaits); eyeAsked.abort(); eyeAsked = new AbortController(); }
 function showEyeSoon() {
-  clearTimeout(eyeWaits);
+  stopEye();
   const index = planner.selected, one = placed()[index], home = element("eye");
   const can = !!one?.at_m && sensorOf(one)?.rays && !planner.isLost;
   element("eye-of").hidden = !can;
   if (can && !planner.draft) eyeWaits = setTimeout(async () => {
     if (edits || planner.selected !== index || !placed()[index]) return;
     try {
-      const picture = await (await send(`/eye?index=${index}&moment=${planner.moment}`)).blob();
+      const picture = await (await send(`/eye?index=${index}&moment=${planner.moment}`, undefined, eyeAsked.signal)).blob();
       if (planner.selected !== index) return;
       URL.revokeObjectURL(home.src);
       home.src = URL.createObjectURL(picture);
       element("eye-words").textContent = `${letterAt(index)} sees`;
       home.alt = `What ${letterAt(index)} sees: depth, people tinted`;
-    } catch { element("eye-of").hidden = true; }
+    } catch (error) { if (error.name !== "AbortError") element("eye-of").hidden = true; }
   }, 250);
 }
 

@@ -20,6 +20,9 @@ function placeOf(one) {
 /** The same while it is dragged. */
 const placeNow = one => planner.carry?.name === one.name ? { ...placeOf(one), ...planner.carry.at } : placeOf(one);
 
+/** Whether a pointer may drag an object. One that is the cell itself, with its walls, is moved by its numbers only. */
+const isDragged = one => !!one?.can_move && !plan.shells?.has(one.name);
+
 function selectObject(name) {
   if (planner.object === name) return;
   planner.object = name;
@@ -133,7 +136,7 @@ function spinOnFloor() {
 function grabObject(event, found) {
   const { stage } = scene, one = objectNamed(planner.object), hit = found ? null : stage.hit(event.offsetX, event.offsetY);
   const isHandle = isPart(found, "object: place");
-  if (!one?.can_move || !isHandle && !(hit?.part.thing && objectOf({ name: hit.part.thing }) === one)) return null;
+  if (!isDragged(one) || !isHandle && !(hit?.part.thing && objectOf({ name: hit.part.thing }) === one)) return null;
   const height = isHandle ? placeNow(one).position_m : hit.at, where = ({ offsetX, offsetY }) => { const ray = stage.rayAt(offsetX, offsetY); return onPlane(ray.from, ray.along, height, [0, 0, 1]); };
   const begin = where(event), change = carryOnFloor(begin), own = { x: event.offsetX, y: event.offsetY };
   return begin && {
@@ -157,7 +160,7 @@ function grabObject(event, found) {
 /** The chosen object in the view: a handle at its place, and while it is moved its outline on the floor. */
 async function showObject() {
   const { stage } = scene, one = planner.state && objectNamed(planner.object);
-  stage.show("object: place", one?.can_move && mayEdit() && !planner.armed ? { kind: "points", at: placeNow(one).position_m, colour: hue("picked"), width: 14, ring: true, isOver: true, words: () => `Drag ${one.name} along the floor` } : null);
+  stage.show("object: place", isDragged(one) && mayEdit() && !planner.armed ? { kind: "points", at: placeNow(one).position_m, colour: hue("picked"), width: 14, ring: true, isOver: true, words: () => `Drag ${one.name} along the floor` } : null);
   if (!planner.carry) { stage.show("object: outline"); return; }
   if (planner.carry.isSettling) return;
   const { things } = await loadScenery(planner.moment), own = things.filter(thing => thing.at.length && objectOf(thing)?.name === planner.carry?.name);

@@ -35,6 +35,8 @@ async function loadThings() {
   const ends = ({ at }, worse) => [0, 1, 2].map(axis => at.reduce((end, x, n) => n % 3 === axis ? worse(end, x) : end, at[axis]));
   const short = name => own.things.find(one => one.whole_name === name)?.name ?? name;
   const boxed = thing => ({ name: short(thing.name), whole_name: thing.name, role: thing.role, low_m: ends(thing, Math.min), high_m: ends(thing, Math.max), hull: thing.hull ??= hullOf(thing.at) });
+  const room = roomBox(), isWall = thing => isShell({ role: thing.role, box: [ends(thing, Math.min), ends(thing, Math.max)] }, room);
+  plan.shells = new Set(things.filter(thing => thing.at.length && isWall(thing)).map(thing => objectOf(thing)?.name));
   plan.things = { moment, worlds, all: things.filter(thing => thing.at.length).map(boxed) };
   drawPlanSoon();
 }
@@ -63,11 +65,13 @@ function drawPlan() {
     box(low, high, "room"),
     ...regionBoxes(box, scale),
     ...views(scale),
+    ...zoneShapes(scale),
     ...thingNames(inside, scale),
     ...boxHandles(scale),
     ...poseDots(scale),
     ...whyMarks(scale),
     ...objectMarks(scale, things),
+    ...zoneBadges(scale),
     ...badges(scale),
     ruler(scale),
   ];
@@ -79,7 +83,7 @@ function drawPlan() {
 /** A thing from above; one that can be moved is dragged by it. */
 function thingShape(thing, { x, y }) {
   const look = thing.role === "human" ? "person" : thing.role === "robot" ? "robot" : thing.low_m[2] > 2 ? "high" : "low", own = objectOf(thing);
-  const node = shape("polygon", { points: outlineOf(thing).map(([a, b]) => `${px(x(a))},${px(y(b))}`).join(" "), class: `${look}${own?.can_move && mayEdit() ? " drags" : ""}`, title: thing.name });
+  const node = shape("polygon", { points: outlineOf(thing).map(([a, b]) => `${px(x(a))},${px(y(b))}`).join(" "), class: `${look}${isDragged(own) && mayEdit() ? " drags" : ""}`, title: thing.name });
   node.object = own?.name ?? null;
   return node;
 }

@@ -13,14 +13,15 @@ function pressPlan(event) {
   if (event.button !== 0 && event.pointerType === "mouse") return;
   const begin = planPlace(event), home = element("plan");
   const turned = owner(event.target, "turned"), moved = owner(event.target, "moved"), dragged = owner(event.target, "dragged");
-  const spun = owner(event.target, "spun"), object = owner(event.target, "object"), isFree = !planner.armed && !["why", "measure"].includes(planner.tool);
+  const spun = owner(event.target, "spun"), object = owner(event.target, "object"), zoned = owner(event.target, "zoned"), isFree = !planner.armed && !["why", "measure"].includes(planner.tool);
   home.setPointerCapture(event.pointerId);
   const own = { x: event.clientX, y: event.clientY, begin, hasMoved: false, isOver: false, target: event.target };
   if (mayEdit() && !planner.armed && turned) Object.assign(own, { index: turned.turned, change: turnOnPlan });
   else if (mayEdit() && !planner.armed && moved) { Object.assign(own, { index: moved.moved, change: moveOnPlan(begin) }); select(moved.moved); }
+  else if (mayEdit() && isFree && zoned) { select(zoned.zoned.index); Object.assign(own, { zone: zoned.zoned }); }
   else if (mayEdit() && isFree && spun) Object.assign(own, { name: spun.spun, carry: spinOnFloor() });
   else if (mayEdit() && !planner.armed && dragged) Object.assign(own, { box: dragged.dragged });
-  else if (mayEdit() && isFree && objectNamed(object?.object)?.can_move) Object.assign(own, { name: object.object, carry: carryOnFloor(begin) });
+  else if (mayEdit() && isFree && isDragged(objectNamed(object?.object))) Object.assign(own, { name: object.object, carry: carryOnFloor(begin) });
   else Object.assign(own, { middle: plan.middle ?? [0, 1].map(axis => (roomBox()[0][axis] + roomBox()[1][axis]) / 2) });
   plan.drag = own;
 }
@@ -41,7 +42,8 @@ function movePlan(event) {
   } else if (own.change) {
     if (planner.draft !== own.draft || own.draft.isSettling) { own.isOver = true; return; }
     own.change(event, own.draft);
-  } else if (own.box) moveBox(own, event);
+  } else if (own.zone) moveZone(own.zone, [own.begin, planPlace(event)], event);
+  else if (own.box) moveBox(own, event);
   else {
     const { unit } = planScale();
     plan.middle = [own.middle[0] - (event.clientX - own.x) / unit, own.middle[1] + (event.clientY - own.y) / unit];
@@ -54,7 +56,8 @@ function releasePlan(event) {
   plan.drag = null;
   if (!own || own.isOver) return;
   if (!own.hasMoved) { clickPlan(event, own); return; }
-  if (event.type === "pointercancel") { plan.box = null; if (own.carry) dropCarry(own.draft); else if (own.draft) dropDraft(own.draft); drawPlanSoon(); return; }
+  if (event.type === "pointercancel") { plan.box = null; plan.zone = null; if (own.carry) dropCarry(own.draft); else if (own.draft) dropDraft(own.draft); drawPlanSoon(); return; }
+  if (own.zone) { commitZone(); return; }
   if (own.carry) { if (planner.carry === own.draft) commitCarry(); return; }
   if (own.draft && planner.draft === own.draft) commitDraft();
   if (plan.box) { const { table, name, shape: { min_m, max_m, center_m, radius_m } } = plan.box; edit({ edit: "set_box", table, name, ...(center_m ? { center_m, radius_m } : { min_m, max_m }) }).then(() => { plan.box = null; drawPlanSoon(); }); }
@@ -66,6 +69,7 @@ function clickPlan(event, own) {
   if (planner.tool === "why") { askWhy([a, b, ASKED_AT_M]); return; }
   if (planner.tool === "measure") { measure([a, b, 0]); return; }
   // Captured pointers send no click to what was pressed.
+  if (own.zone) return;
   const dot = own.target.closest?.(".dot");
   if (dot) { dot.dispatchEvent(new MouseEvent("click")); return; }
   const object = owner(own.target, "object");
@@ -126,6 +130,7 @@ function moveBox(own, event) {
 
 /** A new sensor from above: on a wall if one is near, else under the ceiling. */
 function ghostOnPlan([a, b]) {
+  if (isLevelArmed()) { ghost({ at: [a, b, roomBox()[0][2]], normal: [0, 0, 1] }); return; }
   const [low, high] = roomBox(), walls = [[a - low[0], [1, 0, 0]], [high[0] - a, [-1, 0, 0]], [b - low[1], [0, 1, 0]], [high[1] - b, [0, -1, 0]]].sort((one, other) => one[0] - other[0]);
   const [near, normal] = walls[0], z = Math.min(high[2] - 0.1, 2.5);
   if (near < 0.4) {
@@ -149,7 +154,7 @@ function makePlan() {
     drawPlanSoon();
   }, { passive: false });
   home.addEventListener("keydown", event => moveByKey(event));
-  on("worlds state selected draft answer armed why measure region tab moment layers object carry", drawPlanSoon);
+  on("worlds state selected draft answer armed why measure region tab moment layers object carry zone", drawPlanSoon);
   new ResizeObserver(drawPlanSoon).observe(home);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { plan.of = null; drawPlanSoon(); });
 }

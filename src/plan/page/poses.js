@@ -51,8 +51,15 @@ function mounted(at, hit, before) {
   return next;
 }
 
+/** Whether what is held lies or stands level, with its origin at a corner. */
+function isLevelArmed() {
+  const { sensor, model } = planner.armed ?? {}, { sensors, catalogue } = planner.state;
+  return sensor ? !!sensors.find(one => one.name === sensor)?.level : ["pad", "gate"].includes(catalogue.find(one => one.model === model)?.kind);
+}
+
 /** A new sensor's pose on a surface: along the normal of a wall and somewhat down, straight down from a ceiling. */
 function firstPose(hit) {
+  if (isLevelArmed()) return { position_m: hit.at, pan_deg: 0, tilt_deg: 0, roll_deg: 0 };
   const at = { position_m: plus(hit.at, times(hit.normal, OFF_M)), pan_deg: 0, tilt_deg: 0, roll_deg: 0 };
   const along = aimed(at, hit.normal);
   return Math.abs(hit.normal[2]) < 0.7 ? { ...along, tilt_deg: hit.at[2] > 1.5 ? -25 : 0 } : along;

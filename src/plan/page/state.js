@@ -98,6 +98,7 @@ const markBusy = () => { document.body.dataset.busy = edits ? "edit" : scores.fl
 function edit(change, of = nextGesture()) {
   if (!mayEdit()) return Promise.resolve(false);
   edits += 1;
+  stopEye();
   markBusy();
   const draft = planner.draft?.isSettling ? planner.draft : null;
   lastEdit = lastEdit.then(async () => {
@@ -116,6 +117,7 @@ function edit(change, of = nextGesture()) {
 function step(path) {
   if (!mayEdit()) return;
   edits += 1;
+  stopEye();
   markBusy();
   lastEdit = lastEdit.then(async () => {
     try { take(await ask(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }

@@ -38,11 +38,17 @@ impl SceneFiles {
         each.flat_map(|(open, text)| open.paths.iter().map(|path| (path.clone(), text.to_string()))).collect()
     }
 
-    /// The same of those that differ from the disk, by their names.
-    pub(super) fn changed_texts(&self, document: &Document) -> BTreeMap<String, String> {
+    /// The same of those that differ from the disk, by their paths from the folder of the study.
+    pub(super) fn changed_texts(&self, study: &Path, document: &Document) -> BTreeMap<String, String> {
         let each = self.open.iter().zip(document.texts().skip(1));
         let changed = each.filter(|(open, text)| open.file.text() != *text);
-        changed.map(|(open, text)| (open.name.clone(), text.to_string())).collect()
+        let named =
+            |path: &Path| path.strip_prefix(study.parent()?).ok().map(|path| path.display().to_string());
+        let by_paths = |(open, text): (&OpenFile, &str)| {
+            let pair = |path: &PathBuf| Some((named(path)?, text.to_string()));
+            open.paths.iter().filter_map(pair).collect::<Vec<_>>()
+        };
+        changed.flat_map(by_paths).collect()
     }
 
     /// Opens the scene files of a study that are new.

@@ -4,6 +4,7 @@ mod forms;
 mod objects;
 mod random;
 mod rounding;
+mod shapes;
 mod shipped;
 mod written;
 
