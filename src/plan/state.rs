@@ -132,7 +132,9 @@ struct SensorState {
     cost: Option<f64>,
     /// Whether it lies or stands level, with its origin at a corner.
     level: bool,
-    /// Whether a person cannot place it in the world: a robot's link carries it, or it takes no poses.
+    /// The link that carries it.
+    on: Option<LinkState>,
+    /// Whether it takes no poses: the robot itself carries it.
     carried: bool,
     rays: Option<RaysData>,
     grounds: Vec<Vec<[f64; 3]>>,
@@ -141,6 +143,13 @@ struct SensorState {
     shape: Option<SensorShape>,
     /// Whether it has one place, which its shape says.
     is_fixed: bool,
+}
+
+/// A link of a robot.
+#[derive(Clone, Debug, Serialize)]
+struct LinkState {
+    object: String,
+    link: String,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -211,7 +220,8 @@ impl CellState {
             kind: sensor.kind.name(),
             cost: sensor.terms.cost.map(Cost::amount),
             level: sensor.kind.stance() == Stance::Level,
-            carried: sensor.on.is_some() || !sensor.kind.takes_poses(),
+            on: sensor.on.as_ref().map(|on| LinkState { object: on.object.clone(), link: on.link.clone() }),
+            carried: !sensor.kind.takes_poses(),
             rays: RaysData::new(study, sensor),
             grounds: grounds(sensor),
             shape: sensor_shape(sensor),
@@ -274,7 +284,8 @@ pub fn letter(number: usize) -> String {
     }
 }
 
-fn turned_deg(pose: &Pose) -> [f64; 3] {
+/// Pan, tilt and roll of a pose.
+pub(crate) fn turned_deg(pose: &Pose) -> [f64; 3] {
     let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(pose);
     [pan_deg, tilt_deg, roll_deg]
 }

@@ -6,6 +6,7 @@ mod common;
 mod bad;
 #[cfg(target_os = "linux")]
 mod browser;
+mod links;
 mod objects;
 mod planner;
 mod saved;

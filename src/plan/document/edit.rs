@@ -167,4 +167,7 @@ pub struct EditRequest {
     /// Edits of one gesture, as of a drag, are undone together.
     #[serde(default)]
     pub gesture: Option<u64>,
+    /// The moment that the page shows: places are in the world, also of sensors that links carry.
+    #[serde(default)]
+    pub moment: Option<usize>,
 }

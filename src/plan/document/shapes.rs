@@ -102,7 +102,7 @@ fn set_corners(source: &mut Source, sensor: &Path, key: &str, corners: &Corners)
         sides.map(|(side, numbers)| rounded(&numbers, source.numbers(&at.key(side)).as_deref()));
     if low.iter().zip(&high).any(|(low, high)| low >= high) {
         let rule = "must be above min_m on every axis";
-        return Err(Issue::value(&format!("{key}.max_m"), format!("{high:?}"), rule).into());
+        return Err(Issue::value(format!("{key}.max_m"), format!("{high:?}"), rule).into());
     }
     let [low_text, high_text] = [&low, &high].map(|side| list(side.iter().map(|metres| number(*metres))));
     match source.get(&at) {

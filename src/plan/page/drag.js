@@ -96,10 +96,10 @@ function gestureOf(own, change) {
   };
 }
 
-/** Slides the body on the surface under the pointer; near a listed pose it takes that. */
+/** Slides the body on the surface under the pointer; near a listed pose it takes that. What a link carries slides on its robot only. */
 function sliding(index) {
   let normal = null;
-  const sensor = sensorOf(placed()[index]), at = sixOf(placed()[index]);
+  const sensor = sensorOf(placed()[index]), at = poseNow(index);
   // The surface that it is mounted on now, behind it.
   const behind = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]].map(way => ({ way, met: scene.stage.meet(at.position_m, way) })).filter(({ met }) => met && met.distance < 0.25);
   behind.sort((a, b) => a.met.distance - b.met.distance);
@@ -111,8 +111,15 @@ function sliding(index) {
       const near = nearestListed(sensor, last, place => { const on = stage.place(place); return on ? Math.hypot(on[0] - x, on[1] - y) : Infinity; }, 16);
       if (near) { changeDraft(null, near); return; }
     }
-    const hit = stage.hit(x, y, part => part.role !== "human");
-    if (!hit) return;
+    const carrier = sensor.on?.object, isOwn = part => carrier ? part.thing === carrier || part.thing?.startsWith(`${carrier}/`) : part.role !== "human";
+    const hit = stage.hit(x, y, isOwn);
+    if (!hit && !carrier) return;
+    if (!hit) {
+      // Off its robot it is moved across the view, turned as before.
+      const ray = stage.rayAt(x, y), place = onPlane(ray.from, ray.along, last.position_m, stage.axes().back);
+      if (place) { last = { ...last, position_m: place }; changeDraft(event.shiftKey ? steppedOn(last, null) : last); }
+      return;
+    }
     last = sensor.level ? { ...last, position_m: hit.at } : mounted(last, hit, normal);
     normal = hit.normal;
     changeDraft(event.shiftKey ? steppedOn(last, normal) : last);

@@ -86,7 +86,8 @@ function showChosen() {
   element("pose").hidden = !!sensor?.is_fixed;
   element("chosen-problem").textContent = problem ?? "";
   element("chosen-problem").hidden = !problem;
-  element("chosen-carried").hidden = !sensor?.carried;
+  element("chosen-carried").hidden = !sensor?.carried && !sensor?.on;
+  element("chosen-carried").textContent = sensor?.on ? `On ${sensor.on.object}/${sensor.on.link}, and moves with it. The numbers are those of this moment; the study gets the pose on the link.` : "It moves with the robot: choose one of its listed poses.";
   FIELDS.forEach(([name, , unit], n) => {
     const input = element(`pose-${name}`);
     input.disabled = !isFree;

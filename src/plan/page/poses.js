@@ -19,8 +19,18 @@ function problemOf(index) {
   return placed()[index]?.problem ?? (planner.answer?.isDraft ? null : of(planner.answer)) ?? null;
 }
 
+/** Where a sensor is at this moment that a link carries; the state has the first moment only. */
+function placeOnLink(index) {
+  const { answer, moment } = planner, one = placed()[index], place = one && sensorOf(one)?.on && answer?.moment === moment ? answer.places?.[index] : null;
+  return place ? sixOf(place) : null;
+}
+/** A sensor on a link stays where it was dragged to until it is counted there. */
+function keepPlace({ index, at }) {
+  if (planner.answer?.places?.[index]) planner.answer.places[index] = { at_m: at.position_m, turned_deg: [at.pan_deg, at.tilt_deg, at.roll_deg] };
+}
+
 /** Where a placed sensor is now, also while it is dragged. */
-const poseNow = index => planner.draft?.index === index ? planner.draft.at : placed()[index]?.at_m ? sixOf(placed()[index]) : null;
+const poseNow = index => planner.draft?.index === index ? planner.draft.at : placeOnLink(index) ?? (placed()[index]?.at_m ? sixOf(placed()[index]) : null);
 
 const forwardOf = ({ pan_deg: pan, tilt_deg: tilt }) => [Math.cos(tilt * RAD) * Math.cos(pan * RAD), Math.cos(tilt * RAD) * Math.sin(pan * RAD), Math.sin(tilt * RAD)];
 /** How a direction in a sensor's frame (x ahead, y left, z up) is turned into the world. */
@@ -68,8 +78,8 @@ function firstPose(hit) {
 /** To steps of 10 cm and 5°. */
 const stepped = at => ({ position_m: at.position_m.map(x => Math.round(x * 10) / 10), pan_deg: Math.round(at.pan_deg / 5) * 5, tilt_deg: Math.round(at.tilt_deg / 5) * 5, roll_deg: Math.round(at.roll_deg / 5) * 5 });
 
-/** The listed poses of a sensor that stand somewhere; those that were dragged count, too. */
-const listed = sensor => (sensor?.poses ?? []).filter(pose => pose.at_m);
+/** The listed poses of a sensor that stand somewhere; those that were dragged count, too. On a link they are known at the first moment only. */
+const listed = sensor => (sensor?.poses ?? []).filter(pose => pose.at_m && (!sensor.on || planner.moment === 0));
 
 /** The listed pose that is nearest to a place on the screen, of those at one place the one that is turned most alike; null where none is near. */
 function nearestListed(sensor, at, distance, most) {

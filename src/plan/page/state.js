@@ -100,12 +100,12 @@ function edit(change, of = nextGesture()) {
   edits += 1;
   stopEye();
   markBusy();
-  const draft = planner.draft?.isSettling ? planner.draft : null;
+  const draft = planner.draft?.isSettling ? planner.draft : null, { moment } = planner;
   lastEdit = lastEdit.then(async () => {
     try {
-      const state = await ask("/edit", { ...change, gesture: of });
+      const state = await ask("/edit", { ...change, gesture: of, moment });
       // What was a draft is in the study now.
-      if (draft && planner.draft === draft) planner.draft = null;
+      if (draft && planner.draft === draft) { keepPlace(draft); planner.draft = null; }
       take(state);
       if (typeof state.changed_index === "number") select(state.changed_index);
       return true;

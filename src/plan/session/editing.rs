@@ -2,17 +2,58 @@
 
 use std::sync::Arc;
 
+use perirobot_study::sensor::MountLink;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Answer, Desk, Refused, Session, locked, read};
-use crate::document::{Document, Edit, EditRequest, Known};
+use super::plan::own_place;
+use super::{Answer, Desk, Loaded, Refused, Session, locked, read};
+use crate::document::{Device, Document, Edit, EditRequest, Known};
 use crate::server::{Request, Response};
 
 #[derive(Deserialize)]
 struct SaveQuestion {
     #[serde(default)]
     overwrite: bool,
+}
+
+/// Places of an edit as the study says them, if a link carries the sensor.
+fn put_on_link(loaded: &Loaded, edit: &mut Edit, moment: Option<usize>) -> Result<(), Refused> {
+    let placed = |index: usize| loaded.placed.get(index).map(|&[sensor, _]| sensor);
+    let named = |name: &str| loaded.study.sensors.iter().position(|sensor| sensor.name == name);
+    let (sensor, at) = match edit {
+        Edit::Move { index, at } | Edit::Copy { index, at } => (placed(*index), at),
+        Edit::Add { device: Device::Sensor(name), at, .. } => (named(name), at),
+        Edit::SetSensor { index, device, .. } => return check_same_link(loaded, placed(*index), device),
+        _ => return Ok(()),
+    };
+    if let Some(sensor) = sensor {
+        *at = own_place(loaded, sensor, at, moment)?;
+    }
+    Ok(())
+}
+
+/// Refuses to put a sensor of a link where one stood that is in the world, or the other way round: the pose would be in
+/// another frame.
+fn check_same_link(loaded: &Loaded, placed: Option<usize>, device: &Device) -> Result<(), Refused> {
+    let sensors = &loaded.study.sensors;
+    let Some(now) = placed.map(|sensor| &sensors[sensor]) else { return Ok(()) };
+    let (name, on) = match device {
+        Device::Model(name) => (name, None),
+        Device::Sensor(name) => match sensors.iter().find(|sensor| sensor.name == *name) {
+            Some(sensor) => (name, sensor.on.as_ref()),
+            None => return Ok(()),
+        },
+    };
+    if now.on.as_ref() == on {
+        return Ok(());
+    }
+    let place = |on: Option<&MountLink>| {
+        on.map_or("in the world".into(), |MountLink { object, link }| format!("on {object}/{link}"))
+    };
+    let (old, new) = (place(now.on.as_ref()), place(on));
+    let words = format!("{:?} is {old} and {name:?} {new}: delete the one and add the other", now.name);
+    Err(Refused(400, words))
 }
 
 impl Desk {
@@ -31,13 +72,16 @@ impl Desk {
 impl Session<'_> {
     pub(super) fn edit(&self, request: &Request) -> Answer<'_> {
         self.may_write()?;
-        let EditRequest { edit, gesture } = read(request)?;
+        let EditRequest { mut edit, gesture, moment } = read(request)?;
         let is_typed = matches!(edit, Edit::SetText { .. });
         let mut desk = locked(&self.desk);
         if !is_typed && !desk.problems.is_empty() {
             return Err(Refused(400, "the study has errors: repair its text first".into()));
         }
         desk.follow_scenes();
+        if let Some(loaded) = &desk.loaded {
+            put_on_link(loaded, &mut edit, moment)?;
+        }
         let before = desk.document.clone();
         let known =
             desk.loaded.as_ref().map_or_else(|| Arc::new(Known::catalogue()), |one| one.known.clone());

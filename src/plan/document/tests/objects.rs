@@ -9,7 +9,7 @@ interior = "free"
 name = "table"                           # of oak
 box = { size_m = [1.0, 0.6, 0.95] }
 position_m = [0.12345, 0, 0.5]           # its middle
-rpy_deg = [90, 0, 30.55]
+rpy_deg = [90, 1.5, 30.55]
 
 [[object]]
 name = "robot"
