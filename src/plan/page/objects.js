@@ -110,7 +110,7 @@ function objectMarks({ x, y }, things) {
   if (!one) return [];
   const parts = things.filter(thing => objectOf(thing) === one), { position_m: [a, b], yaw_deg } = placeNow(one), points = hull => hull.map(([u, v]) => `${px(x(u))},${px(y(v))}`).join(" ");
   const nodes = parts.map(thing => shape("polygon", { points: points(outlineOf(thing)), class: `carried${one.can_move ? "" : " stays"}` }));
-  if (!one.can_turn || !mayEdit()) return nodes;
+  if (!one.can_turn || !isDragged(one) || !mayEdit()) return nodes;
   const far = Math.max(0, ...parts.flatMap(thing => outlineOf(thing).map(([u, v]) => Math.hypot(x(u) - x(a), y(v) - y(b))))), reach = Math.min(90, Math.max(34, far + 16)), [ux, uy] = [Math.cos(yaw_deg * RAD), -Math.sin(yaw_deg * RAD)];
   const handle = shape("circle", { cx: px(x(a) + ux * reach), cy: px(y(b) + uy * reach), r: 7, class: "aim", id: "object-turn", title: `Drag to turn ${one.name}` });
   handle.spun = one.name;
