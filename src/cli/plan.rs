@@ -1,6 +1,7 @@
 //! `perirobot plan`: a local page in which sensors are placed by hand. Counted, edited and served in `perirobot-plan`.
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread;
 use std::time::Duration;
@@ -23,9 +24,9 @@ use super::study::StudyArgs;
 /// unknown, and after each change the verdicts of [[require]], the nearest unnoticed approach and the cost. It finds
 /// sets as `perirobot choose` does, beside the sensors that a person placed.
 ///
-/// The study file is the state: it is written only on Save, comments stay, and `perirobot sweep` of the saved file
-/// counts what the page showed (combination "planned"). The page is served to this machine only; from another one use
-/// ssh -L. Without a study the templates of `perirobot init` are listed.
+/// Robots, people and furniture can be moved, too. The study and the scene files in its folder are the state: they are
+/// written only on Save, comments stay, and `perirobot sweep` of the saved study counts what the page showed
+/// (combination "planned"). The page is served to this machine only; from another one use ssh -L. Without a study the templates of `perirobot init` are listed.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false)))]
@@ -44,7 +45,7 @@ pub(super) struct Args {
     /// Print the address only, and open no browser
     #[arg(long, help_heading = "Page")]
     no_open: bool,
-    /// Never write the study
+    /// Never write the study and its scene files
     #[arg(long, help_heading = "Page")]
     read_only: bool,
     #[command(flatten)]
@@ -106,8 +107,13 @@ fn templates() -> String {
 struct Reader<'a>(&'a StudyArgs);
 
 impl StudyReader for Reader<'_> {
-    fn read(&self, text: &str, voxel_size_m: Option<f64>) -> Result<Study, Vec<Error>> {
-        self.0.examine_text(text, voxel_size_m)
+    fn read(
+        &self,
+        text: &str,
+        files: &[(PathBuf, String)],
+        voxel_size_m: Option<f64>,
+    ) -> Result<Study, Vec<Error>> {
+        self.0.examine_text(text, files, voxel_size_m)
     }
 }
 

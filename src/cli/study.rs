@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use perirobot_decide::choose::as_swept;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
+#[cfg(feature = "report")]
+use perirobot_scene::source::Sources;
 use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::MANIFEST;
@@ -52,12 +54,22 @@ impl StudyArgs {
         &self.study
     }
 
-    /// Reads the study from another text than that of its file, in other voxels unless the command line gives their size.
+    /// Reads the study from another text than that of its file, and some of the files that it names from theirs, in other
+    /// voxels unless the command line gives their size.
     #[cfg(feature = "report")]
-    pub(super) fn examine_text(&self, text: &str, voxel_size_m: Option<f64>) -> Result<Study, Vec<Error>> {
+    pub(super) fn examine_text(
+        &self,
+        text: &str,
+        files: &[(PathBuf, String)],
+        voxel_size_m: Option<f64>,
+    ) -> Result<Study, Vec<Error>> {
         let mut overrides = self.overrides();
         overrides.voxel_size_m = voxel_size_m.or(overrides.voxel_size_m);
         let sources = self.packages.sources(&self.study).with_file(&self.study, text.as_bytes().to_vec());
+        let given = |sources: Sources, (path, text): &(PathBuf, String)| {
+            sources.with_file(path, text.as_bytes().to_vec())
+        };
+        let sources = files.iter().fold(sources, given);
         let mut study = Study::examine(&self.study, &overrides, sources)?;
         self.packages.apply(&mut study.scenes);
         Ok(study)

@@ -6,6 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::voxel::BitGrid;
 use perirobot_page::viewer::runs::put_runs;
+use perirobot_scene::pose::Pose;
 use perirobot_study::input::{Condition, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
@@ -16,7 +17,7 @@ use crate::live::{
     FloorMap, JudgeAnswer, MomentCounts, NOT_COUNTED, PlacedProblem, Resolution, Scenery, ScoreAnswer,
     WhyAnswer,
 };
-use crate::state::role_name;
+use crate::state::{role_name, turned_deg};
 
 /// `POST /score`.
 #[derive(Clone, Debug, Deserialize)]
@@ -172,6 +173,8 @@ pub(crate) struct ScoreReply {
     /// For each column of the grid, x first, how many sensors watch it; 255 if it belongs to no region.
     seen_by: String,
     frustums: Vec<Option<FrustumReply>>,
+    /// Where each sensor is at this moment that a link carries.
+    places: Vec<Option<PlaceReply>>,
     problems: Vec<ProblemReply>,
     ms: f64,
 }
@@ -183,6 +186,13 @@ struct FrustumReply {
     ends: Vec<[f64; 3]>,
     rows: usize,
     columns: usize,
+}
+
+/// Where a sensor is and how it is turned: pan, tilt and roll.
+#[derive(Clone, Debug, Serialize)]
+struct PlaceReply {
+    at_m: [f64; 3],
+    turned_deg: [f64; 3],
 }
 
 impl ScoreReply {
@@ -219,9 +229,20 @@ impl ScoreReply {
             labels: runs(world.region_voxels().voxels().map(label), 3),
             seen_by: columns(&answer.floor, world),
             frustums: answer.frustums.iter().map(frustum).collect(),
+            places: Vec::new(),
             problems: problem_replies(&answer.problems),
             ms: (answer.took.as_secs_f64() * 1e4).round() / 10.0,
         }
+    }
+}
+
+impl ScoreReply {
+    /// With the places of sensors that links carry.
+    pub(crate) fn with_places(self, places: &[Option<Pose>]) -> ScoreReply {
+        let place = |pose: &Option<Pose>| {
+            pose.map(|pose| PlaceReply { at_m: pose.position_m.to_array(), turned_deg: turned_deg(&pose) })
+        };
+        ScoreReply { places: places.iter().map(place).collect(), ..self }
     }
 }
 

@@ -4,10 +4,11 @@
 mod counting;
 mod editing;
 mod plan;
+mod scene_files;
 
 use std::collections::HashMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::Duration;
@@ -21,6 +22,7 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use self::plan::placed_of;
+use self::scene_files::SceneFiles;
 use crate::document::{Document, Known};
 use crate::find::{FindEvent, FindRequest, find};
 use crate::live::{Live, Resolution, coarse_voxel_m};
@@ -30,13 +32,19 @@ use crate::server::{Body, Method, Request, Response};
 use crate::state::{CellState, State};
 use crate::study_file::StudyFile;
 
-/// Reads a study from a text that may differ from that of its file.
+/// Reads a study from texts that may differ from those of its files.
 pub trait StudyReader: Sync {
-    /// Reads and checks it; in voxels of this size, if one is given.
+    /// Reads and checks it, with the texts of some of the files that it names, by their paths; in voxels of this size, if
+    /// one is given.
     ///
     /// # Errors
     /// All that is wrong with it.
-    fn read(&self, text: &str, voxel_size_m: Option<f64>) -> Result<Study, Vec<Error>>;
+    fn read(
+        &self,
+        text: &str,
+        files: &[(PathBuf, String)],
+        voxel_size_m: Option<f64>,
+    ) -> Result<Study, Vec<Error>>;
 }
 
 /// A study that is open.
@@ -64,6 +72,8 @@ pub struct Session<'a> {
 /// The study as a person edits it.
 struct Desk {
     file: StudyFile,
+    /// The files of its scenes.
+    scenes: SceneFiles,
     document: Document,
     version: u64,
     worlds: u64,
@@ -152,6 +162,7 @@ impl<'a> Session<'a> {
         let document = Document::new(file.text().to_string());
         let desk = Desk {
             file,
+            scenes: SceneFiles::default(),
             document,
             version: 0,
             worlds: 0,
@@ -202,7 +213,7 @@ impl<'a> Session<'a> {
             (Method::Get, "/") => Ok(Response::new(200, "text/html; charset=utf-8", self.html.clone())),
             (Method::Get, "/state") => Ok(self.state(&locked(&self.desk))),
             (Method::Get, "/text") => self.text(),
-            (Method::Get, "/difference") => json_of(&locked(&self.desk).document.difference()),
+            (Method::Get, "/difference") => self.difference(),
             (Method::Get, "/scenery") => self.scenery(request),
             (Method::Get, "/cell") => self.cell(request),
             (Method::Get, "/eye") => self.eye(request),
@@ -232,7 +243,8 @@ impl<'a> Session<'a> {
         let text = desk.document.text();
         let path = desk.file.path().to_path_buf();
         let problems = |errors: &[Error]| errors.iter().map(|e| Problem::new(e, &path, text)).collect();
-        let read = self.reader.read(text, None).and_then(|study| {
+        let files = desk.scenes.texts(&desk.document);
+        let read = self.reader.read(text, &files, None).and_then(|study| {
             let known = Known::new(&study);
             let names = desk.document.plan(&known).map_err(|error| vec![error])?;
             let placed = placed_of(&study, &names).map_err(|error| vec![error])?;
@@ -246,7 +258,7 @@ impl<'a> Session<'a> {
             }
         };
         let coarse_m = coarse_voxel_m(study.voxel_size_m);
-        let coarse = self.reader.read(text, Some(coarse_m)).ok();
+        let coarse = self.reader.read(text, &files, Some(coarse_m)).ok();
         let mut ready = self.lock_ready();
         let study = Arc::new(study);
         let worlds =
@@ -257,7 +269,11 @@ impl<'a> Session<'a> {
         match worlds {
             Err(error) => desk.problems = problems(&[error]),
             Ok(worlds) => {
-                let cell = Arc::new(CellState::new(&study, &worlds, &placed, coarse_m));
+                let Desk { file, scenes, document, .. } = &mut *desk;
+                scenes.meet(file.path(), &study, document, self.read_only);
+                let (files, of_scenes) = scenes.states(&study, document);
+                let cell = CellState::new(&study, &worlds, &placed, coarse_m);
+                let cell = Arc::new(cell.with_files(files, &of_scenes));
                 let (worlds, known) = (Arc::new(worlds), Arc::new(known));
                 ready.loaded = Some(Loaded { study, worlds, known, placed, cell });
                 desk.loaded = ready.loaded.clone();
@@ -283,13 +299,13 @@ impl<'a> Session<'a> {
         let shown = path.display().to_string();
         let state = State {
             version: desk.version,
-            name: path.file_name().unwrap_or_default().to_string_lossy().into(),
+            name: desk.file.name(),
             path: shown,
             read_only: self.read_only,
             changed: desk.document.is_changed(),
             can_undo: desk.document.can_undo(),
             can_redo: desk.document.can_redo(),
-            disk_changed: desk.file.is_changed_on_disk(),
+            disk_changed: !desk.changed_on_disk().is_empty(),
             problems: desk.problems.clone(),
             changed_index: desk.changed_index,
             saved: desk.was_saved,
@@ -299,11 +315,17 @@ impl<'a> Session<'a> {
         Response::json(serde_json::to_vec(&state).expect("a state is JSON"))
     }
 
+    fn difference(&self) -> Answer<'_> {
+        let desk = locked(&self.desk);
+        json_of(&desk.document.difference(&desk.file.name()))
+    }
+
     fn text(&self) -> Answer<'_> {
         let desk = locked(&self.desk);
         let known = desk.loaded.as_ref().map_or_else(Arc::default, |loaded| loaded.known.clone());
         let plan = desk.document.plan_text(&known).unwrap_or_default();
-        json_of(&json!({ "text": desk.document.text(), "plan": plan }))
+        let scenes = desk.scenes.changed_texts(desk.file.path(), &desk.document);
+        json_of(&json!({ "text": desk.document.text(), "plan": plan, "scenes": scenes }))
     }
 
     fn find(&self, request: &Request) -> Answer<'_> {

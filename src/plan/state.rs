@@ -1,20 +1,26 @@
 //! What the page knows of a study: its cell, its sensors with their listed poses, the placed ones, and what is
 //! required. `GET /state` sends it as JSON after each edit.
 
+mod scene_file;
+
 use serde::Serialize;
 
 use perirobot_page::render::plan::short_name;
 use perirobot_page::viewer::sensor::{FrameData, RaysData, grounds};
 use perirobot_scene::objects::Role;
+use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::RegionShape;
 use perirobot_study::input::catalogue::{DeviceModel, models};
 use perirobot_study::input::{EntryPlace, RegionSpec, Study, Wanted};
+use perirobot_study::sensor::prism::Prism;
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Candidate, Cost, Sensor, Setting, Stance};
 use perirobot_study::world::World;
 use perirobot_study::world::place::{Places, is_room, room_m};
 
+use crate::document::{Corners, SensorShape};
 use crate::problem::Problem;
+pub use scene_file::{SceneFileAccess, SceneFileState};
 
 /// All that the page is told.
 #[derive(Debug, Serialize)]
@@ -58,6 +64,8 @@ pub struct CellState {
     /// The unit of all costs.
     pub currency: Option<String>,
     scenes: Vec<SceneState>,
+    /// The files that the scenes are made of.
+    scene_files: Vec<SceneFileState>,
     regions: Vec<RegionState>,
     entries: Vec<EntryState>,
     sensors: Vec<SensorState>,
@@ -80,12 +88,16 @@ struct SceneState {
     /// The first of its moments, and the one after its last.
     moments: [usize; 2],
     room_m: [[f64; 3]; 2],
+    /// Which of the scene files it is made of.
+    file: usize,
     things: Vec<ThingState>,
 }
 
 #[derive(Clone, Debug, Serialize)]
 struct ThingState {
     name: String,
+    /// The whole name, with that of its object before it.
+    whole_name: String,
     role: &'static str,
     low_m: [f64; 3],
     high_m: [f64; 3],
@@ -120,11 +132,24 @@ struct SensorState {
     cost: Option<f64>,
     /// Whether it lies or stands level, with its origin at a corner.
     level: bool,
-    /// Whether a person cannot place it in the world: a robot's link carries it, or it takes no poses.
+    /// The link that carries it.
+    on: Option<LinkState>,
+    /// Whether it takes no poses: the robot itself carries it.
     carried: bool,
     rays: Option<RaysData>,
     grounds: Vec<Vec<[f64; 3]>>,
     poses: Vec<PoseState>,
+    /// What it guards, if the study says so in keys that can be edited.
+    shape: Option<SensorShape>,
+    /// Whether it has one place, which its shape says.
+    is_fixed: bool,
+}
+
+/// A link of a robot.
+#[derive(Clone, Debug, Serialize)]
+struct LinkState {
+    object: String,
+    link: String,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -195,9 +220,13 @@ impl CellState {
             kind: sensor.kind.name(),
             cost: sensor.terms.cost.map(Cost::amount),
             level: sensor.kind.stance() == Stance::Level,
-            carried: sensor.on.is_some() || !sensor.kind.takes_poses(),
+            on: sensor.on.as_ref().map(|on| LinkState { object: on.object.clone(), link: on.link.clone() }),
+            carried: !sensor.kind.takes_poses(),
             rays: RaysData::new(study, sensor),
             grounds: grounds(sensor),
+            shape: sensor_shape(sensor),
+            is_fixed: sensor.on.is_none()
+                && sensor.candidates.iter().all(|one| one.setting == Setting::Fixed),
             poses: sensor.candidates.iter().enumerate().map(|(n, one)| pose(number, n, one)).collect(),
         };
         let placed_state = |(number, &[sensor, candidate]): (usize, &[usize; 2])| {
@@ -222,6 +251,7 @@ impl CellState {
             coarse_m,
             currency: study.currency.clone(),
             scenes: scenes(study, worlds),
+            scene_files: Vec::new(),
             regions: study.regions.iter().map(region).collect(),
             entries: entries(study),
             sensors: study.sensors.iter().enumerate().map(sensor).collect(),
@@ -236,6 +266,15 @@ impl CellState {
     }
 }
 
+impl CellState {
+    /// With the files of its scenes, and for each scene of the study the number of its file.
+    #[must_use]
+    pub fn with_files(mut self, files: Vec<SceneFileState>, of_scenes: &[usize]) -> CellState {
+        self.scenes.iter_mut().zip(of_scenes).for_each(|(scene, file)| scene.file = *file);
+        CellState { scene_files: files, ..self }
+    }
+}
+
 /// The letter of a sensor of the plan: A to Z, then AA and so on.
 pub fn letter(number: usize) -> String {
     let own = char::from(b'A' + (number % 26) as u8);
@@ -245,7 +284,8 @@ pub fn letter(number: usize) -> String {
     }
 }
 
-fn turned_deg(pose: &perirobot_scene::pose::Pose) -> [f64; 3] {
+/// Pan, tilt and roll of a pose.
+pub(crate) fn turned_deg(pose: &Pose) -> [f64; 3] {
     let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(pose);
     [pan_deg, tilt_deg, roll_deg]
 }
@@ -262,7 +302,13 @@ fn scenes(study: &Study, worlds: &[World]) -> Vec<SceneState> {
         let things = things.map(|object| {
             let [low_m, high_m] = object.bounds_m.map(|corner| corner.to_array());
             let role = role_name(object.role);
-            ThingState { name: short_name(&object.name).into(), role, low_m, high_m }
+            ThingState {
+                name: short_name(&object.name).into(),
+                whole_name: object.name.clone(),
+                role,
+                low_m,
+                high_m,
+            }
         });
         let begin = first;
         first += moments.len();
@@ -270,6 +316,7 @@ fn scenes(study: &Study, worlds: &[World]) -> Vec<SceneState> {
             name: study.scenes[moments[0].scene].name.clone(),
             moments: [begin, first],
             room_m: room.map(|corner| corner.to_array()),
+            file: 0,
             things: things.collect(),
         }
     };
@@ -282,6 +329,28 @@ pub fn role_name(role: Role) -> &'static str {
         Role::Environment => "environment",
         Role::Robot => "robot",
         Role::Human => "human",
+    }
+}
+
+/// What a sensor guards, in its own frame.
+fn sensor_shape(sensor: &Sensor) -> Option<SensorShape> {
+    let corners = |prism: &Prism| -> Option<Corners> {
+        let [low, _, high, _] = prism.polygon_m[..] else { return None };
+        let [bottom, top] = prism.z_m;
+        Some(Corners { min_m: [low.x, low.y, bottom], max_m: [high.x, high.y, top] })
+    };
+    let guarded = sensor.kind.guarded_m(&Pose::ORIGIN);
+    match (sensor.kind.name(), &sensor.kind.prisms()[..]) {
+        ("gate", [gate, zone]) => Some(SensorShape::Gate { r#box: corners(gate), zone: corners(zone) }),
+        ("pad", [column]) => {
+            let [width, depth, _] = corners(column)?.max_m;
+            Some(SensorShape::Pad { size_m: [width, depth] })
+        }
+        // That of a scanner whose axis is not upright is drawn in another plane.
+        ("lidar", _) if !guarded.is_empty() && sensor.kind.stance() == Stance::Upright => {
+            Some(SensorShape::Field { polygon_m: guarded.iter().map(|at| [at.x, at.y]).collect() })
+        }
+        _ => None,
     }
 }
 

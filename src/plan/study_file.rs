@@ -1,5 +1,5 @@
-//! The study's file on the disk: read once, watched for changes by others, locked against a second planner, and
-//! written whole.
+//! A file of the study on the disk, its own or that of a scene: read once, watched for changes by others and written whole.
+//! The study's own is locked against a second planner.
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use perirobot_scene::source::hex;
 use perirobot_sweep::results::files::write_whole;
 use sha2::{Digest, Sha256};
 
-/// The file of the study that is edited.
+/// A file that is edited.
 #[derive(Debug)]
 pub struct StudyFile {
     path: PathBuf,
@@ -20,17 +20,8 @@ pub struct StudyFile {
     _lock: Option<File>,
 }
 
-/// Whether the file was written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Saved {
-    /// It was.
-    Written,
-    /// It was not, as another program has changed the file.
-    ChangedOnDisk,
-}
-
 impl StudyFile {
-    /// Reads a file. Unless it is only to be read, it is locked.
+    /// Reads a study's file. Unless it is only to be read, it is locked.
     ///
     /// # Errors
     /// When it cannot be read or is not UTF-8; `Error::Busy` if another planner has it open.
@@ -40,9 +31,22 @@ impl StudyFile {
         Ok(StudyFile { path: path.into(), known, _lock: lock })
     }
 
+    /// Reads a file that goes with a study's and is not locked.
+    ///
+    /// # Errors
+    /// When it cannot be read or is not UTF-8.
+    pub fn open_unlocked(path: &Path) -> Result<StudyFile> {
+        Ok(StudyFile { path: path.into(), known: read(path)?, _lock: None })
+    }
+
     /// Where it is.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Its name, without its folder.
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into()
     }
 
     /// Its text as it was last read or written here.
@@ -55,13 +59,13 @@ impl StudyFile {
         fs::read(&self.path).map_or(true, |now| now != self.known.as_bytes())
     }
 
-    /// Writes a text, unless another program has changed the file and it is not to be overwritten.
+    /// Writes a text, unless it is what is on the disk.
     ///
     /// # Errors
     /// When the file cannot be written; then it is as it was.
-    pub fn save(&mut self, text: &str, overwrite: bool) -> Result<Saved> {
-        if !overwrite && self.is_changed_on_disk() {
-            return Ok(Saved::ChangedOnDisk);
+    pub fn write_if_changed(&mut self, text: &str) -> Result<()> {
+        if self.known == text && !self.is_changed_on_disk() {
+            return Ok(());
         }
         // A link stays one: the file that it leads to is written.
         let target = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
@@ -72,7 +76,7 @@ impl StudyFile {
             let _ = fs::set_permissions(&target, permissions);
         }
         self.known = text.into();
-        Ok(Saved::Written)
+        Ok(())
     }
 
     /// Reads the file again.
@@ -124,19 +128,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_saved_unless_others_have_changed_it() {
+    fn a_file_is_written_if_it_differs() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("study.toml");
         fs::write(&path, "a = 1\n").unwrap();
         let mut file = StudyFile::open(&path, false).unwrap();
         assert_eq!((file.text(), file.is_changed_on_disk()), ("a = 1\n", false));
-        assert_eq!(file.save("a = 2\n", false).unwrap(), Saved::Written);
+        file.write_if_changed("a = 2\n").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "a = 2\n");
         fs::write(&path, "a = 3\n").unwrap();
         assert!(file.is_changed_on_disk());
-        assert_eq!(file.save("a = 4\n", false).unwrap(), Saved::ChangedOnDisk);
-        assert_eq!(fs::read_to_string(&path).unwrap(), "a = 3\n");
-        assert_eq!(file.save("a = 4\n", true).unwrap(), Saved::Written);
+        file.write_if_changed("a = 2\n").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "a = 2\n", "what was read is written again");
+        let written = fs::metadata(&path).unwrap().modified().unwrap();
+        file.write_if_changed("a = 2\n").unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().modified().unwrap(), written, "it is so already");
         fs::write(&path, "a = 5\n").unwrap();
         file.reload().unwrap();
         assert_eq!((file.text(), file.is_changed_on_disk()), ("a = 5\n", false));
@@ -152,7 +158,7 @@ mod tests {
         let mut first = StudyFile::open(&path, false).unwrap();
         let refused = || matches!(StudyFile::open(&path, false), Err(Error::Busy(_)));
         assert!(refused());
-        first.save("a = 2\n", false).unwrap();
+        first.write_if_changed("a = 2\n").unwrap();
         assert!(refused(), "after it was saved, too");
         fs::rename(&path, folder.path().join("study.toml~")).unwrap();
         fs::copy(folder.path().join("study.toml~"), &path).unwrap();
@@ -169,7 +175,7 @@ mod tests {
         let [real, link] = ["real.toml", "link.toml"].map(|name| folder.path().join(name));
         fs::write(&real, "a = 1\n").unwrap();
         std::os::unix::fs::symlink(&real, &link).unwrap();
-        StudyFile::open(&link, false).unwrap().save("a = 2\n", false).unwrap();
+        StudyFile::open(&link, false).unwrap().write_if_changed("a = 2\n").unwrap();
         assert_eq!(fs::read_to_string(&real).unwrap(), "a = 2\n");
         assert!(link.symlink_metadata().unwrap().is_symlink());
     }

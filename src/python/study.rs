@@ -1,6 +1,6 @@
 //! A study as Python has it: checked when it is made, its scenes in voxels from the first time they are needed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use numpy::ndarray::ArrayView2;
@@ -54,7 +54,8 @@ type ChoiceWords = (String, Option<String>, Option<String>, Option<String>, usiz
 
 #[pymethods]
 impl Study {
-    /// Reads and checks a study file and its scene files; a text takes the place of that of the study file.
+    /// Reads and checks a study file and its scene files; texts take the place of those of files, which are named from the
+    /// folder of the study.
     #[staticmethod]
     #[expect(clippy::too_many_arguments, reason = "they are those of Python's Study.load")]
     fn load(
@@ -65,11 +66,12 @@ impl Study {
         packages: Vec<(String, PathBuf)>,
         allow_outside: bool,
         xacro: bool,
-        text: Option<String>,
+        texts: Vec<(PathBuf, String)>,
     ) -> PyResult<Study> {
         let overrides = Overrides { voxel_size_m, noiseless };
         let mut origin = FileOrigin::file(path.clone(), overrides, packages, allow_outside, xacro);
-        origin.files.extend(text.map(|text| (path, text.into_bytes())));
+        let folder = path.parent().unwrap_or(Path::new(""));
+        origin.files.extend(texts.into_iter().map(|(name, text)| (folder.join(name), text.into_bytes())));
         Study::read_checked(py, || Ok(origin))
     }
 

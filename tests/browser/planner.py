@@ -123,6 +123,80 @@ def keys_are_enough(page):
     page.rest()
 
 
+def object_of(page, name):
+    """An object of the first scene file, as the page knows it."""
+    return next(one for one in page.known("state.scene_files[0].objects") if one["name"] == name)
+
+
+def a_person_is_moved(page):
+    """The operator is dragged and turned on the floor plan, and moved by the keyboard alone; undo takes each back."""
+    page.click("tab-plan")
+    page.browser.until("return !!document.querySelector('#plan .person.drags')", "the person")
+    before, worlds = object_of(page, "operator"), page.known("state.worlds")
+    x, y = page.place(before["positions_m"][0], "plan")
+    page.browser.drag([(x + 5 * n, y - 4 * n) for n in range(9)], is_dropped=False)
+    assert page.known("carry.at.position_m") != before["positions_m"][0] and object_of(page, "operator") == before
+    page.browser.drop()
+    page.browser.until("return document.body.planner.carry === null", "the edit", 30)
+    page.rest()
+    moved = object_of(page, "operator")
+    assert moved["positions_m"][0] != before["positions_m"][0] and moved["positions_m"][1:] == before["positions_m"][1:]
+    assert page.known("state.worlds") == worlds + 1, "the scene is voxelized anew"
+    handle = """const { left, top, width, height } = document.getElementById('object-turn').getBoundingClientRect();
+        return [left + width / 2, top + height / 2]"""
+    x, y = page.browser.run(handle)
+    page.browser.drag([(x, y - 6 * n) for n in range(9)])
+    page.browser.until("return document.body.planner.carry === null", "the edit", 30)
+    page.rest()
+    turned = object_of(page, "operator")
+    assert turned["yaws_deg"][0] != moved["yaws_deg"][0] and turned["positions_m"] == moved["positions_m"], turned
+    page.browser.run("document.querySelector('#objects details').open = true; document.querySelector('#object-list [aria-selected=true]').focus()")
+    page.browser.press(ENTER)
+    assert page.browser.run("return document.activeElement.id") == "place-x"
+    page.browser.press(UP)
+    page.browser.until("return document.body.planner.carry === null", "the edit", 30)
+    page.rest()
+    assert abs(object_of(page, "operator")["positions_m"][0][0] - turned["positions_m"][0][0] - 0.05) < 1e-6
+    for expected in (turned, moved, before):
+        page.click("undo")
+        page.rest()
+        assert object_of(page, "operator") == expected, expected
+    for _ in range(3):
+        page.click("redo")
+        page.rest()
+    page.click("tab-3d")
+
+
+def a_curtain_is_moved(page):
+    """The curtain of the study is added, dragged with its zone by its letter, and made longer at one end."""
+    shape = "state.sensors.find(one => one.name === 'curtain').shape"
+    page.click("tab-plan")
+    page.click("add")
+    page.browser.run("[...document.querySelectorAll('#models .model')].find(one => one.textContent.startsWith('curtain')).click()")
+    page.browser.until("return !!document.getElementById('zone-box-1')", "its handles", 30)
+    page.rest()
+    before = page.known(shape)
+    middle = [(low + high) / 2 for low, high in zip(before["box"]["min_m"], before["box"]["max_m"])]
+    x, y = page.place(middle, "plan")
+    page.browser.drag([(x + 4 * n, y + 5 * n) for n in range(9)])
+    page.browser.until(f"return document.body.planner.{shape}.box.min_m[1] < {before['box']['min_m'][1]}", "the edit", 30)
+    page.rest()
+    moved = page.known(shape)
+    for part in ("box", "zone"):
+        for end in ("min_m", "max_m"):
+            by = [new - old for new, old in zip(moved[part][end], before[part][end])]
+            assert by[0] > 0.1 and by[1] < -0.1 and by[2] == 0, by
+    x, y = page.browser.run("""const { left, top, width, height } = document.getElementById('zone-box-1').getBoundingClientRect();
+        return [left + width / 2, top + height / 2]""")
+    page.browser.drag([(x - 5 * n, y + 3 * n) for n in range(9)])
+    page.browser.until(f"return document.body.planner.{shape}.box.max_m[0] < {moved['box']['max_m'][0]}", "the edit", 30)
+    page.rest()
+    shorter = page.known(shape)
+    moved["box"]["max_m"][0] = shorter["box"]["max_m"][0]
+    assert shorter == moved, (shorter, moved)
+    page.click("tab-3d")
+
+
 def the_plan_edits_the_same(page):
     page.click("tab-plan")
     page.browser.until("return !!document.querySelector('#plan .badge')", "the floor plan")
@@ -156,6 +230,8 @@ def used(address):
         a_drag_is_counted_and_undone(page)
         escape_ends_a_drag(page)
         keys_are_enough(page)
+        a_person_is_moved(page)
+        a_curtain_is_moved(page)
         said = [entry["message"] for entry in browser.log("browser") if entry["level"] == "SEVERE"]
         assert not said, said
         page.click("save")

@@ -45,13 +45,16 @@ fn swept(study: &Path) -> HashMap<String, u64> {
 fn a_sweep_counts_what_the_page_showed_after_a_drag() {
     let folder = tempfile::tempdir().unwrap();
     let study = cell(folder.path(), "assembly");
-    let before = fs::read_to_string(&study).unwrap();
+    let files = [study.clone(), study.with_file_name("cell.toml")];
+    let before = files.clone().map(|path| fs::read_to_string(path).unwrap());
     let planner = Planner::start(text(&study), &["--backend", "cpu"]);
     let shown: HashMap<String, u64> = serde_json::from_str(&script("used", &[&planner.address()])).unwrap();
     planner.end();
-    let after = fs::read_to_string(&study).unwrap();
     let comments = |text: &str| text.matches('#').count();
-    assert!(after != before && comments(&after) == comments(&before), "{after}");
+    for (path, before) in files.iter().zip(before) {
+        let after = fs::read_to_string(path).unwrap();
+        assert!(after != before && comments(&after) == comments(&before), "{after}");
+    }
     assert_eq!(swept(&study), shown);
 }
 

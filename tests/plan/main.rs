@@ -6,5 +6,8 @@ mod common;
 mod bad;
 #[cfg(target_os = "linux")]
 mod browser;
+mod links;
+mod objects;
 mod planner;
 mod saved;
+mod shapes;

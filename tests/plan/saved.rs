@@ -13,17 +13,16 @@ use crate::planner::Planner;
 const COUNTED: [&str; 6] = ["tp", "fp", "fn", "tn", "uo", "uf"];
 
 /// The counts of the plan that a sweep wrote: of each scene, snapshot and region.
-fn swept(out: &Path) -> HashMap<(String, usize, String), Vec<u64>> {
+pub(crate) fn swept(out: &Path) -> HashMap<(String, usize, String), Vec<u64>> {
     let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
     let head = reader.headers().unwrap().clone();
     let column = |name: &str| head.iter().position(|one| one == name).unwrap_or_else(|| panic!("no {name}"));
-    let [scene, snapshot, region, combination, representation] =
-        ["scene", "snapshot", "region", "combination", "representation"].map(column);
+    let [scene, snapshot, region, combination] = ["scene", "snapshot", "region", "combination"].map(column);
     let columns = COUNTED.map(column);
     let mut all = HashMap::new();
     for row in reader.records() {
         let row = row.unwrap();
-        if &row[combination] != "planned" || row[representation].contains("volume") {
+        if &row[combination] != "planned" {
             continue;
         }
         let counts = columns.iter().map(|&column| row[column].parse().unwrap()).collect();
@@ -34,7 +33,7 @@ fn swept(out: &Path) -> HashMap<(String, usize, String), Vec<u64>> {
 }
 
 /// The counts that the planner shows of each moment and region.
-fn shown(planner: &Planner, state: &Value) -> HashMap<(String, usize, String), Vec<u64>> {
+pub(crate) fn shown(planner: &Planner, state: &Value) -> HashMap<(String, usize, String), Vec<u64>> {
     let mut all = HashMap::new();
     for scene in state["scenes"].as_array().unwrap() {
         let [begin, end] = [0, 1].map(|i| scene["moments"][i].as_u64().unwrap());

@@ -19,11 +19,15 @@ class Plans(unittest.TestCase):
         shutil.copytree(pathlib.Path(ROOT) / "scenes" / "tutorial", self.cell)
         self.path = self.cell / "study.toml"
 
-    def place(self, planner: pr.Planner, sensor: str, pose: str) -> None:
+    def ask(self, planner: pr.Planner, path: str, body: object = None) -> bytes:
         base, _, token = planner.url.partition("#")
-        body = json.dumps({"edit": "place", "sensor": sensor, "pose": pose}).encode()
-        request = urllib.request.Request(f"{base}edit", body, {"X-Perirobot-Token": token})
-        urllib.request.urlopen(request).close()
+        sent = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(f"{base}{path}", sent, {"X-Perirobot-Token": token})
+        with urllib.request.urlopen(request) as answer:
+            return bytes(answer.read())
+
+    def place(self, planner: pr.Planner, sensor: str, pose: str) -> None:
+        self.ask(planner, "edit", {"edit": "place", "sensor": sensor, "pose": pose})
 
     def test_the_study_is_that_of_the_page(self) -> None:
         study = pr.Study.load(self.path)
@@ -43,6 +47,22 @@ class Plans(unittest.TestCase):
             self.assertEqual(sorted(planned[column]), sorted(alone[column]), column)
         with self.assertRaises(RuntimeError):
             planner.study()
+
+    def test_scenes_are_those_of_the_page(self) -> None:
+        scene = self.cell / "cell.toml"
+        before = scene.read_text()
+        study = pr.Study.load(self.path, voxel_size_m=0.2)
+        with pr.plan(study, open_browser=False) as planner:
+            state = json.loads(self.ask(planner, "state"))
+            file = state["scene_files"][0]
+            one = next(one for one in file["objects"] if one["name"] == "gearbox")
+            [x, y, z] = one["positions_m"][0]
+            edit = {"edit": "move_object", "file": file["name"], "object": one["name"], "position_m": [x + 0.5, y, z]}
+            self.ask(planner, "edit", edit)
+            moved = planner.study()
+        self.assertEqual(scene.read_text(), before, "it was not saved")
+        tables = [one.sweep("cpu").to_pandas() for one in (study, moved)]
+        self.assertFalse(tables[0].tp.equals(tables[1].tp))
 
     def test_what_is_wrong_is_a_value_error(self) -> None:
         with self.assertRaisesRegex(ValueError, "nowhere.toml"):

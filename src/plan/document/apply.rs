@@ -34,9 +34,10 @@ pub(super) fn apply(source: &mut Source, edit: &Edit, known: &Known) -> Result<O
         Edit::SetPlan { placed } => editor.set_plan(placed),
         Edit::SetCost { sensor, cost } => editor.set_cost(sensor, *cost).map(|()| None),
         Edit::SetBudget { budget } => editor.set_budget(*budget).map(|()| None),
+        Edit::SetSensorShape { sensor, shape } => editor.set_sensor_shape(sensor, shape).map(|()| None),
         Edit::SetBox { table, name, shape } => editor.set_box(*table, name, shape).map(|()| None),
-        // The whole text is no change of this one.
-        Edit::SetText { .. } => Ok(None),
+        // These are not changes of the study's text.
+        Edit::MoveObject { .. } | Edit::SetText { .. } => Ok(None),
     }
 }
 

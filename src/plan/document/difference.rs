@@ -19,6 +19,8 @@ pub enum LineKind {
     New,
     /// Lines that stay and are not shown.
     Gap,
+    /// Which file the next lines are of.
+    File,
 }
 
 /// A line of a difference.
@@ -32,6 +34,13 @@ pub struct DiffLine {
     pub new: Option<usize>,
     /// The line, without its end; of a gap, nothing.
     pub text: String,
+}
+
+impl DiffLine {
+    /// The name of the file that the next lines are of.
+    pub(super) fn title(name: &str) -> DiffLine {
+        DiffLine { kind: LineKind::File, old: None, new: None, text: name.into() }
+    }
 }
 
 /// The difference of two texts. Nothing if they are equal.
@@ -123,6 +132,7 @@ mod tests {
             LineKind::Old => '-',
             LineKind::New => '+',
             LineKind::Gap => '~',
+            LineKind::File => '#',
         };
         let lines = difference(old, new);
         lines.iter().map(|line| format!("{}{}\n", sign(line.kind), line.text)).collect()

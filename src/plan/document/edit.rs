@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::objects::ObjectMove;
 use super::plan::PlacedName;
 use super::pose::Pose6;
+use super::shapes::SensorShape;
 
 /// A change of the study. Numbers are those of the plan, in its order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,6 +93,24 @@ pub enum Edit {
         #[serde(flatten)]
         shape: ShapeEdit,
     },
+    /// What a sensor guards is moved or made larger: the box and the zone of a curtain, a mat, the field of a scanner.
+    SetSensorShape {
+        /// The sensor.
+        sensor: String,
+        /// Its new shape.
+        #[serde(flatten)]
+        shape: SensorShape,
+    },
+    /// An object of a scene file is moved or turned.
+    MoveObject {
+        /// The scene file, by the name that the state gives.
+        file: String,
+        /// The object's name.
+        object: String,
+        /// Where to.
+        #[serde(flatten)]
+        to: ObjectMove,
+    },
     /// The whole file, as a person wrote it.
     SetText {
         /// The text.
@@ -147,4 +167,7 @@ pub struct EditRequest {
     /// Edits of one gesture, as of a drag, are undone together.
     #[serde(default)]
     pub gesture: Option<u64>,
+    /// The moment that the page shows: places are in the world, also of sensors that links carry.
+    #[serde(default)]
+    pub moment: Option<usize>,
 }

@@ -2,7 +2,7 @@
 
 use perirobot_scene::pose::Pose;
 use perirobot_study::input::Study;
-use perirobot_study::input::catalogue::models;
+use perirobot_study::input::catalogue::{DeviceModel, models};
 use perirobot_study::sensor::{Sensor, Setting, Stance};
 
 /// What is known of a study, and of devices.
@@ -55,10 +55,27 @@ impl Known {
                 ("pad" | "gate", _) => Stance::Level,
                 _ => Stance::Facing,
             };
-            KnownModel { name: model.name.clone(), stance, cost: None, keys: Vec::new() }
+            KnownModel { name: model.name.clone(), stance, cost: None, keys: own_keys(model) }
         });
         Known { sensors: Vec::new(), models: models.collect() }
     }
+}
+
+/// What a device of the catalogue does not say and a study must: the zone of a curtain. It begins one metre deep behind
+/// the curtain, as wide and as high as that.
+fn own_keys(model: &DeviceModel) -> Vec<(String, String)> {
+    let corner = |key: &str| -> Option<[f64; 3]> {
+        let numbers = model.keys.get("box")?.get(key)?.as_array()?;
+        let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+        numbers.iter().map(number).collect::<Option<Vec<f64>>>()?.try_into().ok()
+    };
+    let zone = (model.kind() == "gate" && !model.keys.contains_key("zone"))
+        .then(|| corner("min_m").zip(corner("max_m")))
+        .flatten();
+    let text = |([_, left, _], [back, right, top]): ([f64; 3], [f64; 3])| {
+        format!("{{ min_m = [{back}, {left}, 0], max_m = [{}, {right}, {top}] }}", back + 1.0)
+    };
+    zone.map(text).map(|zone| ("zone".to_string(), zone)).into_iter().collect()
 }
 
 impl KnownSensor {

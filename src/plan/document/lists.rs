@@ -63,17 +63,25 @@ impl Source {
     /// Writes a list of numbers. Of one that is there only the numbers that differ are written, so that comments between
     /// them stay.
     pub(super) fn set_numbers(&mut self, table: &Path, key: &str, numbers: &[f64]) -> Result<()> {
-        let old = self.get(&table.key(key)).and_then(Item::as_array);
-        let old: Option<Vec<(f64, Range<usize>)>> =
-            old.and_then(|old| old.iter().map(|value| Some((to_number(value)?, value.span()?))).collect());
-        match old {
-            Some(old) if old.len() == numbers.len() => {
-                let differs = |&(old, new): &(&(f64, Range<usize>), &f64)| old.0 != *new;
-                let differing = old.iter().zip(numbers).filter(differs);
-                self.splice(differing.map(|(old, new)| (old.1.clone(), number(*new))).collect())
-            }
+        match self.numbers(&table.key(key)) {
+            Some(old) if old.len() == numbers.len() => self.replace_numbers(&table.key(key), numbers),
             _ => self.set(table, key, &list(numbers.iter().map(|value| number(*value)))),
         }
+    }
+
+    /// Writes the numbers of a list that differ.
+    pub(super) fn replace_numbers(&mut self, list: &Path, numbers: &[f64]) -> Result<()> {
+        let array = self.get(list).and_then(Item::as_array).ok_or_else(|| unplaced(list))?;
+        let differs = |(old, new): &(&Value, &f64)| to_number(old) != Some(**new);
+        let differing = array.iter().zip(numbers).filter(differs);
+        let patch = |(old, new): (&Value, &f64)| Some((old.span()?, number(*new)));
+        let patches: Option<Vec<Patch>> = differing.map(patch).collect();
+        self.splice(patches.ok_or_else(|| unplaced(list))?)
+    }
+
+    /// The numbers of a list; `None` if there is none, or it has something else.
+    pub(super) fn numbers(&self, list: &Path) -> Option<Vec<f64>> {
+        self.get(list)?.as_array()?.iter().map(to_number).collect()
     }
 
     /// Writes a number. One that is there and equal stays as it is written.

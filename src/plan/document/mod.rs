@@ -9,9 +9,11 @@ mod group;
 mod known;
 mod lists;
 mod number;
+mod objects;
 mod path;
 mod plan;
 mod pose;
+mod shapes;
 mod source;
 mod span;
 mod uses;
@@ -20,29 +22,38 @@ mod values;
 #[cfg(test)]
 mod tests;
 
-use perirobot_march::Result;
+use std::sync::Arc;
+
+use perirobot_march::{Error, Result};
 
 pub use difference::{DiffLine, LineKind};
 pub use edit::{BoxTable, Device, Edit, EditRequest, ShapeEdit};
 pub use known::{Known, KnownModel, KnownSensor};
+pub use objects::{ObjectMove, ObjectPlaces, candidate_objects, object_places};
 pub use plan::{PLANNED, PlacedName};
 pub use pose::{Pose6, rounded};
+pub use shapes::{Corners, SensorShape};
 use source::Source;
 
 /// Most steps that can be undone, and most bytes of texts that are kept for it.
 const MOST_STEPS: usize = 1000;
 const MOST_BYTES: usize = 64 << 20;
 
-/// A study file that is edited.
+/// The text of the study, then those of its scene files.
+type Texts = Vec<Arc<str>>;
+
+/// A study file that is edited, with the scene files that may be edited, too: one history for all of them.
 #[derive(Clone, Debug)]
 pub struct Document {
-    text: String,
-    /// The text on the disk.
-    saved: String,
+    texts: Texts,
+    /// The names of the scene files.
+    scenes: Vec<String>,
+    /// The texts on the disk.
+    saved: Texts,
     /// Texts before the steps that were done, the latest last.
-    done: Vec<String>,
+    done: Vec<Texts>,
     /// Texts after the steps that were undone, the next last.
-    undone: Vec<String>,
+    undone: Vec<Texts>,
     /// The gesture to which the latest step belongs, if it may go on.
     gesture: Option<u64>,
 }
@@ -50,17 +61,42 @@ pub struct Document {
 impl Document {
     /// A text as it is on the disk, TOML or not. Of one that is not TOML only the whole can be changed.
     pub fn new(text: String) -> Document {
-        Document { saved: text.clone(), text, done: Vec::new(), undone: Vec::new(), gesture: None }
+        let texts: Texts = vec![text.into()];
+        let (scenes, done, undone) = Default::default();
+        Document { saved: texts.clone(), texts, scenes, done, undone, gesture: None }
     }
 
-    /// The text, with all edits.
+    /// Takes a scene file of the study, as it is on the disk. Steps before this one did not change it.
+    pub fn add_scene(&mut self, name: &str, text: &str) {
+        let text: Arc<str> = text.into();
+        let Document { texts, saved, done, undone, .. } = self;
+        let all = [texts, saved].into_iter().chain(done).chain(undone);
+        all.for_each(|texts| texts.push(text.clone()));
+        self.scenes.push(name.into());
+    }
+
+    /// Takes what another program has written into a scene file that was not changed here; the number is that of
+    /// [`Document::texts`].
+    pub fn follow_scene(&mut self, number: usize, text: &str) {
+        let (before, text): (Arc<str>, Arc<str>) = (self.saved[number].clone(), text.into());
+        let Document { texts, saved, done, undone, .. } = self;
+        let all = [texts, saved].into_iter().chain(done).chain(undone);
+        all.map(|texts| &mut texts[number]).filter(|own| **own == before).for_each(|own| *own = text.clone());
+    }
+
+    /// The text of the study, with all edits.
     pub fn text(&self) -> &str {
-        &self.text
+        &self.texts[0]
     }
 
-    /// Whether it differs from what is on the disk.
+    /// The texts of all files: the study's, then those of its scenes as they were added.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.texts.iter().map(|text| &**text)
+    }
+
+    /// Whether a text differs from what is on the disk.
     pub fn is_changed(&self) -> bool {
-        self.text != self.saved
+        self.texts != self.saved
     }
 
     /// Whether a step can be undone.
@@ -79,7 +115,7 @@ impl Document {
     /// # Errors
     /// If the text is not TOML, or a combination of this name does not name one pose for each sensor.
     pub fn plan(&self, known: &Known) -> Result<Vec<PlacedName>> {
-        plan::read(&Source::new(self.text.clone())?, known)
+        plan::read(&Source::new(self.text().to_string())?, known)
     }
 
     /// The tables that another study needs for this plan, to be copied.
@@ -96,20 +132,27 @@ impl Document {
     /// # Errors
     /// If the edit does not fit the study, which then stays as it is.
     pub fn apply(&mut self, edit: &Edit, gesture: Option<u64>, known: &Known) -> Result<Option<usize>> {
-        let (text, changed) = match edit {
-            Edit::SetText { text } => (text.clone(), None),
+        let (file, text, changed) = match edit {
+            Edit::SetText { text } => (0, text.clone(), None),
+            Edit::MoveObject { file, object, to } => {
+                let number = self.scene_number(file)?;
+                let mut source = Source::new(self.texts[number].to_string())?;
+                objects::set(&mut source, object, to)?;
+                (number, source.into_text(), None)
+            }
             edit => {
-                let mut source = Source::new(self.text.clone())?;
+                let mut source = Source::new(self.text().to_string())?;
                 let changed = apply::apply(&mut source, edit, known)?;
-                (source.into_text(), changed)
+                (0, source.into_text(), changed)
             }
         };
-        if text == self.text {
+        if *text == *self.texts[file] {
             // The next edit begins a step of its own, unless it goes on with the one that was changed last.
             self.gesture = self.gesture.filter(|own| Some(*own) == gesture);
             return Ok(changed);
         }
-        let before = std::mem::replace(&mut self.text, text);
+        let before = self.texts.clone();
+        self.texts[file] = text.into();
         if gesture.is_none() || gesture != self.gesture {
             self.done.push(before);
             self.forget();
@@ -119,11 +162,20 @@ impl Document {
         Ok(changed)
     }
 
+    /// Which of the texts is that of a scene file.
+    fn scene_number(&self, name: &str) -> Result<usize> {
+        let found = self.scenes.iter().position(|known| known == name).map(|number| number + 1);
+        found.ok_or_else(|| {
+            Error::input(format!("scene file {name:?}"), "cannot be edited here")
+                .with_advice(format!("files that can be: {:?}", self.scenes))
+        })
+    }
+
     /// Takes back the latest step. Whether there was one.
     pub fn undo(&mut self) -> bool {
         self.gesture = None;
         let Some(before) = self.done.pop() else { return false };
-        self.undone.push(std::mem::replace(&mut self.text, before));
+        self.undone.push(std::mem::replace(&mut self.texts, before));
         true
     }
 
@@ -131,26 +183,37 @@ impl Document {
     pub fn redo(&mut self) -> bool {
         self.gesture = None;
         let Some(after) = self.undone.pop() else { return false };
-        self.done.push(std::mem::replace(&mut self.text, after));
+        self.done.push(std::mem::replace(&mut self.texts, after));
         true
     }
 
-    /// Says that the text is now the one on the disk.
+    /// Says that all texts are now those on the disk.
     pub fn saved(&mut self) {
-        self.saved.clone_from(&self.text);
+        self.saved.clone_from(&self.texts);
         self.gesture = None;
     }
 
-    /// What differs from the text on the disk.
-    pub fn difference(&self) -> Vec<DiffLine> {
-        difference::difference(&self.saved, &self.text)
+    /// What differs from the texts on the disk. If a scene file does, the lines of each file follow its name; `study` is
+    /// that of the study.
+    pub fn difference(&self, study: &str) -> Vec<DiffLine> {
+        let names = std::iter::once(study).chain(self.scenes.iter().map(String::as_str));
+        let each = names.zip(self.saved.iter().zip(&self.texts)).map(|(name, (old, new))| (name, old, new));
+        let changed: Vec<_> = each.filter(|(_, old, new)| old != new).collect();
+        let has_names = self.saved[1..] != self.texts[1..];
+        let lines = |(name, old, new): (&str, &Arc<str>, &Arc<str>)| {
+            let title = has_names.then(|| DiffLine::title(name));
+            title.into_iter().chain(difference::difference(old, new)).collect::<Vec<_>>()
+        };
+        changed.into_iter().flat_map(lines).collect()
     }
 
     /// Drops the oldest steps of very many.
     fn forget(&mut self) {
         let mut bytes = 0;
-        let kept = self.done.iter().rev().take(MOST_STEPS).take_while(|text| {
-            bytes += text.len();
+        let kept = self.done.iter().rev().take(MOST_STEPS).take_while(|texts| {
+            // What is the same as now is held once.
+            let own = texts.iter().zip(&self.texts).filter(|(text, now)| !Arc::ptr_eq(text, now));
+            bytes += own.map(|(text, _)| text.len()).sum::<usize>();
             bytes <= MOST_BYTES
         });
         let gone = self.done.len() - kept.count().max(1);

@@ -52,18 +52,11 @@ impl Pose6 {
     /// The same as it is written: to a millimetre and a tenth of a degree, with angles from −180 to 180.
     #[must_use]
     pub fn rounded(&self) -> Pose6 {
-        let round = |value: f64, per: f64| (value * per).round() / per + 0.0;
-        // After rounding, so that 180.04 is 180 and not −180.
-        let turn = |degrees: f64| {
-            let tenths = (degrees * PER_DEGREE).round().rem_euclid(360.0 * PER_DEGREE);
-            let tenths = if tenths > 180.0 * PER_DEGREE { tenths - 360.0 * PER_DEGREE } else { tenths };
-            tenths / PER_DEGREE + 0.0
-        };
         Pose6 {
-            position_m: self.position_m.map(|metres| round(metres, PER_METRE)),
-            pan_deg: turn(self.pan_deg),
-            tilt_deg: round(self.tilt_deg, PER_DEGREE),
-            roll_deg: turn(self.roll_deg),
+            position_m: self.position_m.map(round_metres),
+            pan_deg: round_degrees(self.pan_deg),
+            tilt_deg: (self.tilt_deg * PER_DEGREE).round() / PER_DEGREE + 0.0,
+            roll_deg: round_degrees(self.roll_deg),
         }
     }
 
@@ -117,6 +110,19 @@ impl Pose6 {
         let pan_deg = ((pan_deg - quarters * 90.0) * PER_DEGREE).round() / PER_DEGREE + 0.0;
         Orientation::Facing { facing, pan_deg, tilt_deg }
     }
+}
+
+/// To a millimetre.
+pub(super) fn round_metres(metres: f64) -> f64 {
+    (metres * PER_METRE).round() / PER_METRE + 0.0
+}
+
+/// A turn to a tenth of a degree, from above −180 to 180.
+pub(super) fn round_degrees(degrees: f64) -> f64 {
+    // After rounding, so that 180.04 is 180 and not −180.
+    let tenths = (degrees * PER_DEGREE).round().rem_euclid(360.0 * PER_DEGREE);
+    let tenths = if tenths > 180.0 * PER_DEGREE { tenths - 360.0 * PER_DEGREE } else { tenths };
+    tenths / PER_DEGREE + 0.0
 }
 
 /// The pose of a sensor as the study that is written will give it, to the last bit.

@@ -38,7 +38,7 @@ function dropDraft(draft = planner.draft) {
   tell("draft");
   wantScore("fine");
 }
-const flushDraft = () => { if (planner.draft && planner.draft.index !== null) commitDraft(); };
+const flushDraft = () => { if (planner.draft && planner.draft.index !== null) commitDraft(); if (planner.carry) commitCarry(); };
 
 /** Moves the chosen sensor by a step, or turns it, and makes an edit of it when no other step follows soon. */
 function nudge(change) {
@@ -67,7 +67,7 @@ function grab(event) {
   const own = index => ({ index, begun: false, x: event.offsetX, y: event.offsetY });
   if (isPart(found, "aim: target")) return gestureOf(own(planner.selected), aiming());
   if (isPart(found, "axis: ends")) return gestureOf(own(planner.selected), along(found.n, event));
-  if (!isPart(found, "sensor places")) return null;
+  if (!isPart(found, "sensor places")) return grabObject(event, found);
   const index = found.part.indices[found.n];
   if (index < 0) return null;
   select(index);
@@ -96,10 +96,10 @@ function gestureOf(own, change) {
   };
 }
 
-/** Slides the body on the surface under the pointer; near a listed pose it takes that. */
+/** Slides the body on the surface under the pointer; near a listed pose it takes that. What a link carries slides on its robot only. */
 function sliding(index) {
   let normal = null;
-  const sensor = sensorOf(placed()[index]), at = sixOf(placed()[index]);
+  const sensor = sensorOf(placed()[index]), at = poseNow(index);
   // The surface that it is mounted on now, behind it.
   const behind = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]].map(way => ({ way, met: scene.stage.meet(at.position_m, way) })).filter(({ met }) => met && met.distance < 0.25);
   behind.sort((a, b) => a.met.distance - b.met.distance);
@@ -111,9 +111,16 @@ function sliding(index) {
       const near = nearestListed(sensor, last, place => { const on = stage.place(place); return on ? Math.hypot(on[0] - x, on[1] - y) : Infinity; }, 16);
       if (near) { changeDraft(null, near); return; }
     }
-    const hit = stage.hit(x, y, part => part.role !== "human");
-    if (!hit) return;
-    last = mounted(last, hit, normal);
+    const carrier = sensor.on?.object, isOwn = part => carrier ? part.thing === carrier || part.thing?.startsWith(`${carrier}/`) : part.role !== "human";
+    const hit = stage.hit(x, y, isOwn);
+    if (!hit && !carrier) return;
+    if (!hit) {
+      // Off its robot it is moved across the view, turned as before.
+      const ray = stage.rayAt(x, y), place = onPlane(ray.from, ray.along, last.position_m, stage.axes().back);
+      if (place) { last = { ...last, position_m: place }; changeDraft(event.shiftKey ? steppedOn(last, null) : last); }
+      return;
+    }
+    last = sensor.level ? { ...last, position_m: hit.at } : mounted(last, hit, normal);
     normal = hit.normal;
     changeDraft(event.shiftKey ? steppedOn(last, normal) : last);
   };
@@ -156,7 +163,7 @@ function stageHooks() {
     hover(event, found) {
       if (planner.armed) { ghost(scene.stage.hit(event.offsetX, event.offsetY, part => part.role !== "human")); return "crosshair"; }
       if (isPicking()) return "crosshair";
-      return isPart(found, "sensor places") || isPart(found, "aim: target") || isPart(found, "axis: ends") ? "move" : found ? "pointer" : null;
+      return isPart(found, "sensor places") || isPart(found, "aim: target") || isPart(found, "axis: ends") || isPart(found, "object: place") ? "move" : found ? "pointer" : null;
     },
     click(event) {
       const found = scene.stage.pointed(event.offsetX, event.offsetY), hit = scene.stage.hit(event.offsetX, event.offsetY);
@@ -169,7 +176,9 @@ function stageHooks() {
         if (draft) { turnDraft(aimedAt(draft.at, hit.at), event); commitDraft(); }
         return true;
       }
-      return false;
+      const own = !found && hit?.part.thing && !hit.part.shell ? objectOf({ name: hit.part.thing }) : null;
+      if (own) selectObject(own.name);
+      return !!own;
     },
     double(event) {
       if (isPicking()) return;

@@ -24,10 +24,11 @@ async function save() {
   if (hasSaved || planner.state.saved) { write(false); return; }
   try {
     const lines = await ask("/difference");
-    openDialog(`Save ${planner.state.name}?`, [made("p", {}, `This changes ${planner.state.path}; comments and order stay as they are.`), differenceOf(lines)], [["Save", () => write(false), true, "save-now"]]);
+    const names = lines.filter(({ kind }) => kind === "file").map(({ text }) => text);
+    openDialog(`Save ${names.join(" and ") || planner.state.name}?`, [made("p", {}, `This changes ${names.join(" and ") || planner.state.path}; comments and order stay as they are.`), differenceOf(lines)], [["Save", () => write(false), true, "save-now"]]);
   } catch (error) { complain(error); }
 }
-const SIGNS = { same: " ", old: "−", new: "+", gap: "…" };
+const SIGNS = { same: " ", old: "−", new: "+", gap: "…", file: "" };
 const differenceOf = lines => made("div", { class: "difference", tabindex: "0", role: "region", "aria-label": "Difference" }, ...lines.map(({ kind, text }) => made("div", { class: kind }, made("b", {}, SIGNS[kind] ?? " "), made("code", {}, text ?? ""))));
 
 async function write(overwrite) {
@@ -38,12 +39,12 @@ async function write(overwrite) {
     take(state);
     notify(`Saved ${state.path}.`, "good");
   } catch (error) {
-    if (error.status === 409) openDialog("The file has changed on disk", [made("p", {}, `Another program has changed ${planner.state.path} since it was opened here. Overwriting it loses that change.`)], [["Read theirs", reload, false, "reload"], ["Overwrite", () => write(true), false, "overwrite"]]);
+    if (error.status === 409) openDialog("The file has changed on disk", [made("p", {}, `${error.message[0].toUpperCase()}${error.message.slice(1)}. Overwriting loses that change.`)], [["Read theirs", reload, false, "reload"], ["Overwrite", () => write(true), false, "overwrite"]]);
     else complain(error);
   }
 }
 
-/** Takes the file as another program has written it; undo does not bring this page's changes back. */
+/** Takes the files as other programs have written them; undo does not bring this page's changes back. */
 async function reload() {
   try {
     const state = await ask("/reload", {});

@@ -52,8 +52,8 @@ function makeInspector() {
   // A list that is made anew forgets a double click: only where something else is wrong than before.
   on("answer", () => { if (!planner.draft && problemsNow() !== shownProblems) showList(); });
   on("selected", markList);
-  on("state selected draft answer dead connection through", showChosen);
-  on("answer region state", showCounts);
+  on("state selected draft answer dead connection through object", showChosen);
+  on("answer region state carry", showCounts);
   on("state region", fillRegions);
   on("answer selected", showEyeSoon);
 }
@@ -75,16 +75,19 @@ function typePose(n, input) {
 /** The chosen sensor. */
 function showChosen() {
   const one = placed()[planner.selected], home = element("chosen"), at = poseNow(planner.selected);
-  home.hidden = !one;
+  home.hidden = !one || planner.object !== null && !!objectNamed(planner.object);
   if (!one) return;
   const sensor = sensorOf(one), isFree = !!at && !sensor?.carried && mayEdit(), problem = problemOf(planner.selected);
   element("chosen-letter").textContent = letterAt(planner.selected);
   element("chosen-name").textContent = one.sensor;
   const snapped = planner.draft?.index === planner.selected ? planner.draft.snapped : one.pose;
   element("chosen-place").textContent = [planner.draft?.index === planner.selected ? null : one.place, snapped && !snapped.startsWith("planned/") ? `pose ${snapped}` : null].filter(x => x).join(" · ") || "dragged";
+  if (sensor?.is_fixed) element("chosen-place").textContent = "It has no poses: it is where its box is. Drag its letter on the floor plan.";
+  element("pose").hidden = !!sensor?.is_fixed;
   element("chosen-problem").textContent = problem ?? "";
   element("chosen-problem").hidden = !problem;
-  element("chosen-carried").hidden = !sensor?.carried;
+  element("chosen-carried").hidden = !sensor?.carried && !sensor?.on;
+  element("chosen-carried").textContent = sensor?.on ? `On ${sensor.on.object}/${sensor.on.link}, and moves with it. The numbers are those of this moment; the study gets the pose on the link.` : "It moves with the robot: choose one of its listed poses.";
   FIELDS.forEach(([name, , unit], n) => {
     const input = element(`pose-${name}`);
     input.disabled = !isFree;
@@ -94,6 +97,7 @@ function showChosen() {
   if (select.dataset.names !== names.join("\n")) { select.replaceChildren(...planner.state.sensors.map(one => made("option", { value: one.name }, one.model && one.model !== one.name ? `${one.name} (${one.model})` : one.name)), ...(planner.state.catalogue?.length ? [made("optgroup", { label: "Catalogue" }, ...planner.state.catalogue.map(one => made("option", { value: one.model, "data-model": "yes" }, one.model)))] : [])); select.dataset.names = names.join("\n"); }
   select.selectedIndex = planner.state.sensors.findIndex(({ name }) => name === one.sensor);
   select.disabled = element("cost").disabled = element("copy").disabled = element("remove").disabled = !mayEdit();
+  if (!at) element("copy").disabled = true;
   if (document.activeElement !== element("cost")) element("cost").value = one.cost ?? "";
   element("currency").textContent = planner.state.currency ?? "";
   element("dead").checked = planner.dead === planner.selected;
@@ -105,22 +109,24 @@ function showChosen() {
 }
 
 /** The picture that the program makes of what the chosen sensor sees, after a rest. */
-let eyeWaits = 0;
+let eyeWaits = 0, eyeAsked = new AbortController();
+/** Gives a picture up of a plan that changes now. */
+function stopEye() { clearTimeout(eyeWaits); eyeAsked.abort(); eyeAsked = new AbortController(); }
 function showEyeSoon() {
-  clearTimeout(eyeWaits);
+  stopEye();
   const index = planner.selected, one = placed()[index], home = element("eye");
   const can = !!one?.at_m && sensorOf(one)?.rays && !planner.isLost;
   element("eye-of").hidden = !can;
   if (can && !planner.draft) eyeWaits = setTimeout(async () => {
     if (edits || planner.selected !== index || !placed()[index]) return;
     try {
-      const picture = await (await send(`/eye?index=${index}&moment=${planner.moment}`)).blob();
+      const picture = await (await send(`/eye?index=${index}&moment=${planner.moment}`, undefined, eyeAsked.signal)).blob();
       if (planner.selected !== index) return;
       URL.revokeObjectURL(home.src);
       home.src = URL.createObjectURL(picture);
       element("eye-words").textContent = `${letterAt(index)} sees`;
       home.alt = `What ${letterAt(index)} sees: depth, people tinted`;
-    } catch { element("eye-of").hidden = true; }
+    } catch (error) { if (error.name !== "AbortError") element("eye-of").hidden = true; }
   }, 250);
 }
 
@@ -150,7 +156,7 @@ function showCounts() {
   element("parts-missed").hidden = !missed.length;
   element("parts-missed").textContent = missed.length ? `Not detected: ${missed.slice(0, 6).join(", ")}${missed.length > 6 ? ` and ${missed.length - 6} more` : ""}.` : "";
   const voxel = answer?.cell?.voxel_size_m;
-  element("resolution").textContent = !answer ? "" : answer.voxel === "coarse" && answer.isDraft ? `coarse while dragging: voxels of ${Math.round(100 * voxel)} cm` : `exact: the study's voxels of ${rounded(100 * voxel, 1)} cm`;
+  element("resolution").textContent = !answer ? "" : planner.carry && !planner.carry.isSettling ? "counted again when the object is let go" : answer.voxel === "coarse" && answer.isDraft ? `coarse while dragging: voxels of ${Math.round(100 * voxel)} cm` : `exact: the study's voxels of ${rounded(100 * voxel, 1)} cm`;
   element("resolution").className = answer?.voxel === "coarse" ? "coarse" : "exact";
   if (planner.draft && answer?.problems) {
     const own = answer.problems.find(one => one.index === planner.draft.index)?.words ?? null;

@@ -4,14 +4,16 @@ const MOVES_M = 0.05, TURNS_DEG = 5;
 /** Moves or turns the chosen sensor where the view has the focus; false where the key means something else. */
 function moveByKey(event) {
   const way = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] }[event.key];
-  const isHeld = planner.armed && planner.draft?.index === null;
-  if (!way || event.ctrlKey || event.metaKey || !mayEdit() || !isHeld && (planner.armed || !poseNow(planner.selected))) return false;
+  const isHeld = planner.armed && planner.draft?.index === null, isObject = !isHeld && planner.object !== null && !!objectNamed(planner.object);
+  if (!way || event.ctrlKey || event.metaKey || !mayEdit() || !isHeld && (planner.armed || !isObject && !poseNow(planner.selected))) return false;
   event.preventDefault();
   const finely = event.shiftKey ? 0.2 : 1;
+  if (planner.tool === "aim" && isObject) return nudgeObject(at => ({ ...at, yaw_deg: at.yaw_deg - way[0] * TURNS_DEG * finely }));
   if (planner.tool === "aim" && !isHeld) return nudge(at => ({ ...at, pan_deg: at.pan_deg - way[0] * TURNS_DEG * finely, tilt_deg: at.tilt_deg + (way[1] + way[2]) * TURNS_DEG * finely }));
   const across = planner.tab === "plan" ? [1, 0, 0] : levelAxis(scene.stage.axes().right), ahead = planner.tab === "plan" ? [0, 1, 0] : crossed([0, 0, 1], across);
   const step = plus(plus(times(across, way[0]), times(ahead, way[1])), [0, 0, way[2]]);
   const moved = at => ({ ...at, position_m: plus(at.position_m, times(step, MOVES_M * finely)) });
+  if (isObject) return nudgeObject(moved);
   if (!isHeld) return nudge(moved);
   changeDraft(moved(planner.draft.at));
   return true;
@@ -79,6 +81,7 @@ const KEYS_OF_PAGE = {
 /** Ends what is being done, the last thing first. */
 function escape() {
   if (planner.draft && planner.draft.index !== null && !planner.draft.isSettling) dropDraft();
+  else if (planner.carry && !planner.carry.isSettling) { clearTimeout(settles); dropCarry(); }
   else if (planner.armed) disarm();
   else if (!element("catalogue").hidden) openCatalogue();
   else if (!element("find-panel").hidden) element("find-panel").hidden = true;
@@ -86,7 +89,7 @@ function escape() {
   else if (planner.through !== null && planner.through !== undefined) scene.stage.focus(roomBox());
 }
 
-const KEY_WORDS = [["Drag a sensor", "moves it on the surface under the pointer; takes a listed pose that is near"], ["Shift, Alt", "while dragging: steps of 10 cm and 5°; freely"], ["W, E", "move, aim"], ["Arrow keys, Page up, Page down", "in the view: move by 5 cm, or turn by 5° while aiming; Shift: by 1 cm, 1°"], ["A", "add a sensor; Enter places it, Esc puts it away"], ["D, Ctrl+C and Ctrl+V", "copy"], ["Delete", "remove"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["Ctrl+S", "save"], ["Q", "why is a place seen or not"], ["M", "measure"], ["F, double click", "go nearer to the sensor, to a place"], ["V", "look through the sensor"], ["H", "the whole cell"], ["1, 2", "3D, floor plan"], ["Tab", "through everything; in the list of sensors up and down choose, Enter goes to the numbers"]];
+const KEY_WORDS = [["Drag a sensor", "moves it on the surface under the pointer; takes a listed pose that is near"], ["Shift, Alt", "while dragging: steps of 10 cm and 5°; freely"], ["W, E", "move, aim"], ["Drag an object", "on the floor plan, or where it is chosen: moves it along the floor; its handle turns it"], ["Arrow keys, Page up, Page down", "in the view: move by 5 cm, or turn by 5° while aiming; Shift: by 1 cm, 1°"], ["A", "add a sensor; Enter places it, Esc puts it away"], ["D, Ctrl+C and Ctrl+V", "copy"], ["Delete", "remove"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["Ctrl+S", "save"], ["Q", "why is a place seen or not"], ["M", "measure"], ["F, double click", "go nearer to the sensor, to a place"], ["V", "look through the sensor"], ["H", "the whole cell"], ["1, 2", "3D, floor plan"], ["Tab", "through everything; in the lists of sensors and objects up and down choose, Enter goes to the numbers"]];
 function openKeys() {
   openDialog("Keys and pointer", [made("dl", { class: "keys" }, ...KEY_WORDS.flatMap(([key, words]) => [made("dt", {}, key), made("dd", {}, words)]))]);
 }

@@ -21,7 +21,7 @@ const FAILED: &str = r#"function failed(error) {
 
 /// The page's own scripts, in the order in which they are read: what is known, scores, poses, the two views and what is dragged
 /// in them, tools, the panels around them, keys; the last one begins.
-const OWN_SCRIPTS: [&str; 16] = [
+const OWN_SCRIPTS: [&str; 18] = [
     include_str!("state.js"),
     include_str!("live.js"),
     include_str!("poses.js"),
@@ -29,6 +29,8 @@ const OWN_SCRIPTS: [&str; 16] = [
     include_str!("dots.js"),
     include_str!("scene.js"),
     include_str!("drag.js"),
+    include_str!("objects.js"),
+    include_str!("zones.js"),
     include_str!("tools.js"),
     include_str!("plan.js"),
     include_str!("plan_drag.js"),

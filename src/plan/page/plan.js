@@ -29,18 +29,22 @@ function watchedPicture() {
 let planAsked = false;
 const drawPlanSoon = () => { if (!planAsked) { planAsked = true; requestAnimationFrame(drawPlan); } };
 
-/** What stands where at the chosen moment: the state has the first one of each scene, the others are loaded. */
+/** Loads what stands where at the chosen moment, with outlines. */
+async function loadThings() {
+  const { moment } = planner, { worlds } = planner.state, own = chosenScene(), { things } = await loadScenery(moment);
+  const ends = ({ at }, worse) => [0, 1, 2].map(axis => at.reduce((end, x, n) => n % 3 === axis ? worse(end, x) : end, at[axis]));
+  const short = name => own.things.find(one => one.whole_name === name)?.name ?? name;
+  const boxed = thing => ({ name: short(thing.name), whole_name: thing.name, role: thing.role, low_m: ends(thing, Math.min), high_m: ends(thing, Math.max), hull: thing.hull ??= hullOf(thing.at) });
+  const room = roomBox(), isWall = thing => isShell({ role: thing.role, box: [ends(thing, Math.min), ends(thing, Math.max)] }, room);
+  plan.shells = new Set(things.filter(thing => thing.at.length && isWall(thing)).map(thing => objectOf(thing)?.name));
+  plan.things = { moment, worlds, all: things.filter(thing => thing.at.length).map(boxed) };
+  drawPlanSoon();
+}
+
+/** What stands where: until that of the chosen moment is loaded, what was shown before. */
 function thingsNow() {
-  const { moment } = planner, own = chosenScene();
-  if (moment === own.moments[0]) return own.things ?? [];
-  if (plan.things?.moment === moment) return plan.things.all;
-  loadScenery(moment).then(({ things }) => {
-    const ends = ({ at }, worse) => [0, 1, 2].map(axis => at.reduce((end, x, n) => n % 3 === axis ? worse(end, x) : end, at[axis]));
-    const boxed = thing => ({ name: thing.name, role: thing.role, low_m: ends(thing, Math.min), high_m: ends(thing, Math.max) });
-    plan.things = { moment, all: things.filter(thing => thing.at.length).map(boxed) };
-    drawPlanSoon();
-  }).catch(complain);
-  return plan.things?.all ?? own.things ?? [];
+  if (plan.things?.moment !== planner.moment || plan.things.worlds !== planner.state.worlds) loadThings().catch(complain);
+  return plan.things?.all ?? chosenScene().things ?? [];
 }
 
 function drawPlan() {
@@ -56,15 +60,18 @@ function drawPlan() {
   const nodes = [
     box(low, high, "floor"),
     ...gridLines(scale, [low, high]),
-    ...things.map(thing => box(thing.low_m, thing.high_m, thing.role === "human" ? "person" : thing.role === "robot" ? "robot" : thing.low_m[2] > 2 ? "high" : "low", { title: thing.name })),
+    ...things.map(thing => thingShape(thing, scale)),
     watched ? shape("image", { href: watched, x: px(x(from[0])), y: px(y(to[1])), width: px((to[0] - from[0]) * unit), height: px((to[1] - from[1]) * unit), preserveAspectRatio: "none", class: "watched" }) : null,
     box(low, high, "room"),
     ...regionBoxes(box, scale),
     ...views(scale),
+    ...zoneShapes(scale),
     ...thingNames(inside, scale),
     ...boxHandles(scale),
     ...poseDots(scale),
     ...whyMarks(scale),
+    ...objectMarks(scale, things),
+    ...zoneBadges(scale),
     ...badges(scale),
     ruler(scale),
   ];
@@ -73,6 +80,14 @@ function drawPlan() {
   home.replaceChildren(picture);
   home.place = ([a, b]) => [x(a), y(b)];
 }
+/** A thing from above; one that can be moved is dragged by it. */
+function thingShape(thing, { x, y }) {
+  const look = thing.role === "human" ? "person" : thing.role === "robot" ? "robot" : thing.low_m[2] > 2 ? "high" : "low", own = objectOf(thing);
+  const node = shape("polygon", { points: outlineOf(thing).map(([a, b]) => `${px(x(a))},${px(y(b))}`).join(" "), class: `${look}${isDragged(own) && mayEdit() ? " drags" : ""}`, title: thing.name });
+  node.object = own?.name ?? null;
+  return node;
+}
+
 /** Names of what stands here, as far as none covers another or a sensor. */
 function thingNames(things, { x, y }) {
   const taken = placed().map((_, index) => poseNow(index)).filter(at => at).map(({ position_m: [a, b] }) => [x(a) - 14, y(b) - 14, x(a) + 14, y(b) + 14]);

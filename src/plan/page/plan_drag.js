@@ -1,4 +1,4 @@
-// What a pointer does on the floor plan: moves and turns sensors, moves and resizes regions and entries, asks, measures.
+// What a pointer does on the floor plan: moves and turns sensors and objects, moves and resizes regions and entries, asks, measures.
 
 /** The node under the pointer, or what it belongs to, that has such a property. */
 const owner = (node, name) => { for (; node && node !== element("plan"); node = node.parentNode) if (node[name] !== undefined && node[name] !== null) return node; return null; };
@@ -13,11 +13,15 @@ function pressPlan(event) {
   if (event.button !== 0 && event.pointerType === "mouse") return;
   const begin = planPlace(event), home = element("plan");
   const turned = owner(event.target, "turned"), moved = owner(event.target, "moved"), dragged = owner(event.target, "dragged");
+  const spun = owner(event.target, "spun"), object = owner(event.target, "object"), zoned = owner(event.target, "zoned"), isFree = !planner.armed && !["why", "measure"].includes(planner.tool);
   home.setPointerCapture(event.pointerId);
   const own = { x: event.clientX, y: event.clientY, begin, hasMoved: false, isOver: false, target: event.target };
   if (mayEdit() && !planner.armed && turned) Object.assign(own, { index: turned.turned, change: turnOnPlan });
   else if (mayEdit() && !planner.armed && moved) { Object.assign(own, { index: moved.moved, change: moveOnPlan(begin) }); select(moved.moved); }
+  else if (mayEdit() && isFree && zoned) { select(zoned.zoned.index); Object.assign(own, { zone: zoned.zoned }); }
+  else if (mayEdit() && isFree && spun) Object.assign(own, { name: spun.spun, carry: spinOnFloor() });
   else if (mayEdit() && !planner.armed && dragged) Object.assign(own, { box: dragged.dragged });
+  else if (mayEdit() && isFree && isDragged(objectNamed(object?.object))) Object.assign(own, { name: object.object, carry: carryOnFloor(begin) });
   else Object.assign(own, { middle: plan.middle ?? [0, 1].map(axis => (roomBox()[0][axis] + roomBox()[1][axis]) / 2) });
   plan.drag = own;
 }
@@ -28,13 +32,18 @@ function movePlan(event) {
   if (!own.hasMoved && Math.hypot(event.clientX - own.x, event.clientY - own.y) < 3) return;
   if (!own.hasMoved) {
     own.hasMoved = true;
+    if (own.carry) { own.draft = beginCarry(own.name); if (!own.draft) own.isOver = true; }
     if (own.change) { own.draft = beginDraft(own.index); if (!own.draft) own.isOver = true; }
   }
   if (own.isOver) return;
-  if (own.change) {
+  if (own.carry) {
+    if (planner.carry !== own.draft || own.draft.isSettling) { own.isOver = true; return; }
+    own.carry(planPlace(event), event);
+  } else if (own.change) {
     if (planner.draft !== own.draft || own.draft.isSettling) { own.isOver = true; return; }
     own.change(event, own.draft);
-  } else if (own.box) moveBox(own, event);
+  } else if (own.zone) moveZone(own.zone, [own.begin, planPlace(event)], event);
+  else if (own.box) moveBox(own, event);
   else {
     const { unit } = planScale();
     plan.middle = [own.middle[0] - (event.clientX - own.x) / unit, own.middle[1] + (event.clientY - own.y) / unit];
@@ -47,7 +56,9 @@ function releasePlan(event) {
   plan.drag = null;
   if (!own || own.isOver) return;
   if (!own.hasMoved) { clickPlan(event, own); return; }
-  if (event.type === "pointercancel") { plan.box = null; if (own.draft) dropDraft(own.draft); drawPlanSoon(); return; }
+  if (event.type === "pointercancel") { plan.box = null; plan.zone = null; if (own.carry) dropCarry(own.draft); else if (own.draft) dropDraft(own.draft); drawPlanSoon(); return; }
+  if (own.zone) { commitZone(); return; }
+  if (own.carry) { if (planner.carry === own.draft) commitCarry(); return; }
   if (own.draft && planner.draft === own.draft) commitDraft();
   if (plan.box) { const { table, name, shape: { min_m, max_m, center_m, radius_m } } = plan.box; edit({ edit: "set_box", table, name, ...(center_m ? { center_m, radius_m } : { min_m, max_m }) }).then(() => { plan.box = null; drawPlanSoon(); }); }
 }
@@ -58,8 +69,11 @@ function clickPlan(event, own) {
   if (planner.tool === "why") { askWhy([a, b, ASKED_AT_M]); return; }
   if (planner.tool === "measure") { measure([a, b, 0]); return; }
   // Captured pointers send no click to what was pressed.
+  if (own.zone) return;
   const dot = own.target.closest?.(".dot");
-  if (dot) dot.dispatchEvent(new MouseEvent("click"));
+  if (dot) { dot.dispatchEvent(new MouseEvent("click")); return; }
+  const object = owner(own.target, "object");
+  if (object) { selectObject(object.object); return; }
   if (own.box?.table === "region") { planner.region = planner.state.regions.findIndex(({ name }) => name === own.box.name); tell("region"); }
 }
 
@@ -116,6 +130,7 @@ function moveBox(own, event) {
 
 /** A new sensor from above: on a wall if one is near, else under the ceiling. */
 function ghostOnPlan([a, b]) {
+  if (isLevelArmed()) { ghost({ at: [a, b, roomBox()[0][2]], normal: [0, 0, 1] }); return; }
   const [low, high] = roomBox(), walls = [[a - low[0], [1, 0, 0]], [high[0] - a, [-1, 0, 0]], [b - low[1], [0, 1, 0]], [high[1] - b, [0, -1, 0]]].sort((one, other) => one[0] - other[0]);
   const [near, normal] = walls[0], z = Math.min(high[2] - 0.1, 2.5);
   if (near < 0.4) {
@@ -139,7 +154,7 @@ function makePlan() {
     drawPlanSoon();
   }, { passive: false });
   home.addEventListener("keydown", event => moveByKey(event));
-  on("worlds state selected draft answer armed why measure region tab moment layers", drawPlanSoon);
+  on("worlds state selected draft answer armed why measure region tab moment layers object carry zone", drawPlanSoon);
   new ResizeObserver(drawPlanSoon).observe(home);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { plan.of = null; drawPlanSoon(); });
 }

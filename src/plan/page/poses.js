@@ -19,8 +19,18 @@ function problemOf(index) {
   return placed()[index]?.problem ?? (planner.answer?.isDraft ? null : of(planner.answer)) ?? null;
 }
 
+/** Where a sensor is at this moment that a link carries; the state has the first moment only. */
+function placeOnLink(index) {
+  const { answer, moment } = planner, one = placed()[index], place = one && sensorOf(one)?.on && answer?.moment === moment ? answer.places?.[index] : null;
+  return place ? sixOf(place) : null;
+}
+/** A sensor on a link stays where it was dragged to until it is counted there. */
+function keepPlace({ index, at }) {
+  if (planner.answer?.places?.[index]) planner.answer.places[index] = { at_m: at.position_m, turned_deg: [at.pan_deg, at.tilt_deg, at.roll_deg] };
+}
+
 /** Where a placed sensor is now, also while it is dragged. */
-const poseNow = index => planner.draft?.index === index ? planner.draft.at : placed()[index]?.at_m ? sixOf(placed()[index]) : null;
+const poseNow = index => planner.draft?.index === index ? planner.draft.at : placeOnLink(index) ?? (placed()[index]?.at_m ? sixOf(placed()[index]) : null);
 
 const forwardOf = ({ pan_deg: pan, tilt_deg: tilt }) => [Math.cos(tilt * RAD) * Math.cos(pan * RAD), Math.cos(tilt * RAD) * Math.sin(pan * RAD), Math.sin(tilt * RAD)];
 /** How a direction in a sensor's frame (x ahead, y left, z up) is turned into the world. */
@@ -51,8 +61,15 @@ function mounted(at, hit, before) {
   return next;
 }
 
+/** Whether what is held lies or stands level, with its origin at a corner. */
+function isLevelArmed() {
+  const { sensor, model } = planner.armed ?? {}, { sensors, catalogue } = planner.state;
+  return sensor ? !!sensors.find(one => one.name === sensor)?.level : ["pad", "gate"].includes(catalogue.find(one => one.model === model)?.kind);
+}
+
 /** A new sensor's pose on a surface: along the normal of a wall and somewhat down, straight down from a ceiling. */
 function firstPose(hit) {
+  if (isLevelArmed()) return { position_m: hit.at, pan_deg: 0, tilt_deg: 0, roll_deg: 0 };
   const at = { position_m: plus(hit.at, times(hit.normal, OFF_M)), pan_deg: 0, tilt_deg: 0, roll_deg: 0 };
   const along = aimed(at, hit.normal);
   return Math.abs(hit.normal[2]) < 0.7 ? { ...along, tilt_deg: hit.at[2] > 1.5 ? -25 : 0 } : along;
@@ -61,8 +78,8 @@ function firstPose(hit) {
 /** To steps of 10 cm and 5°. */
 const stepped = at => ({ position_m: at.position_m.map(x => Math.round(x * 10) / 10), pan_deg: Math.round(at.pan_deg / 5) * 5, tilt_deg: Math.round(at.tilt_deg / 5) * 5, roll_deg: Math.round(at.roll_deg / 5) * 5 });
 
-/** The listed poses of a sensor that stand somewhere; those that were dragged count, too. */
-const listed = sensor => (sensor?.poses ?? []).filter(pose => pose.at_m);
+/** The listed poses of a sensor that stand somewhere; those that were dragged count, too. On a link they are known at the first moment only. */
+const listed = sensor => (sensor?.poses ?? []).filter(pose => pose.at_m && (!sensor.on || planner.moment === 0));
 
 /** The listed pose that is nearest to a place on the screen, of those at one place the one that is turned most alike; null where none is near. */
 function nearestListed(sensor, at, distance, most) {

@@ -111,7 +111,7 @@ function showViews() {
   const { stage } = scene, { frustums = [] } = planner.answer;
   stage.clear("view");
   frustums.forEach((one, index) => {
-    const at = planner.answer.isDraft || planner.draft ? poseNow(index) : placed()[index]?.turned_deg ? sixOf(placed()[index]) : null;
+    const at = poseNow(index);
     if (!one?.ends?.length || !at?.position_m || planner.dead === index || planner.through === index) return;
     // What falls on a wall that hides nothing is left out, as the wall is.
     const shell = roomBox(), isChosen = index === planner.selected, colour = isChosen ? hue("picked") : hue("sensors"), isShown = layerOf("view").isOn;

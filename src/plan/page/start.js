@@ -31,6 +31,8 @@ makeScene();
 makePlan();
 makeTools();
 makeInspector();
+makeObjects();
+makeZones();
 makeStatus();
 makeFiles();
 makeFind();
@@ -45,6 +47,6 @@ if (scene.stage) await showScenery().catch(complain);
 document.body.dataset.ready = "yes";
 // The file may change on disk while the page is open.
 setInterval(async () => {
-  if (document.hidden || planner.isLost || planner.draft || document.body.dataset.busy) return;
+  if (document.hidden || planner.isLost || planner.draft || planner.carry || plan.zone || document.body.dataset.busy) return;
   try { const state = await ask("/state"); if (state.version !== planner.state.version || state.disk_changed !== planner.state.disk_changed) take(state); } catch (error) { complain(error); }
 }, 3000);

@@ -2,7 +2,7 @@
 // The answers are those of `state.rs` and `answers.rs`.
 
 const token = location.hash.replace(/^#(token=)?/, "");
-const planner = { state: null, selected: -1, moment: 0, region: 0, dead: null, tool: "move", tab: "3d", draft: null, answer: null, judged: null, isLost: false, armed: null };
+const planner = { state: null, selected: -1, moment: 0, region: 0, dead: null, tool: "move", tab: "3d", draft: null, answer: null, judged: null, isLost: false, armed: null, object: null, carry: null };
 const heard = new Map();
 /** Calls a function whenever something of this name has changed. */
 const on = (names, listener) => names.split(" ").forEach(name => heard.set(name, [...heard.get(name) ?? [], listener]));
@@ -98,13 +98,14 @@ const markBusy = () => { document.body.dataset.busy = edits ? "edit" : scores.fl
 function edit(change, of = nextGesture()) {
   if (!mayEdit()) return Promise.resolve(false);
   edits += 1;
+  stopEye();
   markBusy();
-  const draft = planner.draft?.isSettling ? planner.draft : null;
+  const draft = planner.draft?.isSettling ? planner.draft : null, { moment } = planner;
   lastEdit = lastEdit.then(async () => {
     try {
-      const state = await ask("/edit", { ...change, gesture: of });
+      const state = await ask("/edit", { ...change, gesture: of, moment });
       // What was a draft is in the study now.
-      if (draft && planner.draft === draft) planner.draft = null;
+      if (draft && planner.draft === draft) { keepPlace(draft); planner.draft = null; }
       take(state);
       if (typeof state.changed_index === "number") select(state.changed_index);
       return true;
@@ -116,6 +117,7 @@ function edit(change, of = nextGesture()) {
 function step(path) {
   if (!mayEdit()) return;
   edits += 1;
+  stopEye();
   markBusy();
   lastEdit = lastEdit.then(async () => {
     try { take(await ask(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }
@@ -143,6 +145,7 @@ const chosenScene = () => planner.state.scenes.find(scene => planner.moment >= s
 const roomBox = () => chosenScene()?.room_m ?? [[-2, -2, 0], [2, 2, 3]];
 
 function select(index) {
+  if (planner.object !== null) { planner.object = null; tell("object"); }
   if (planner.selected === index) return;
   planner.selected = index;
   tell("selected");

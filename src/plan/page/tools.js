@@ -13,6 +13,9 @@ function takeTool(name) {
 /** Holds a model or one of the study's sensors, to be placed by a click. */
 function arm(what) {
   disarm();
+  const own = what.sensor && planner.state.sensors.find(one => one.name === what.sensor);
+  // It has one place: that of its own keys.
+  if (own?.is_fixed) { element("catalogue").hidden = true; edit({ edit: "place", sensor: own.name, pose: own.poses[0].name }); return; }
   planner.armed = what;
   element("catalogue").hidden = true;
   notify(`Click a surface to place ${what.sensor ?? what.model}, or move it with the arrow keys and press Enter. Esc puts it away.`);

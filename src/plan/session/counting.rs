@@ -8,11 +8,12 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use glam::DVec3;
 use perirobot_march::metrics::Confusion;
 use perirobot_march::progress::Progress;
+use perirobot_scene::pose::Pose;
 use perirobot_study::input::{Planned, PlannedAt, Study};
 use serde::Deserialize;
 use serde_json::json;
 
-use super::plan::{check_dead, no_moment, no_sensor, plan_of};
+use super::plan::{check_dead, no_moment, no_sensor, place_on_link, plan_of};
 use super::{Answer, GIVES_WAY, LINES, Ready, Refused, STOPPED, Session, json_of, locked, number, read};
 use crate::answers::{
     CellAnswer, JudgeReply, MomentsReply, SceneryReply, ScoreQuestion, ScoreReply, VoxelWord, WhyReply,
@@ -63,7 +64,7 @@ impl Session<'_> {
         let (index, moment) = (number(request, "index")?, number(request, "moment")?);
         let mut ready = self.lock_ready();
         let (live, loaded) = ready.parts()?;
-        let plan = plan_of(loaded, None)?;
+        let plan = plan_of(loaded, None, None)?;
         if index >= plan.len() {
             return Err(no_sensor(index, plan.len()));
         }
@@ -112,7 +113,7 @@ impl Session<'_> {
         let mut question: ScoreQuestion = read(request)?;
         let mut ready = self.lock_ready();
         let (live, loaded) = ready.parts()?;
-        let plan = plan_of(loaded, question.r#move.as_ref())?;
+        let plan = plan_of(loaded, question.r#move.as_ref(), Some(question.moment))?;
         check_dead(question.dead, &plan)?;
         let resolution = possible(live, question.voxel.resolution());
         if resolution == Resolution::Fine {
@@ -128,7 +129,9 @@ impl Session<'_> {
             }
         }
         let world = &live.worlds(resolution)?[question.moment];
-        json_of(&ScoreReply::new(&question, &answer, &without, (&loaded.study, world)))
+        let places = ask.plan.iter().map(|planned| place_on_link(loaded, planned, question.moment));
+        let places: Vec<Option<Pose>> = places.collect();
+        json_of(&ScoreReply::new(&question, &answer, &without, (&loaded.study, world)).with_places(&places))
     }
 
     /// The counts of all moments.
@@ -136,7 +139,7 @@ impl Session<'_> {
         let JudgeQuestion { n, dead, window } = read(request)?;
         self.while_newest((&self.countings, window), |ready, progress| {
             let (live, loaded) = ready.parts()?;
-            let plan = plan_of(loaded, None)?;
+            let plan = plan_of(loaded, None, None)?;
             check_dead(dead, &plan)?;
             let moments = live.moments(&plan, dead, progress)?;
             json_of(&MomentsReply::new(n, &moments, &loaded.study))
@@ -147,7 +150,7 @@ impl Session<'_> {
         let JudgeQuestion { n, dead, window } = read(request)?;
         self.while_newest((&self.judgings, window), |ready, progress| {
             let (live, loaded) = ready.parts()?;
-            let plan = plan_of(loaded, None)?;
+            let plan = plan_of(loaded, None, None)?;
             check_dead(dead, &plan)?;
             let judged = live.judge(&plan, dead, progress)?;
             json_of(&JudgeReply::new(n, &judged, loaded.cell.budget, (&loaded.study, &loaded.worlds)))
@@ -185,7 +188,7 @@ impl Session<'_> {
         let WhyQuestion { n, moment, at_m } = read(request)?;
         let mut ready = self.lock_ready();
         let (live, loaded) = ready.parts()?;
-        let plan = plan_of(loaded, None)?;
+        let plan = plan_of(loaded, None, None)?;
         let answer = live.why(&plan, moment, DVec3::from_array(at_m))?;
         json_of(&WhyReply::new(n, &answer))
     }

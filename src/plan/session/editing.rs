@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use perirobot_study::sensor::MountLink;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Answer, Desk, Refused, Session, locked, read};
-use crate::document::{Document, Edit, EditRequest, Known};
+use super::plan::own_place;
+use super::{Answer, Desk, Loaded, Refused, Session, locked, read};
+use crate::document::{Device, Document, Edit, EditRequest, Known};
 use crate::server::{Request, Response};
-use crate::study_file::Saved;
 
 #[derive(Deserialize)]
 struct SaveQuestion {
@@ -16,14 +17,70 @@ struct SaveQuestion {
     overwrite: bool,
 }
 
+/// Places of an edit as the study says them, if a link carries the sensor.
+fn put_on_link(loaded: &Loaded, edit: &mut Edit, moment: Option<usize>) -> Result<(), Refused> {
+    let placed = |index: usize| loaded.placed.get(index).map(|&[sensor, _]| sensor);
+    let named = |name: &str| loaded.study.sensors.iter().position(|sensor| sensor.name == name);
+    let (sensor, at) = match edit {
+        Edit::Move { index, at } | Edit::Copy { index, at } => (placed(*index), at),
+        Edit::Add { device: Device::Sensor(name), at, .. } => (named(name), at),
+        Edit::SetSensor { index, device, .. } => return check_same_link(loaded, placed(*index), device),
+        _ => return Ok(()),
+    };
+    if let Some(sensor) = sensor {
+        *at = own_place(loaded, sensor, at, moment)?;
+    }
+    Ok(())
+}
+
+/// Refuses to put a sensor of a link where one stood that is in the world, or the other way round: the pose would be in
+/// another frame.
+fn check_same_link(loaded: &Loaded, placed: Option<usize>, device: &Device) -> Result<(), Refused> {
+    let sensors = &loaded.study.sensors;
+    let Some(now) = placed.map(|sensor| &sensors[sensor]) else { return Ok(()) };
+    let (name, on) = match device {
+        Device::Model(name) => (name, None),
+        Device::Sensor(name) => match sensors.iter().find(|sensor| sensor.name == *name) {
+            Some(sensor) => (name, sensor.on.as_ref()),
+            None => return Ok(()),
+        },
+    };
+    if now.on.as_ref() == on {
+        return Ok(());
+    }
+    let place = |on: Option<&MountLink>| {
+        on.map_or("in the world".into(), |MountLink { object, link }| format!("on {object}/{link}"))
+    };
+    let (old, new) = (place(now.on.as_ref()), place(on));
+    let words = format!("{:?} is {old} and {name:?} {new}: delete the one and add the other", now.name);
+    Err(Refused(400, words))
+}
+
+impl Desk {
+    /// The names of the files that another program has changed.
+    pub(super) fn changed_on_disk(&self) -> Vec<String> {
+        let study = self.file.is_changed_on_disk().then(|| self.file.name());
+        study.into_iter().chain(self.scenes.changed_on_disk(&self.document)).collect()
+    }
+
+    /// Takes what other programs have written into scene files that were not changed here. Whether there was any.
+    fn follow_scenes(&mut self) -> bool {
+        self.scenes.follow(&mut self.document)
+    }
+}
+
 impl Session<'_> {
     pub(super) fn edit(&self, request: &Request) -> Answer<'_> {
         self.may_write()?;
-        let EditRequest { edit, gesture } = read(request)?;
+        let EditRequest { mut edit, gesture, moment } = read(request)?;
         let is_typed = matches!(edit, Edit::SetText { .. });
         let mut desk = locked(&self.desk);
         if !is_typed && !desk.problems.is_empty() {
             return Err(Refused(400, "the study has errors: repair its text first".into()));
+        }
+        desk.follow_scenes();
+        if let Some(loaded) = &desk.loaded {
+            put_on_link(loaded, &mut edit, moment)?;
         }
         let before = desk.document.clone();
         let known =
@@ -45,7 +102,7 @@ impl Session<'_> {
     pub(super) fn step(&self, step: impl Fn(&mut Document) -> bool) -> Answer<'_> {
         self.may_write()?;
         let mut desk = locked(&self.desk);
-        if step(&mut desk.document) {
+        if desk.follow_scenes() | step(&mut desk.document) {
             self.load(&mut desk);
         }
         Ok(self.state(&desk))
@@ -55,30 +112,35 @@ impl Session<'_> {
         self.may_write()?;
         let SaveQuestion { overwrite } = read(request)?;
         let mut desk = locked(&self.desk);
-        let Desk { file, document, .. } = &mut *desk;
-        match file.save(document.text(), overwrite)? {
-            Saved::ChangedOnDisk => {
-                let words = "another program has changed the file since it was opened";
-                Ok(Response::new(
-                    409,
-                    "application/json",
-                    json!({ "error": words, "changed_on_disk": true }).to_string(),
-                ))
-            }
-            Saved::Written => {
-                document.saved();
-                desk.was_saved = true;
-                Ok(self.state(&desk))
-            }
+        if desk.follow_scenes() {
+            self.load(&mut desk);
         }
+        let changed = desk.changed_on_disk();
+        if !overwrite && !changed.is_empty() {
+            let names = changed.join(" and ");
+            let words = format!("another program has changed {names} since the study was opened");
+            let answer = json!({ "error": words, "changed_on_disk": true });
+            return Ok(Response::new(409, "application/json", answer.to_string()));
+        }
+        let Desk { file, scenes, document, .. } = &mut *desk;
+        let mut texts = document.texts();
+        file.write_if_changed(texts.next().unwrap_or_default())?;
+        for (file, text) in scenes.files_mut().zip(texts) {
+            file.write_if_changed(text)?;
+        }
+        document.saved();
+        desk.was_saved = true;
+        Ok(self.state(&desk))
     }
 
-    /// Takes the file as another program has written it, in place of what was edited here.
+    /// Takes the files as other programs have written them, in place of what was edited here.
     pub(super) fn reload(&self) -> Answer<'_> {
         self.may_write()?;
         let mut desk = locked(&self.desk);
         desk.file.reload()?;
-        desk.document = Document::new(desk.file.text().to_string());
+        let mut document = Document::new(desk.file.text().to_string());
+        desk.scenes.reload(&mut document)?;
+        desk.document = document;
         self.load(&mut desk);
         Ok(self.state(&desk))
     }

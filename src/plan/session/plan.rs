@@ -2,7 +2,9 @@
 
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
+use perirobot_scene::pose::Pose;
 use perirobot_study::input::{Planned, PlannedAt, Study};
+use perirobot_study::sensor::{MountLink, Setting, Stance};
 
 use super::{Loaded, Refused};
 use crate::answers::MoveRequest;
@@ -24,14 +26,54 @@ pub(super) fn placed_of(study: &Study, names: &[PlacedName]) -> Result<Vec<[usiz
     names.iter().map(found).collect()
 }
 
-/// The plan, with the change that a person is about to make.
-pub(super) fn plan_of(loaded: &Loaded, change: Option<&MoveRequest>) -> Result<Vec<Planned>, Refused> {
+/// Where a sensor of a plan is in the world at a moment, if a link carries it.
+pub(super) fn place_on_link(loaded: &Loaded, planned: &Planned, moment: usize) -> Option<Pose> {
+    let carrier = loaded.worlds.get(moment)?.carrier(planned.sensor)?;
+    let own = match planned.at {
+        PlannedAt::Pose(pose) => pose,
+        PlannedAt::Listed(number) => match loaded.study.sensors[planned.sensor].candidates[number].setting {
+            Setting::Pose(pose) => pose,
+            _ => return None,
+        },
+    };
+    Some(own.carried_by(&carrier))
+}
+
+/// A place in the world as the study says it: of a sensor that a link carries, that on the link at this moment.
+pub(super) fn own_place(
+    loaded: &Loaded,
+    sensor: usize,
+    at: &Pose6,
+    moment: Option<usize>,
+) -> Result<Pose6, Refused> {
+    at.check()?;
+    let Some(on) = &loaded.study.sensors[sensor].on else { return Ok(*at) };
+    let carrier = moment.and_then(|moment| loaded.worlds.get(moment)?.carrier(sensor));
+    let Some(link) = carrier else {
+        let MountLink { object, link } = on;
+        let words = format!("{object}/{link} carries the sensor: say at which moment it is moved");
+        return Err(Refused(400, words));
+    };
+    let world = rounded(at, Stance::Facing);
+    let back = link.rotation.inverse();
+    Ok(Pose6::new(&Pose {
+        position_m: back * (world.position_m - link.position_m),
+        rotation: (back * world.rotation).normalize(),
+    }))
+}
+
+/// The plan, with the change that a person is about to make at a moment.
+pub(super) fn plan_of(
+    loaded: &Loaded,
+    change: Option<&MoveRequest>,
+    moment: Option<usize>,
+) -> Result<Vec<Planned>, Refused> {
     let Loaded { study, placed, .. } = loaded;
     let listed = |&[sensor, pose]: &[usize; 2]| Planned { sensor, at: PlannedAt::Listed(pose) };
     let mut plan: Vec<Planned> = placed.iter().map(listed).collect();
     let at = |sensor: usize, at: &Pose6| -> Result<PlannedAt, Refused> {
-        at.check()?;
-        Ok(PlannedAt::Pose(rounded(at, study.sensors[sensor].kind.stance())))
+        let own = own_place(loaded, sensor, at, moment)?;
+        Ok(PlannedAt::Pose(rounded(&own, study.sensors[sensor].kind.stance())))
     };
     match change {
         None => {}

@@ -40,7 +40,7 @@ class Study:
         packages: list[tuple[str, str | PathLike[str]]],
         allow_outside: bool,
         xacro: bool,
-        text: str | None,
+        texts: list[tuple[str, str]],
     ) -> Study: ...
     @staticmethod
     def from_keys(keys: str, folder: str | PathLike[str], files: list[tuple[str, str | bytes]]) -> Study: ...

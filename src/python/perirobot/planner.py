@@ -71,8 +71,9 @@ class Planner:
         :raises ValueError: what is wrong with it, by key.
         :raises RuntimeError: if the planner has ended.
         """
-        text = self._ask("/text")["text"]
-        return Study._read(self._path, *self._read, text)
+        answer = self._ask("/text")
+        texts = [(os.path.basename(self._path), answer["text"]), *answer["scenes"].items()]
+        return Study._read(self._path, *self._read, texts)
 
     def is_changed(self) -> bool:
         """Whether there are changes that were not saved."""
@@ -135,8 +136,8 @@ def plan(
         kind, (first, *rest) = study._origin
         if kind == "load":
             path = str(first)
-            *options, text = rest
-            if text is not None:
+            *options, texts = rest
+            if texts:
                 raise ValueError(f"{path}: the study has changes that are not in its file: save them in the planner first")
             read = (options[0], options[1], options[2], options[3], options[4])
         else:

@@ -91,7 +91,7 @@ class Study:
         :raises ValueError: what is wrong, by file and key.
         """
         named = [(name, os.fspath(folder)) for name, folder in (packages or {}).items()]
-        return cls._read(os.fspath(path), voxel_size_m, noiseless, named, allow_outside, xacro, None)
+        return cls._read(os.fspath(path), voxel_size_m, noiseless, named, allow_outside, xacro, [])
 
     @classmethod
     def _read(
@@ -102,13 +102,13 @@ class Study:
         named: list[tuple[str, str]],
         allow_outside: bool,
         xacro: bool,
-        text: str | None,
+        texts: list[tuple[str, str]],
     ) -> Study:
-        """Reads a study file, or a text in its place."""
+        """Reads a study file; texts are in the place of files, by their paths from its folder."""
         study = cls.__new__(cls)
-        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, [*named], allow_outside, xacro, text)
+        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, [*named], allow_outside, xacro, texts)
         there = [(name, os.path.abspath(folder)) for name, folder in named]
-        study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro, text))
+        study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro, texts))
         return study
 
     def save(self, folder: str | PathLike[str]) -> str:

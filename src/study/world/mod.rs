@@ -110,6 +110,11 @@ impl World {
         World::examine(study, scene).map_err(Error::first)
     }
 
+    /// Where the link is that carries a sensor, if one does.
+    pub fn carrier(&self, sensor: usize) -> Option<Pose> {
+        self.carriers.get(sensor).copied().flatten()
+    }
+
     /// The same, but tells all that is wrong with whatever can be judged independently: objects, carriers of
     /// sensors, regions.
     pub fn examine(study: &Study, scene: usize) -> Result<Vec<World>, Vec<Error>> {

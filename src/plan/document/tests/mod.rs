@@ -1,8 +1,10 @@
 //! Edits of texts, small ones and the shipped studies. What is expected is written out, or found in another way.
 
 mod forms;
+mod objects;
 mod random;
 mod rounding;
+mod shapes;
 mod shipped;
 mod written;
 

@@ -121,7 +121,7 @@ fn undo_and_redo_leave_what_plain_edits_leave() {
         assert_eq!(document.is_changed(), document.text() != original);
         while document.undo() {}
         assert_eq!(document.text(), original);
-        assert!(!document.is_changed() && document.difference().is_empty());
+        assert!(!document.is_changed() && document.difference("study.toml").is_empty());
     }
     assert!(all_fit > 600, "only {all_fit} edits fitted");
 }
