@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use perirobot_march::Result;
+use perirobot_march::backend::StageTiming;
 use perirobot_scene::shell;
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::{Results, Subject};
@@ -176,12 +177,13 @@ fn tell(report: &RunReport, timings: bool) -> Result<()> {
     ))
 }
 
-/// A line a stage, in milliseconds.
-fn print_timings(timings: &[(&str, Duration)]) {
+/// A line a stage: milliseconds, dispatches, and the placements or jobs that a dispatch has on the mean.
+fn print_timings(timings: &[StageTiming]) {
     if timings.is_empty() {
         say!("this backend does not know what its stages took");
     }
-    for (stage, took) in timings {
-        say!("{stage:>8} {:10.1} ms", took.as_secs_f64() * 1e3);
+    for StageTiming { stage, took, dispatches, rows } in timings {
+        let (ms, a_dispatch) = (took.as_secs_f64() * 1e3, *rows as f64 / *dispatches as f64);
+        say!("{stage:>14} {ms:10.1} ms {dispatches:>7} dispatches of {a_dispatch:.1} rows");
     }
 }

@@ -1,15 +1,13 @@
 //! A device that fails or lies while every pose is cast for `choose`: others step in, and the evidence is the
 //! same; a lie is found before anything is searched.
 
-use std::time::Duration;
-
 use crate::common::program::Folder;
 use crate::common::watch::Onlooker;
 use perirobot_decide::choose::{Casting, MEMORY_BYTES, count_again, wanted_counts};
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::backend::{
-    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene,
+    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, StageTiming, VoxelScene,
 };
 use perirobot_march::metrics::{Across, Confusion, Score};
 use perirobot_march::{Error, Result};
@@ -70,7 +68,7 @@ impl Backend for Device {
         self.inner.receive()
     }
 
-    fn timings(&self) -> Vec<(&'static str, Duration)> {
+    fn timings(&self) -> Vec<StageTiming> {
         self.inner.timings()
     }
 

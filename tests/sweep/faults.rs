@@ -15,8 +15,8 @@ use perirobot_march::backend::adapter::AdapterChoice;
 use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
 use perirobot_march::backend::gpu::{Gpu, Stage, shader_source};
 use perirobot_march::backend::{
-    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene, cpu::Cpu,
-    oracle::Oracle, self_test,
+    Backend, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, StageTiming, VoxelScene,
+    cpu::Cpu, oracle::Oracle, self_test,
 };
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Confusion;
@@ -158,7 +158,7 @@ impl Backend for Actor {
         Ok(answer)
     }
 
-    fn timings(&self) -> Vec<(&'static str, Duration)> {
+    fn timings(&self) -> Vec<StageTiming> {
         self.inner.timings()
     }
 

@@ -323,6 +323,19 @@ pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
 /// memory of any machine that sweeps. Half of it is for evidence.
 pub const MEMORY_BYTES: u64 = 512 << 20;
 
+/// What a stage of a backend's work took so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StageTiming {
+    /// The stage, by the name of its kernel.
+    pub stage: &'static str,
+    /// As far as it was timed.
+    pub took: std::time::Duration,
+    /// How often it was dispatched.
+    pub dispatches: u64,
+    /// Placements or jobs in all these dispatches; a part of one counts as one.
+    pub rows: u64,
+}
+
 /// A backend. Ray tables and a scene are loaded, evidence is cast or uploaded into slots, and fused from there any
 /// number of times.
 pub trait Backend {
@@ -366,8 +379,8 @@ pub trait Backend {
         self.receive()
     }
 
-    /// What the stages of its work took so far, in the order they run, as far as that is known.
-    fn timings(&self) -> Vec<(&'static str, std::time::Duration)> {
+    /// What the stages of its work took so far, in the order they run; nothing where there are none.
+    fn timings(&self) -> Vec<StageTiming> {
         Vec::new()
     }
 

@@ -8,13 +8,11 @@
 //! A fallback does the next few choices of the world that the device failed in, and the device is tried again. A device
 //! that fails again and again is given up.
 
-use std::time::Duration;
-
 use super::evidence::{BatchSize, Store};
 use super::order::{Task, each_world};
 use crate::results::PoseChoice;
-use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
+use perirobot_march::backend::{Backend, StageTiming};
 use perirobot_march::error::catch_panic;
 use perirobot_march::progress::{Fault, Progress};
 use perirobot_march::voxel::Window;
@@ -32,7 +30,7 @@ const MOST_FAILURES: u32 = 3;
 const CLEAN_AFTER: u64 = 1000;
 
 /// What the stages of a backend's work took, in the order they run.
-pub(super) type Timings = Vec<(&'static str, Duration)>;
+pub(super) type Timings = Vec<StageTiming>;
 
 /// A task that another backend can continue, because it keeps account of what is finished.
 pub(super) trait Resumable: Task {

@@ -32,7 +32,8 @@ use std::time::Duration;
 use super::adapter::AdapterChoice;
 use super::body_words::BodyWords;
 use super::{
-    Backend, Carving, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, VoxelScene, no_table,
+    Backend, Carving, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, StageTiming, VoxelScene,
+    no_table,
 };
 use crate::march::End;
 use crate::metrics::Confusion;
@@ -40,7 +41,7 @@ use crate::voxel::BitGrid;
 use crate::{Error, Result};
 use loaded::{BufferPool, DeviceScene, DeviceTable, FirstHitCache};
 use plan::SceneSizes;
-use queue::Queue;
+use queue::{Queue, StageDone};
 use score::PendingCounts;
 
 /// Bytes of evidence that are read back at once.
@@ -241,8 +242,12 @@ impl Backend for Gpu {
         Ok(Evidence { planes, ends: rays.order_ends(ends, carving).into_iter().map(End::unpacked).collect() })
     }
 
-    fn timings(&self) -> Vec<(&'static str, Duration)> {
-        let took = Stage::ALL.into_iter().zip(self.queue.took);
-        took.filter(|(_, took)| !took.is_zero()).map(|(stage, took)| (stage.name(), took)).collect()
+    fn timings(&self) -> Vec<StageTiming> {
+        let done = Stage::ALL.into_iter().zip(self.queue.done_by).filter(|(_, done)| done.dispatches > 0);
+        let timing = |(stage, done): (Stage, StageDone)| {
+            let StageDone { took, dispatches, rows } = done;
+            StageTiming { stage: stage.name(), took, dispatches, rows }
+        };
+        done.map(timing).collect()
     }
 }

@@ -9,39 +9,94 @@ use super::kernels::Stage;
 /// launch is negligible beside it.
 const AT_ONCE: Duration = Duration::from_millis(250);
 
-/// Work of an adapter's first dispatches, before any was timed; a software adapter does some ten million
-/// steps of a march a second on a core.
-const FIRST_WORK: u64 = 1 << 25;
+/// Work of the first dispatches, before any was timed. A software adapter does some ten million steps of a march a second on
+/// a core. On hardware it is that of some ten cameras: less than a millisecond on a large GPU, a tenth of a second on one a
+/// hundred times slower.
+const FIRST_WORK: ByAdapter = ByAdapter { software: 1 << 25, hardware: 1 << 29 };
 /// The least and the most work of a dispatch, whatever was measured.
 const LEAST_WORK: u64 = 1 << 20;
 const MOST_WORK: u64 = 1 << 36;
-/// Shorter measurements say more of the launch than of the work.
+/// Shorter measurements say no more than that more can go at once.
 const SHORTEST: Duration = Duration::from_micros(200);
+/// An answer makes the work of a dispatch at most so many times more or less: work is an estimate, and a single measurement
+/// may be misleading.
+const MOST_CHANGE: u64 = 4;
+/// Most items of a dispatch, however little they cost. A software driver may leave out some of a longer row of workgroups.
+const MOST_ITEMS: ByAdapter = ByAdapter { software: 1 << 21, hardware: 1 << 26 };
+
+/// A number for software adapters, and one for others.
+struct ByAdapter {
+    software: u64,
+    hardware: u64,
+}
+
+/// What dispatches of a stage took that were answered together.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TimedWork {
+    /// Their work, in steps of a march; that of the largest of them.
+    pub(super) work: u64,
+    pub(super) largest: u64,
+    pub(super) time: Duration,
+    pub(super) dispatches: u32,
+}
+
+impl TimedWork {
+    /// Adds a dispatch.
+    pub(super) fn add(&mut self, work: u64, time: Duration) {
+        self.work += work;
+        self.largest = self.largest.max(work);
+        self.time += time;
+        self.dispatches += 1;
+    }
+}
 
 /// Work of one dispatch of each stage, in steps of a march.
 #[derive(Clone, Debug)]
-pub(super) struct Pace([u64; Stage::ALL.len()]);
+pub(super) struct Pace {
+    at_once: [u64; Stage::ALL.len()],
+    most_items: u64,
+}
+
+impl ByAdapter {
+    fn of(&self, software: bool) -> u64 {
+        if software { self.software } else { self.hardware }
+    }
+}
 
 impl Pace {
     /// The pace before any dispatch was timed.
-    pub(super) fn new() -> Self {
-        Pace([FIRST_WORK; Stage::ALL.len()])
+    pub(super) fn new(software: bool) -> Self {
+        let at_once = [FIRST_WORK.of(software); Stage::ALL.len()];
+        Pace { at_once, most_items: MOST_ITEMS.of(software) }
     }
 
     /// The most work that a dispatch of a stage should be given.
     pub(super) fn work_at_once(&self, stage: Stage) -> u64 {
-        self.0[stage as usize]
+        self.at_once[stage as usize]
     }
 
-    /// Takes a measurement: this work of a stage took this long. One measurement at most doubles or halves
-    /// the work of a dispatch, since work is an estimate, and a single measurement may be misleading.
-    pub(super) fn took(&mut self, stage: Stage, work: u64, time: Duration) {
-        if time < SHORTEST {
+    /// The most items that a dispatch is given.
+    pub(super) fn most_items(&self) -> u64 {
+        self.most_items
+    }
+
+    /// Takes what dispatches of a stage took that were answered together. If they were too short to tell more, the work of a
+    /// dispatch grows if one of them was about as large as it may be.
+    pub(super) fn took(&mut self, stage: Stage, timed: &TimedWork) {
+        if timed.dispatches == 0 {
             return;
         }
-        let at_once = &mut self.0[stage as usize];
-        let measured = (work as f64 / time.as_secs_f64() * AT_ONCE.as_secs_f64()) as u64;
-        *at_once = measured.clamp(*at_once / 2, *at_once * 2).clamp(LEAST_WORK, MOST_WORK);
+        let at_once = &mut self.at_once[stage as usize];
+        let [least, most] = [*at_once / MOST_CHANGE, *at_once * MOST_CHANGE];
+        let next = if timed.time < SHORTEST * timed.dispatches {
+            if timed.largest < *at_once / 2 {
+                return;
+            }
+            most
+        } else {
+            (timed.work as f64 / timed.time.as_secs_f64() * AT_ONCE.as_secs_f64()) as u64
+        };
+        *at_once = next.clamp(least, most).clamp(LEAST_WORK, MOST_WORK);
     }
 
     /// Takes a measurement of all stages together: this work of each took this long in all. Each stage is
@@ -54,7 +109,9 @@ impl Pace {
         }
         let slower = time.as_secs_f64() / thought.as_secs_f64();
         for stage in Stage::ALL.into_iter().filter(|&stage| work[stage as usize] > 0) {
-            self.took(stage, self.work_at_once(stage), AT_ONCE.mul_f64(slower));
+            let mut timed = TimedWork::default();
+            timed.add(self.work_at_once(stage), AT_ONCE.mul_f64(slower));
+            self.took(stage, &timed);
         }
     }
 }
@@ -63,32 +120,86 @@ impl Pace {
 mod tests {
     use super::*;
 
+    fn timed(work: u64, time: Duration) -> TimedWork {
+        let mut timed = TimedWork::default();
+        timed.add(work, time);
+        timed
+    }
+
+    /// What a camera costs in `cast`.
+    const CAMERA: u64 = 921_600 * 40;
+
+    /// Answers of imagined devices: each gets batches of 64 cameras, cut as the pace says, and takes so long for a launch and
+    /// for a camera. How many cameras a dispatch has after some answers.
+    fn cameras_after(answers: u32, software: bool, launch_us: u64, camera_us: u64) -> u64 {
+        let mut pace = Pace::new(software);
+        for _ in 0..answers {
+            let mut timed = TimedWork::default();
+            let mut left = 64 * CAMERA;
+            while left > 0 {
+                let work = left.min(pace.work_at_once(Stage::Cast));
+                let us = launch_us + camera_us * work / CAMERA;
+                timed.add(work, Duration::from_micros(us));
+                left -= work;
+            }
+            pace.took(Stage::Cast, &timed);
+        }
+        pace.work_at_once(Stage::Cast) / CAMERA
+    }
+
+    #[test]
+    fn dispatches_grow_on_a_quick_device_though_each_is_short() {
+        assert!(cameras_after(3, false, 30, 15) >= 64);
+        assert!(cameras_after(4, true, 30, 15) >= 64, "from less than one camera");
+    }
+
+    #[test]
+    fn dispatches_take_a_quarter_of_a_second_on_a_slow_device() {
+        let cameras = cameras_after(3, false, 3000, 1500);
+        assert!((100..170).contains(&cameras), "{cameras}");
+        // A tenth of a second a camera, as on two cores.
+        assert_eq!(cameras_after(3, true, 100, 100_000), 2);
+        assert_eq!(cameras_after(3, false, 100, 100_000), 2);
+    }
+
+    #[test]
+    fn dispatches_shrink_at_once_on_a_device_that_stalls() {
+        let mut pace = Pace::new(false);
+        (0..9).for_each(|_| pace.took(Stage::Cast, &timed(MOST_WORK, Duration::from_millis(1))));
+        assert_eq!(pace.work_at_once(Stage::Cast), MOST_WORK);
+        pace.took(Stage::Cast, &timed(MOST_WORK, Duration::from_secs(4)));
+        assert_eq!(pace.work_at_once(Stage::Cast), MOST_WORK / MOST_CHANGE);
+    }
+
     #[test]
     fn work_at_once_follows_what_was_measured() {
-        let mut pace = Pace::new();
-        // A billion steps a second: a quarter of it at once, come to by doubling.
+        let mut pace = Pace::new(true);
+        let first = FIRST_WORK.software;
+        // A billion steps a second: a quarter of it at once, come to step by step.
         for _ in 0..8 {
-            pace.took(Stage::Cast, 1_000_000, Duration::from_millis(1));
+            pace.took(Stage::Cast, &timed(1_000_000, Duration::from_millis(1)));
         }
         assert_eq!(pace.work_at_once(Stage::Cast), 250_000_000);
-        assert_eq!(pace.work_at_once(Stage::CarveRays), FIRST_WORK, "each stage has its own");
-        pace.took(Stage::Cast, 1_000_000, Duration::from_secs(1));
-        assert_eq!(pace.work_at_once(Stage::Cast), 125_000_000, "one measurement halves at most");
-        pace.took(Stage::CarveRays, 1, Duration::from_nanos(10));
-        assert_eq!(pace.work_at_once(Stage::CarveRays), FIRST_WORK, "too short to say anything");
+        assert_eq!(pace.work_at_once(Stage::CarveRays), first, "each stage has its own");
+        pace.took(Stage::Cast, &timed(1_000_000, Duration::from_secs(1)));
+        assert_eq!(pace.work_at_once(Stage::Cast), 62_500_000, "one answer makes it a quarter at least");
+        pace.took(Stage::CarveRays, &timed(1, Duration::from_nanos(10)));
+        assert_eq!(
+            pace.work_at_once(Stage::CarveRays),
+            first,
+            "a short dispatch with little work says nothing"
+        );
+        pace.took(Stage::CarveRays, &TimedWork::default());
+        assert_eq!(pace.work_at_once(Stage::CarveRays), first, "nothing was timed");
         let mut work = [0; Stage::ALL.len()];
-        (work[Stage::CarveBoxes as usize], work[Stage::CarveVoxels as usize]) = (FIRST_WORK, FIRST_WORK);
+        (work[Stage::CarveBoxes as usize], work[Stage::CarveVoxels as usize]) = (first, first);
         pace.all_took(&work, 3 * AT_ONCE);
         let together =
             [Stage::CarveBoxes, Stage::CarveVoxels, Stage::CarveRays].map(|stage| pace.work_at_once(stage));
-        assert_eq!(
-            together,
-            [FIRST_WORK * 2 / 3, FIRST_WORK * 2 / 3, FIRST_WORK],
-            "three times what was thought, not two"
-        );
-        (0..40).for_each(|_| pace.took(Stage::Cast, 0, Duration::from_secs(1)));
+        assert_eq!(together, [first * 2 / 3, first * 2 / 3, first], "three times what was thought, not two");
+        (0..40).for_each(|_| pace.took(Stage::Cast, &timed(0, Duration::from_secs(1))));
         assert_eq!(pace.work_at_once(Stage::Cast), LEAST_WORK);
-        (0..60).for_each(|_| pace.took(Stage::Cast, u64::MAX, Duration::from_secs(1)));
+        (0..60).for_each(|_| pace.took(Stage::Cast, &timed(u64::MAX, Duration::from_secs(1))));
         assert_eq!(pace.work_at_once(Stage::Cast), MOST_WORK);
     }
 }

@@ -26,8 +26,6 @@ const CAST_TILES_COST: u64 = 100;
 const PYRAMID_COST: u64 = 2;
 const CARVE_BOXES_COST: u64 = 50;
 const CARVE_VOXELS_COST: u64 = 4000;
-/// Most items of one dispatch, however little they cost: the number of workgroups of a row is limited.
-const ITEMS_PER_DISPATCH: u64 = 1 << 21;
 /// Most workgroups of a row of a dispatch.
 const MOST_GROUPS: u64 = 65_535;
 // `carve_crowded` may be left all voxels of the boxes of a dispatch.
@@ -150,10 +148,10 @@ impl SceneSizes {
         pace: &Pace,
     ) -> impl Iterator<Item = Dispatch> + use<> {
         let per_group = per_group(stage, &part);
-        let at_once = (pace.work_at_once(stage) / cost.max(1))
-            .min(ITEMS_PER_DISPATCH.min(MOST_GROUPS * per_group as u64));
-        let at_once = (at_once.max(1) as u32).next_multiple_of(per_group);
-        cut(rows, items, at_once).into_iter().map(move |block| block.dispatch(stage, part, cost))
+        let at_once = (pace.work_at_once(stage) / cost.max(1)).min(pace.most_items());
+        cut(rows, items, at_once.max(1) as u32, per_group)
+            .into_iter()
+            .map(move |block| block.dispatch(stage, part, cost))
     }
 
     /// The dispatches that fuse and count a batch of jobs of at most so many readings, in the order they must
@@ -181,8 +179,9 @@ fn carving_voxels(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + u
     // Both take the same boxes, and the second may be the slower one.
     let work = pace.work_at_once(Stage::CarveVoxels).min(pace.work_at_once(Stage::CarveCrowded));
     let at_once = (work / CARVE_VOXELS_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
-    let blocks = cut(1, 0..boxes, at_once.max(boxes.div_ceil(HEADS)));
-    blocks.into_iter().zip(0..).flat_map(|(block, head)| {
+    let at_once = at_once.max(boxes.div_ceil(HEADS));
+    let block = move |first: u32| Span { rows: 0..1, items: first..first.saturating_add(at_once).min(boxes) };
+    (0..boxes).step_by(at_once as usize).map(block).zip(0..).flat_map(|(block, head)| {
         let part = Part { region: head, ..Part::default() };
         let by_voxel = block.dispatch(Stage::CarveVoxels, part, CARVE_VOXELS_COST);
         [by_voxel, Dispatch { stage: Stage::CarveCrowded, groups: [0, 0], ..by_voxel }]
@@ -226,13 +225,18 @@ impl Span {
     }
 }
 
-/// Cuts rows of `items` into blocks of about `at_once` items: several whole rows, or parts of one.
-fn cut(rows: u32, items: Range<u32>, at_once: u32) -> Vec<Span> {
-    let rows_at_once = (at_once / (items.len() as u32).max(1)).max(1) as usize;
+/// Cuts rows of `items` into blocks of about `at_once` items: several whole rows, or equal parts of one, of whole groups. A row
+/// stays whole if it is at most half as much again.
+fn cut(rows: u32, items: Range<u32>, at_once: u32, per_group: u32) -> Vec<Span> {
+    let count = items.len() as u32;
+    let parts = (2 * u64::from(count) / (3 * u64::from(at_once)) + 1) as u32;
+    let part = count.div_ceil(parts).min((MOST_GROUPS as u32).saturating_mul(per_group));
+    let part = part.max(1).next_multiple_of(per_group);
+    let rows_at_once = (at_once / count.max(1)).clamp(1, MOST_GROUPS as u32) as usize;
     let mut blocks = Vec::new();
     for row in (0..rows).step_by(rows_at_once) {
-        for first in items.clone().step_by(at_once as usize) {
-            let end = first.saturating_add(at_once).min(items.end);
+        for first in items.clone().step_by(part as usize) {
+            let end = first.saturating_add(part).min(items.end);
             let rows = row..row.saturating_add(rows_at_once as u32).min(rows);
             blocks.push(Span { rows, items: first..end });
         }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::device::{GpuDevice, GrowingBuffer, Requested};
 use super::kernels::{DONE_WORDS, Stage};
-use super::pace::Pace;
+use super::pace::{Pace, TimedWork};
 use super::pass::Pass;
 use super::pipeline::Pipeline;
 use super::plan::{self, Dispatch, Launched};
@@ -29,13 +29,30 @@ pub(super) struct Queue {
     clock: Timestamps,
     /// How much work goes in a dispatch.
     pub(super) pace: Pace,
-    /// What each stage took so far, as far as it was timed.
-    pub(super) took: [Duration; Stage::ALL.len()],
+    /// What each stage did so far, and what it took as far as it was timed.
+    pub(super) done_by: [StageDone; Stage::ALL.len()],
     /// Work submitted since the last request, a number a stage, and when the last answer came.
     work: [u64; Stage::ALL.len()],
     answered: Instant,
     /// The last field, so that the device is closed after what was made with it is gone.
     pub(super) device: GpuDevice,
+}
+
+/// What a stage did.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StageDone {
+    /// As far as it was timed.
+    pub(super) took: Duration,
+    /// Dispatches and their rows: placements or jobs, or parts of them.
+    pub(super) dispatches: u64,
+    pub(super) rows: u64,
+}
+
+impl StageDone {
+    fn add(&mut self, dispatch: &Dispatch) {
+        self.dispatches += 1;
+        self.rows += u64::from(dispatch.groups[1].max(1));
+    }
 }
 
 /// Words that are on their way, and what must have been done before they are trusted.
@@ -62,8 +79,8 @@ impl Queue {
             done: device.storage("done", u64::from(DONE_WORDS) * 4),
             launched: Launched::default(),
             clock: Timestamps::new(&device),
-            pace: Pace::new(),
-            took: Default::default(),
+            pace: Pace::new(device.report.software),
+            done_by: Default::default(),
             work: Default::default(),
             answered: Instant::now(),
             pipelines,
@@ -117,6 +134,7 @@ impl Queue {
                 pass.record(&mut encoder, dispatch, offset, self.clock.stamp(dispatch));
                 offset += self.part_stride;
                 self.work[dispatch.stage as usize] += dispatch.work;
+                self.done_by[dispatch.stage as usize].add(dispatch);
             }
             self.device.submit(encoder);
             encoder = self.device.encoder();
@@ -145,10 +163,13 @@ impl Queue {
         let InFlight { requested, launched, timed, work, asked } = asked;
         let mut words = self.device.receive(requested)?;
         launched.check(&words[0]).map_err(|e| self.device.at_fault(e))?;
+        let mut took = [TimedWork::default(); Stage::ALL.len()];
         for (TimedDispatch { stage, work }, stamps) in timed.iter().zip(words[1].chunks_exact(4)) {
-            let time = self.clock.time(stamps);
-            self.took[*stage as usize] += time;
-            self.pace.took(*stage, *work, time);
+            took[*stage as usize].add(*work, self.clock.time(stamps));
+        }
+        for (stage, took) in Stage::ALL.into_iter().zip(&took) {
+            self.done_by[stage as usize].took += took.time;
+            self.pace.took(stage, took);
         }
         if timed.is_empty() {
             // Without timestamps only the time of the answer is known, and work begins no sooner than the

@@ -4,6 +4,7 @@ use super::*;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::BodyWords;
 use crate::backend::gpu::loop_bounds::{WORKGROUP, most_tiles};
+use crate::backend::gpu::pace::TimedWork;
 use crate::backend::{Image, Noise, Rays};
 
 /// A window of 30 000 words, `longest` voxels in all directions together, of 700 boxes, 500 with voxels of
@@ -67,7 +68,7 @@ fn covers_once(dispatches: &[Dispatch], pace: &Pace, expected: &[(Stage, u64)]) 
         assert!((dispatch.groups[0] - 1) * per_group < items, "an idle group: {dispatch:?}");
         assert!(dispatch.groups[0].max(dispatch.groups[1]) <= 65_535, "{dispatch:?}");
         let items = items as u64 * dispatch.groups[1] as u64;
-        let most = pace.work_at_once(dispatch.stage) + per_group as u64 * dispatch.work / items;
+        let most = pace.work_at_once(dispatch.stage) * 3 / 2 + 2 * per_group as u64 * dispatch.work / items;
         assert!(dispatch.work <= most, "{dispatch:?}");
     }
     for &(stage, expected) in expected {
@@ -77,12 +78,19 @@ fn covers_once(dispatches: &[Dispatch], pace: &Pace, expected: &[(Stage, u64)]) 
     }
 }
 
+/// A dispatch of so much work that took so many milliseconds.
+fn timed(work: u64, ms: u64) -> TimedWork {
+    let mut timed = TimedWork::default();
+    timed.add(work, std::time::Duration::from_millis(ms));
+    timed
+}
+
 /// The pace of an adapter that is `faster` times as fast as one is taken to be.
 fn pace(faster: u64) -> Pace {
-    let mut pace = Pace::new();
+    let mut pace = Pace::new(true);
     for stage in Stage::ALL {
         let first = pace.work_at_once(stage);
-        (0..40).for_each(|_| pace.took(stage, faster * first, std::time::Duration::from_millis(250)));
+        (0..40).for_each(|_| pace.took(stage, &timed(faster * first, 250)));
     }
     pace
 }
@@ -145,9 +153,9 @@ fn a_slow_carve_crowded_gets_fewer_boxes() {
         let crowded = dispatches.iter().filter(|d| d.stage == Stage::CarveCrowded);
         crowded.map(|d| d.part.end - d.part.first).max().unwrap()
     };
-    let mut pace = Pace::new();
+    let mut pace = Pace::new(true);
     assert!(most(&pace) > 1000, "{}", most(&pace));
-    (0..40).for_each(|_| pace.took(Stage::CarveCrowded, 0, std::time::Duration::from_secs(1)));
+    (0..40).for_each(|_| pace.took(Stage::CarveCrowded, &timed(0, 1000)));
     assert!(most(&pace) < 300, "{}", most(&pace));
 }
 
