@@ -23,6 +23,7 @@ mod intersect;
 mod limits;
 mod narrow;
 mod nearest_range;
+mod open_voxels;
 mod packet;
 mod plan;
 mod projection;

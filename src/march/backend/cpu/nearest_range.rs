@@ -10,9 +10,10 @@
 //! Of the rays of a camera some hundred to thousand enter such a voxel, so a few of them decide most voxels. Then the others are
 //! followed that pass near a voxel that is still open; neighbours in an image are looked at together.
 
+use super::open_voxels::OpenVoxels;
 use crate::backend::{GridPose, Rays};
-use crate::march::{self, LEAST_AXIAL_Q15, Slant, deviation};
-use crate::voxel::{BitGrid, Window};
+use crate::march::{self, LEAST_AXIAL_Q15, Slant, deviation, leap};
+use crate::voxel::BitGrid;
 
 /// Where rays enter a voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,14 +40,19 @@ pub(super) struct NearestRange<'a> {
     is_slanted: bool,
 }
 
-/// Of so many rays one is looked at first, then of fewer; the others come last.
-const STRIDES: [usize; 2] = [61, 7];
+/// Of so many rays one is followed first; then of fewer one is asked, and the others last.
+const FOLLOWED_FIRST: usize = 61;
+const ASKED_FIRST: usize = 7;
 
 /// How far from where a ray comes to its shortest range the voxels are that it enters next, unless it is too slanted.
 const AROUND: i32 = 3;
 
+/// How far the shortest range may bend out of a box of its places at the corners of a voxel, if it is so far, in voxels.
+const BEND: f64 = 0.25;
+const LEAST_STRAIGHT: f64 = 3.0;
+
 /// The most rays that are looked at together.
-const RUN: usize = 16;
+const LONGEST_RUN: usize = 16;
 
 /// The most voxels along a ray for a voxel of depth with which that holds.
 const MOST_SLANT: f64 = 1.5;
@@ -99,36 +105,73 @@ impl<'a> NearestRange<'a> {
         }
     }
 
-    /// Those of some voxels, all of them near the shortest range, that rays watch. So many rays after each other come to their
-    /// shortest ranges within a voxel ([`run`]).
-    pub(super) fn watched(&self, blockers: &BitGrid, open: BitGrid, run: usize) -> BitGrid {
+    /// Those of some voxels, all of them near the shortest range, that rays watch; `runs` of the rays are known ([`Runs`]).
+    pub(super) fn watched(&self, blockers: &BitGrid, open: BitGrid, runs: Runs) -> BitGrid {
         let mut decided = Decided { blockers, watched: BitGrid::new(open.window()), open };
         let count = self.rays.dirs_q15.len();
-        for stride in STRIDES {
-            let around = decided.around_open(AROUND);
-            self.follow_those_near((0..count).step_by(stride), &around, &mut decided);
-        }
-        if !decided.open.is_empty() {
-            let around = decided.around_open(AROUND + 1);
-            let is_near = |&first: &usize| self.is_near(first, &around);
-            for first in (0..count).step_by(run).filter(is_near) {
-                self.follow_those_near(first..(first + run).min(count), &around, &mut decided);
+        (0..count).step_by(FOLLOWED_FIRST).for_each(|ray| self.follow(ray, &mut decided));
+        let open = OpenVoxels::new(self.each_towards(&decided.open), 0.0);
+        (0..count).step_by(ASKED_FIRST).for_each(|ray| self.ask(ray, &open, &mut decided));
+        let Runs { length, spread } = runs;
+        let open = OpenVoxels::new(self.each_towards(&decided.open), spread);
+        for first in (0..count).step_by(length) {
+            if self.place(first).is_none_or(|place| open.about(place, spread).next().is_some()) {
+                (first..(first + length).min(count)).for_each(|ray| self.ask(ray, &open, &mut decided));
             }
         }
         decided.watched
     }
 
-    /// Follows the rays that may come near some places.
-    fn follow_those_near(&self, rays: impl Iterator<Item = usize>, places: &BitGrid, decided: &mut Decided) {
-        rays.filter(|&ray| self.is_near(ray, places)).for_each(|ray| self.follow(ray, decided));
+    /// Follows a ray if it enters an open voxel beyond its shortest range, or is too slanted to tell.
+    fn ask(&self, ray: usize, open: &OpenVoxels, decided: &mut Decided) {
+        let enters = |place: [f64; 3]| {
+            let mut about = open.about(place, 0.0).filter(|&voxel| decided.open.get(voxel)).peekable();
+            about.peek().is_some() && {
+                let (begin, gates) = (self.from.launch(self.rays.dirs_q15[ray]), self.rays.gates_of(ray));
+                let range_q16 = gates.range_min_q16.max(gates.near_ignore_q16)..=gates.range_max_q16;
+                about.any(|voxel| {
+                    leap::entry_q16(&begin, voxel).is_some_and(|t_q16| range_q16.contains(&t_q16))
+                })
+            }
+        };
+        if self.place(ray).is_none_or(enters) {
+            self.follow(ray, decided);
+        }
     }
 
-    /// Whether a ray comes to its shortest range at one of some places, or is too slanted to tell where it goes next.
-    fn is_near(&self, ray: usize, places: &BitGrid) -> bool {
+    /// Where a ray comes to its shortest range, from the sensor in voxels; `None` if it is too slanted to tell where it goes next.
+    fn place(&self, ray: usize) -> Option<[f64; 3]> {
         let dir_q15 = self.rays.dirs_q15[ray];
-        let Some(t) = shortest(self.rays, dir_q15).filter(|_| !self.is_slanted) else { return true };
-        let direction = |r: usize| f64::from(march::direction_q16(self.from.axis_q15[r], dir_q15)) / 65_536.0;
-        places.get(std::array::from_fn(|r| (self.origin[r] + t * direction(r)).floor() as i32))
+        let t = shortest(self.rays, dir_q15).filter(|_| !self.is_slanted)? / 65_536.0;
+        Some(self.from.axis_q15.map(|axis| f64::from(march::direction_q16(axis, dir_q15)) * t))
+    }
+
+    /// Each of some voxels with its [`NearestRange::towards`].
+    fn each_towards(&self, voxels: &BitGrid) -> Vec<([i32; 3], [[f64; 3]; 2])> {
+        voxels.voxels().map(|voxel| (voxel, self.towards(voxel))).collect()
+    }
+
+    /// A box that holds where rays come to their shortest range that enter a voxel beyond it, from the sensor in voxels.
+    fn towards(&self, voxel: [i32; 3]) -> [[f64; 3]; 2] {
+        let from = |corner: i32| {
+            std::array::from_fn::<f64, 3, _>(|r| f64::from(voxel[r] + (corner >> r & 1)) - self.origin[r])
+        };
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for at in (0..8).map(from) {
+            let distance = at.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let depth: f64 = (0..3).map(|r| at[r] * self.axis[r]).sum();
+            let measured = if self.rays.gates.along_axis { depth } else { distance };
+            let shortest = (self.range_min / measured).max(self.near_ignore / distance);
+            if distance * shortest < LEAST_STRAIGHT || measured * MOST_SLANT < distance {
+                // Too near, or too slanted: all that a ray may come to next.
+                let around = f64::from(AROUND);
+                return [from(0).map(|x| x - around), from(7).map(|x| x + around)];
+            }
+            for r in 0..3 {
+                (low[r], high[r]) = (low[r].min(at[r] * shortest), high[r].max(at[r] * shortest));
+            }
+        }
+        [low.map(|x| x - BEND), high.map(|x| x + BEND)]
     }
 
     /// Marks the open voxels that a ray watches about its shortest range.
@@ -161,19 +204,34 @@ fn shortest(rays: &Rays, dir_q15: [i32; 3]) -> Option<f64> {
     (slant <= MOST_SLANT).then_some(t)
 }
 
-/// How many rays after each other come to their shortest ranges within a voxel of the first of them.
-pub(super) fn run(rays: &Rays) -> usize {
-    let place =
-        |dir_q15: &[i32; 3]| shortest(rays, *dir_q15).map(|t| dir_q15.map(|x| f64::from(x) / 32_768.0 * t));
-    let is_close = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|r| (a[r] - b[r]).powi(2)).sum::<f64>() < 0.9;
-    let is_run = |dirs: &[[i32; 3]]| {
-        let first = place(&dirs[0]);
-        dirs.iter().all(|dir| first.zip(place(dir)).is_some_and(|(a, b)| is_close(&a, &b)))
-    };
-    // Pixels of one row.
-    let is_even = |run: usize| rays.image.is_none_or(|image| (image.size_px[0] as usize).is_multiple_of(run));
-    let runs = (2..=RUN).rev().filter(|&run| is_even(run));
-    runs.into_iter().find(|&run| rays.dirs_q15.chunks(run).all(is_run)).unwrap_or(1)
+/// How many rays after each other come to their shortest ranges how near to the first of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Runs {
+    length: usize,
+    spread: f64,
+}
+
+impl Runs {
+    /// Those of a table: pixels of one row of an image.
+    pub(super) fn new(rays: &Rays) -> Runs {
+        let place = |dir_q15: &[i32; 3]| {
+            shortest(rays, *dir_q15).map(|t| dir_q15.map(|x| f64::from(x) / 32_768.0 * t))
+        };
+        let apart = |dirs: &[[i32; 3]]| {
+            let first = place(&dirs[0]);
+            let distance = |[a, b]: [[f64; 3]; 2]| (0..3).map(|r| (a[r] - b[r]).powi(2)).sum::<f64>().sqrt();
+            let each =
+                dirs.iter().map(|dir| first.zip(place(dir)).map_or(f64::INFINITY, |(a, b)| distance([a, b])));
+            each.fold(0.0, f64::max)
+        };
+        let is_even = |length: &usize| {
+            rays.image.is_none_or(|image| (image.size_px[0] as usize).is_multiple_of(*length))
+        };
+        let spread = |length: usize| rays.dirs_q15.chunks(length).map(apart).fold(0.0, f64::max) + 0.01;
+        let runs =
+            (2..=LONGEST_RUN).rev().filter(is_even).map(|length| Runs { length, spread: spread(length) });
+        runs.into_iter().find(|run| run.spread < 1.0).unwrap_or(Runs { length: 1, spread: 0.01 })
+    }
 }
 
 /// What is known of voxels near the shortest range.
@@ -181,15 +239,6 @@ struct Decided<'a> {
     blockers: &'a BitGrid,
     open: BitGrid,
     watched: BitGrid,
-}
-
-impl Decided<'_> {
-    /// The places so near to an open voxel.
-    fn around_open(&self, by: i32) -> BitGrid {
-        let mut places = BitGrid::new(self.open.window().grown(by));
-        self.open.voxels().for_each(|at| places.set_all(&Window::from_corners(at, at).grown(by)));
-        places
-    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //! where some rays may enter a voxel before it and others beyond it do single rays decide (`nearest_range`).
 
 use super::first_hit::Layer;
-use super::nearest_range::{self, NearestRange, Side};
+use super::nearest_range::{NearestRange, Runs, Side};
 use super::plan::RelevantVoxels;
 use super::scratch::Scratch;
 use super::simd::SimdLevel;
@@ -21,8 +21,7 @@ pub struct SightRays {
     table: RayTable,
     /// The farthest that the shortest range of a ray is.
     farthest_q16: u32,
-    /// How many rays are looked at together ([`nearest_range::run`]).
-    run: usize,
+    runs: Runs,
 }
 
 /// What stops rays, made ready, and where it is asked what they watch.
@@ -38,7 +37,7 @@ impl SightRays {
         let table = RayTable::new(&Rays { gates, noise: Noise::default(), ..rays.clone() });
         let slant = rays.most_slant();
         let farthest_q16 = slant.ray_range_q16(gates.range_min_q16).max(gates.near_ignore_q16);
-        SightRays { run: nearest_range::run(rays), table, farthest_q16 }
+        SightRays { runs: Runs::new(rays), table, farthest_q16 }
     }
 }
 
@@ -52,7 +51,7 @@ impl SightScene {
     /// The voxels that rays watch.
     pub fn watched(&self, rays: &SightRays, from: &GridPose) -> BitGrid {
         let from = from.caster();
-        let SightRays { table, farthest_q16, run } = rays;
+        let SightRays { table, farthest_q16, runs } = rays;
         let nearest = NearestRange::new(&table.rays, &from);
         let own = from.origin_q16.map(|at| at >> 16);
         let near = Window::from_corners(own, own).grown((farthest_q16 >> 16) as i32 + 2);
@@ -66,7 +65,7 @@ impl SightScene {
         let mut watched = self.passed(table, &from, wanted);
         doubtful.keep(&watched.to_window(near));
         watched.remove(&doubtful);
-        watched.add(&nearest.watched(&self.blockers.blockers, doubtful, *run));
+        watched.add(&nearest.watched(&self.blockers.blockers, doubtful, *runs));
         watched
     }
 
