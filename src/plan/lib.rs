@@ -5,6 +5,7 @@
 mod answers;
 pub mod document;
 pub mod find;
+pub mod gallery;
 pub mod live;
 pub mod page;
 pub mod problem;

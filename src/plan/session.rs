@@ -26,12 +26,12 @@ use crate::find::{FindEvent, FindRequest, find};
 use crate::live::{Live, Resolution, coarse_voxel_m};
 use crate::page;
 use crate::problem::Problem;
-use crate::server::{Body, Method, Request, Response};
+use crate::server::{Method, Request, Response};
 use crate::state::{CellState, State};
 use crate::study_file::StudyFile;
 
 /// Reads a study from a text that may differ from that of its file.
-pub trait StudyReader: Sync {
+pub trait StudyReader: Send + Sync {
     /// Reads and checks it; in voxels of this size, if one is given.
     ///
     /// # Errors
@@ -41,7 +41,7 @@ pub trait StudyReader: Sync {
 
 /// A study that is open.
 pub struct Session<'a> {
-    reader: &'a dyn StudyReader,
+    reader: Box<dyn StudyReader + 'a>,
     backend: BackendChoice,
     read_only: bool,
     desk: Mutex<Desk>,
@@ -126,7 +126,7 @@ impl Ready {
 type Answer<'s> = Result<Response<'s>, Refused>;
 
 /// Locks, also after another thread has panicked: what is counted is made anew for each question.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -137,7 +137,7 @@ impl<'a> Session<'a> {
     /// When its file cannot be read; `Error::Busy` if another planner has it open; when no backend can be opened.
     pub fn open(
         path: &Path,
-        reader: &'a dyn StudyReader,
+        reader: Box<dyn StudyReader + 'a>,
         backend: &BackendChoice,
         read_only: bool,
     ) -> Result<Session<'a>> {
@@ -335,7 +335,7 @@ impl<'a> Session<'a> {
             });
             Ok(())
         };
-        Ok(Response { status: 200, content_type: LINES, body: Body::Stream(Box::new(stream)) })
+        Ok(Response::stream(LINES, stream))
     }
 }
 

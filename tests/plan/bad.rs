@@ -96,11 +96,15 @@ fn a_second_planner_is_refused_unless_it_only_reads() {
 }
 
 #[test]
-fn without_a_study_the_templates_are_listed() {
-    let outcome = perirobot(&["plan"]);
-    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    assert!(outcome.stdout.contains("perirobot init --template"), "{}", outcome.stdout);
+fn a_study_that_is_missing_is_an_error() {
     let missing = perirobot(&["plan", "nowhere.toml", "--no-open"]);
     assert_eq!(missing.code, Some(2));
     assert!(missing.stderr.contains("nowhere.toml"), "{}", missing.stderr);
+    let unnamed = perirobot(&["plan", "--read-only"]);
+    assert_eq!(unnamed.code, Some(2), "{}", unnamed.stdout);
+    assert!(
+        unnamed.stderr.contains("perirobot plan") && unnamed.stderr.contains("<STUDY>"),
+        "{}",
+        unnamed.stderr
+    );
 }
