@@ -212,8 +212,8 @@ impl<'a> Session<'a> {
             (Method::Post, "/moments") => self.moments(request),
             (Method::Post, "/why") => self.why(request),
             (Method::Post, "/edit") => self.edit(request),
-            (Method::Post, "/undo") => self.step(Document::undo),
-            (Method::Post, "/redo") => self.step(Document::redo),
+            (Method::Post, "/undo") => self.step(request, Document::undo),
+            (Method::Post, "/redo") => self.step(request, Document::redo),
             (Method::Post, "/save") => self.save(request),
             (Method::Post, "/reload") => self.reload(),
             (Method::Post, "/choose") => self.find(request),
@@ -303,7 +303,7 @@ impl<'a> Session<'a> {
         let desk = locked(&self.desk);
         let known = desk.loaded.as_ref().map_or_else(Arc::default, |loaded| loaded.known.clone());
         let plan = desk.document.plan_text(&known).unwrap_or_default();
-        json_of(&json!({ "text": desk.document.text(), "plan": plan }))
+        json_of(&json!({ "text": desk.document.text(), "plan": plan, "version": desk.version }))
     }
 
     fn find(&self, request: &Request) -> Answer<'_> {

@@ -32,7 +32,7 @@ const differenceOf = lines => made("div", { class: "difference", tabindex: "0", 
 
 async function write(overwrite) {
   try {
-    const state = await ask("/save", { overwrite });
+    const state = await askChange("/save", { overwrite });
     hasSaved = true;
     closeDialog();
     take(state);
@@ -56,12 +56,12 @@ async function reload() {
 /** The whole study as text, to be repaired by hand. */
 async function openText() {
   try {
-    const { text } = await ask("/text"), area = made("textarea", { id: "text", spellcheck: "false", rows: 24, "aria-label": "The study as TOML" });
+    const { text, version } = await ask("/text"), area = made("textarea", { id: "text", spellcheck: "false", rows: 24, "aria-label": "The study as TOML" });
     area.value = text;
     area.readOnly = !mayEdit();
     const problems = planner.state.problems ?? [];
     const list = made("ul", { class: "problems" }, ...problems.map(one => problemLine(one, area)));
-    openDialog(planner.state.name, [...(problems.length ? [list] : []), area], mayEdit() ? [["Apply", async () => { if (await edit({ edit: "set_text", text: area.value })) closeDialog(); }, true, "apply-text"]] : []);
+    openDialog(planner.state.name, [...(problems.length ? [list] : []), area], mayEdit() ? [["Apply", async () => { if (await edit({ edit: "set_text", text: area.value, version })) closeDialog(); }, true, "apply-text"]] : []);
     if (problems[0]?.line) goToLine(area, problems[0].line);
   } catch (error) { complain(error); }
 }
