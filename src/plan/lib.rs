@@ -9,6 +9,7 @@ pub mod gallery;
 pub mod live;
 pub mod page;
 pub mod problem;
+pub mod report;
 pub mod server;
 pub mod session;
 pub mod state;

@@ -3,6 +3,7 @@
 
 mod counting;
 mod editing;
+mod leaving;
 mod plan;
 
 use std::collections::HashMap;
@@ -20,13 +21,14 @@ use serde::de::DeserializeOwned;
 use serde_json::json;
 use tempfile::TempDir;
 
+use self::leaving::KeptPaper;
 use self::plan::placed_of;
 use crate::document::{Document, Known};
 use crate::find::{FindEvent, FindRequest, find};
 use crate::live::{Live, Resolution, coarse_voxel_m};
 use crate::page;
 use crate::problem::Problem;
-use crate::server::{Method, Request, Response};
+use crate::server::{Method, PAPERS, Request, Response};
 use crate::state::{CellState, State};
 use crate::study_file::StudyFile;
 
@@ -57,6 +59,8 @@ pub struct Session<'a> {
     is_ending: AtomicBool,
     /// Where the evidence of searches is kept.
     evidence: TempDir,
+    /// Reports and mounting sheets, the newest last.
+    papers: Mutex<Vec<KeptPaper>>,
     html: String,
     policy: String,
 }
@@ -173,6 +177,7 @@ impl<'a> Session<'a> {
             stop_finding: AtomicBool::new(false),
             is_ending: AtomicBool::new(false),
             evidence,
+            papers: Mutex::default(),
             html,
             policy,
         };
@@ -217,6 +222,8 @@ impl<'a> Session<'a> {
             (Method::Post, "/save") => self.save(request),
             (Method::Post, "/reload") => self.reload(),
             (Method::Post, "/choose") => self.find(request),
+            (Method::Post, "/paper") => self.make_paper(request),
+            (Method::Get, path) if path.starts_with(PAPERS) => self.show_paper(&path[PAPERS.len()..]),
             (Method::Post, "/stop") => {
                 self.stop_finding.store(true, Ordering::Relaxed);
                 Ok(Response::json("{}"))

@@ -7,5 +7,6 @@ mod bad;
 #[cfg(target_os = "linux")]
 mod browser;
 mod gallery;
+mod papers;
 mod planner;
 mod saved;

@@ -1,4 +1,4 @@
-// Saving, the difference, the text of the study, and what leaves the page.
+// Saving, the difference, and the text of the study.
 let hasSaved = false;
 
 /** Opens the dialog with a title, its contents, and buttons: [words, what happens, whether it is the main one]. */
@@ -96,13 +96,6 @@ async function copyPlan() {
   } catch (error) { complain(error); }
 }
 
-/** What to type for a report of what is planned. */
-function openReport() {
-  const path = planner.state.path, quoted = /^[\w./:+-]+$/.test(path) ? path : `'${path.replace(/'/g, `'\\''`)}'`;
-  const lines = [`perirobot sweep ${quoted} --out out/planned`, "perirobot report out/planned"];
-  openDialog("Report and mounting sheets", [made("p", {}, "Save, then type this in a terminal. The report has the plan's scores, mounting sheets with dimensions, and what stays blind:"), made("pre", { tabindex: "0" }, lines.join("\n"))], [["Copy", () => navigator.clipboard.writeText(lines.join("\n")).then(() => notify("Copied.", "good"), complain), true]]);
-}
-
 function makeFiles() {
   element("save").addEventListener("click", save);
   element("undo").addEventListener("click", () => { flushDraft(); lastEdit.then(() => step("/undo")); });
@@ -110,7 +103,6 @@ function makeFiles() {
   element("text-open").addEventListener("click", openText);
   element("repair").addEventListener("click", openText);
   element("toml").addEventListener("click", copyPlan);
-  element("report").addEventListener("click", openReport);
   element("difference-open").addEventListener("click", async () => { try { const lines = await ask("/difference"); openDialog("Changes since the file was saved", [lines.length ? differenceOf(lines) : made("p", {}, "Nothing has changed.")]); } catch (error) { complain(error); } });
   on("state", showProblems);
   addEventListener("beforeunload", event => { if (planner.state?.changed && !planner.isLost) event.preventDefault(); });

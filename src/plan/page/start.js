@@ -33,6 +33,7 @@ makeTools();
 makeInspector();
 makeStatus();
 makeFiles();
+makeLeaving();
 makeFind();
 makeKeys();
 takeTab(scene.stage && innerWidth >= 640 ? "3d" : "plan");

@@ -20,6 +20,8 @@ use super::guard::Guard;
 use super::jobs::{Job, Sent, begin};
 use super::message::{Request, Response};
 
+/// The header that says what a page may do.
+pub(super) const POLICY: &str = "content-security-policy";
 /// Most connections at a time.
 pub(super) const MOST_CONNECTIONS: usize = 8;
 /// Most bytes of a head.
@@ -93,15 +95,18 @@ async fn converse(
             response.headers_mut().insert("connection", HeaderValue::from_static("close"));
             response
         });
+        let fields = response.headers_mut();
+        if !fields.contains_key(POLICY) {
+            fields.insert(POLICY, HeaderValue::from_str(&rules.policy).expect("ASCII"));
+        }
         for (name, value) in [
-            ("content-security-policy", &*rules.policy),
             ("x-content-type-options", "nosniff"),
             ("cache-control", "no-store"),
             ("referrer-policy", "no-referrer"),
             ("cross-origin-resource-policy", "same-origin"),
             ("cross-origin-opener-policy", "same-origin"),
         ] {
-            response.headers_mut().insert(name, HeaderValue::from_str(value).expect("ASCII"));
+            fields.insert(name, HeaderValue::from_static(value));
         }
         Ok::<_, Infallible>(response)
     });

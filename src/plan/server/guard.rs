@@ -10,6 +10,9 @@ use super::message::{Method, Response};
 /// The header in which the page sends the token.
 pub const TOKEN_HEADER: &str = "X-Perirobot-Token";
 
+/// Paths of pages that need no token, as what follows cannot be guessed.
+pub const PAPERS: &str = "/paper/";
+
 /// What a request must show.
 pub(super) struct Guard {
     port: u16,
@@ -46,7 +49,7 @@ impl Guard {
         if only(headers, "origin")?.is_some_and(|origin| !is_own_origin(origin)) {
             return hostile("the request comes from a page of another origin");
         }
-        let is_page = method == hyper::Method::GET && uri.path() == "/";
+        let is_page = method == hyper::Method::GET && (uri.path() == "/" || uri.path().starts_with(PAPERS));
         // A person may follow a link to the page, as from a notebook. It has no secret, and no frame shows it.
         let follows_link = is_page
             && only(headers, "sec-fetch-mode")? == Some(b"navigate")
@@ -88,7 +91,7 @@ fn only<'a>(headers: &'a HeaderMap, name: &str) -> Result<Option<&'a [u8]>, Resp
 }
 
 /// Whether two byte strings are equal, in a time that does not depend on where they differ.
-fn is_equal(left: &[u8], right: &[u8]) -> bool {
+pub fn is_equal(left: &[u8], right: &[u8]) -> bool {
     let difference = left.iter().zip(right).fold(0, |all, (l, r)| all | (l ^ r));
     left.len() == right.len() && std::hint::black_box(difference) == 0
 }

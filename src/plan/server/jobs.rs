@@ -9,6 +9,7 @@ use hyper::body::{Body as HttpBody, Bytes, Frame, SizeHint};
 use perirobot_march::error::describe_panic;
 use tokio::sync::{mpsc, oneshot};
 
+use super::connections::POLICY;
 use super::message::{Body, Request, Response, Stream};
 
 /// A response as it is sent.
@@ -47,7 +48,7 @@ impl Job {
 
 /// A response as it is sent. A stream is left to be written.
 pub(super) fn begin(response: Response<'_>) -> (Sent, Option<(Stream<'_>, PartWriter)>) {
-    let Response { status, content_type, body } = response;
+    let Response { status, content_type, body, policy } = response;
     let (sender, receiver) = mpsc::channel(1);
     let (length, stream) = match body {
         Body::Whole(bytes) => {
@@ -59,6 +60,7 @@ pub(super) fn begin(response: Response<'_>) -> (Sent, Option<(Stream<'_>, PartWr
     };
     let head = hyper::Response::builder().status(status).header("content-type", content_type);
     let head = if status == 405 { head.header("allow", "GET, POST") } else { head };
+    let head = if let Some(policy) = policy { head.header(POLICY, policy) } else { head };
     (head.body(Parts { receiver, length }).expect("a status and a type"), stream)
 }
 

@@ -14,6 +14,7 @@ use std::io::{Error as IoError, ErrorKind};
 use std::net::Ipv4Addr;
 use std::sync::{Arc, mpsc};
 use std::thread;
+#[cfg(test)]
 use std::time::Duration;
 
 use perirobot_march::error::Issue;
@@ -25,7 +26,7 @@ use tokio::sync::watch;
 
 use connections::{PATIENCE, Rules};
 use guard::Guard;
-pub use guard::TOKEN_HEADER;
+pub use guard::{PAPERS, TOKEN_HEADER, is_equal};
 pub use message::{Body, Method, Request, Response, Stream};
 
 /// What pages may do that bring no policy: nothing.
@@ -122,7 +123,10 @@ impl Server {
 }
 
 /// 128 random bits of the system, in hexadecimal.
-fn new_token() -> Result<String> {
+///
+/// # Errors
+/// If the system has none.
+pub fn new_token() -> Result<String> {
     let mut bits = [0; 16];
     getrandom::fill(&mut bits)
         .map_err(|e| Error::device(format!("the system gave no random numbers for a token: {e}")))?;

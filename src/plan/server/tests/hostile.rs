@@ -52,6 +52,16 @@ fn hostile_requests_get_no_answer() {
             ("no host", Forged { host: String::new(), ..own() }),
             ("two hosts", more("Host: evil.example\r\n")),
             ("the page by a rebound name", page(&format!("evil.example:{port}"))),
+            ("a paper by a rebound name", Forged { line: "GET /paper/0", ..page("evil.example") }),
+            (
+                "a paper for a script of another site",
+                Forged {
+                    line: "GET /paper/0",
+                    more: "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: no-cors\r\nSec-Fetch-Dest: empty\r\n",
+                    ..page(&format!("localhost:{port}"))
+                },
+            ),
+            ("a change of a paper", Forged { line: "POST /paper/0", ..page(&format!("localhost:{port}")) }),
             (
                 "the page for a frame of another site",
                 Forged { more: "Sec-Fetch-Site: cross-site\r\n", ..page(&format!("localhost:{port}")) },
