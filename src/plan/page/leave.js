@@ -14,7 +14,7 @@ async function makePaper(kind) {
     ...(changed ? [made("p", { id: "paper-unsaved" }, "It is of what the page shows, with changes that are not saved.")] : []),
     made("p", { class: "soft" }, kind === "report" ? "The same of the saved study, in a terminal:" : "The report of the saved study has them, too; in a terminal:"), made("pre", { tabindex: "0" }, lines.join("\n"))],
     [["Copy the commands", () => navigator.clipboard.writeText(lines.join("\n")).then(() => notify("Copied.", "good"), complain)]]);
-  dialog.addEventListener("close", () => controller.abort(), { once: true });
+  dialog.addEventListener("close", () => { if (!dialog.open) controller.abort(); }, { signal: controller.signal });
   const end = said => { bar.hidden = true; words.replaceChildren(said); };
   try {
     await eachLine(await send("/paper", { kind }, controller.signal), ({ stage, ready, error }) => {
