@@ -65,10 +65,10 @@ fn write(files: &[(PathBuf, &str)]) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn run(args: &Args) -> Result<ExitCode> {
-    let files = args.template.map_or_else(files, Template::files);
+/// Writes files into a folder, or nothing if one of them is there already.
+pub(super) fn write_into(folder: &Path, files: Vec<(String, &str)>) -> Result<usize> {
     let files: Vec<(PathBuf, &str)> =
-        files.into_iter().map(|(name, text)| (args.folder.join(name), text)).collect();
+        files.into_iter().map(|(name, text)| (folder.join(name), text)).collect();
     // A link that leads nowhere counts as a file, too.
     if let Some((path, _)) = files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
         let what = "is there already and would be lost: name another folder";
@@ -90,9 +90,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         made.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
         return Err(error);
     }
+    Ok(files.len())
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let count = write_into(&args.folder, args.template.map_or_else(files, Template::files))?;
     super::print(&format!(
         "{} files in {}. Next:\n{}",
-        files.len(),
+        count,
         args.folder.display(),
         next_steps(&args.folder, args.template)
     ))?;

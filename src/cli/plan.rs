@@ -1,19 +1,24 @@
 //! `perirobot plan`: a local page in which sensors are placed by hand. Counted, edited and served in `perirobot-plan`.
 
+use std::borrow::Borrow;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread;
 use std::time::Duration;
 
 use clap::ValueEnum;
+use perirobot_march::backend::factory::BackendChoice;
+use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-use perirobot_plan::server::Server;
+use perirobot_plan::gallery::{Gallery, TemplateCard, Templates};
+use perirobot_plan::server::{Request, Response, Server};
 use perirobot_plan::session::{Session, StudyReader};
-use perirobot_study::input::Study;
+use perirobot_scene::source::Sources;
+use perirobot_study::input::{Overrides, Study};
 
 use super::backend::BackendArgs;
-use super::init::Template;
+use super::init::{self, Template};
 use super::stop::StopAt;
 use super::study::StudyArgs;
 
@@ -26,14 +31,13 @@ use super::study::StudyArgs;
 ///
 /// Robots, people and furniture can be moved, too. The study and the scene files in its folder are the state: they are
 /// written only on Save, comments stay, and `perirobot sweep` of the saved study counts what the page showed
-/// (combination "planned"). The page is served to this machine only; from another one use ssh -L. Without a study the templates of `perirobot init` are listed.
+/// (combination "planned"). The page is served to this machine only; from another one use ssh -L. Without a study the page
+/// begins with the templates of `perirobot init`: choose one, and it is written and opened.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false)))]
 #[command(mut_args(|arg| match arg.get_id().as_str() {
-    "voxel_size" | "noiseless" | "packages" | "allow_outside" | "xacro" | "port" | "no_open" | "read_only" => {
-        arg.requires("study")
-    }
+    "voxel_size" | "noiseless" | "packages" | "allow_outside" | "xacro" | "read_only" => arg.requires("study"),
     _ => arg,
 }))]
 pub(super) struct Args {
@@ -54,7 +58,8 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  perirobot init --template palletiser my-cell
+  perirobot plan
+      choose one of five cells to begin with
   perirobot plan my-cell/study.toml
       opens the page; Ctrl-C ends it
   perirobot plan my-cell/study.toml --no-open --port 8080
@@ -62,59 +67,124 @@ Examples:
       ssh -L 8080:127.0.0.1:8080 that-machine";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    args.backend.start_threads()?;
+    let backend = args.backend.checked_choice()?;
+    let stop = StopAt::listen_saying("the planner ends", None)?;
     let Some(study) = &args.study else {
-        super::print(&templates())?;
+        let templates = OwnTemplates { backend };
+        let gallery = Gallery::new(&templates);
+        let end = || gallery.session().into_iter().for_each(Session::stop);
+        serve(
+            args,
+            "The page of cells to begin with",
+            gallery.policy(),
+            &stop,
+            (&|ask| gallery.answer(ask), &end),
+        )?;
+        gallery.session().into_iter().for_each(warn_if_changed);
         return Ok(ExitCode::SUCCESS);
     };
-    args.backend.start_threads()?;
-    let stop = StopAt::listen_saying("the planner ends", None)?;
-    let reader = Reader(study);
-    let session = Session::open(study.path(), &reader, &args.backend.checked_choice()?, args.read_only)?;
-    let server = Server::bind(args.port)?.with_policy(session.policy());
+    let session = Session::open(study.path(), Box::new(Reader(study)), &backend, args.read_only)?;
+    let what = study.path().display().to_string();
+    serve(args, &what, session.policy(), &stop, (&|ask| session.answer(ask), &|| session.stop()))?;
+    warn_if_changed(&session);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What answers requests.
+type Handler<'h> = &'h (dyn Fn(&Request) -> Response<'h> + Sync);
+
+/// Serves a page until the program is to end. `end` stops what its handler has under way.
+fn serve<'h>(
+    args: &Args,
+    what: &str,
+    policy: &str,
+    stop: &StopAt,
+    (handler, end): (Handler<'h>, &(dyn Fn() + Sync)),
+) -> Result<()> {
+    let server = Server::bind(args.port)?.with_policy(policy);
     let url = server.url();
-    super::print(&format!("{} is at {url}\nCtrl-C ends the planner\n", study.path().display()))?;
+    super::print(&format!("{what} is at {url}\nCtrl-C ends the planner\n"))?;
     // Held until the planner ends.
     let _page = if args.no_open { None } else { open_browser(&url) };
     thread::scope(|scope| {
-        let (ending, stop, session) = (server.stopper(), &stop, &session);
+        let ending = server.stopper();
         scope.spawn(move || {
             while stop.reason().is_none() {
                 thread::sleep(Duration::from_millis(50));
             }
-            session.stop();
+            end();
             ending.stop();
         });
-        server.run(|request| session.answer(request));
+        server.run(handler);
     });
+    Ok(())
+}
+
+fn warn_if_changed(session: &Session) {
     if session.is_changed() {
         say!("warning: changes were not saved; the page has their text as long as it is open (Copy as TOML)");
     }
-    Ok(ExitCode::SUCCESS)
-}
-
-/// The cells to begin with.
-fn templates() -> String {
-    let mut text = String::from("Name a study, or begin with one of these cells:\n");
-    for template in Template::value_variants() {
-        let Some(value) = template.to_possible_value() else { continue };
-        let about = value.get_help().map(ToString::to_string).unwrap_or_default();
-        text += &format!("  {:<12} {about}\n", value.get_name());
-    }
-    text + "as in:\n  perirobot init --template palletiser my-cell\n  perirobot plan my-cell/study.toml\n"
 }
 
 /// Reads the study as the command line says.
-struct Reader<'a>(&'a StudyArgs);
+struct Reader<S>(S);
 
-impl StudyReader for Reader<'_> {
+impl<S: Borrow<StudyArgs> + Send + Sync> StudyReader for Reader<S> {
     fn read(
         &self,
         text: &str,
         files: &[(PathBuf, String)],
         voxel_size_m: Option<f64>,
     ) -> Result<Study, Vec<Error>> {
-        self.0.examine_text(text, files, voxel_size_m)
+        self.0.borrow().examine_text(text, files, voxel_size_m)
     }
+}
+
+/// The templates of `perirobot init`.
+struct OwnTemplates {
+    backend: BackendChoice,
+}
+
+impl Templates for OwnTemplates {
+    fn cards(&self) -> Vec<TemplateCard> {
+        let card = |template: &Template| {
+            let value = template.to_possible_value()?;
+            let about = value.get_help().map(ToString::to_string).unwrap_or_default();
+            let to_improve = template.to_improve().into();
+            Some(TemplateCard { name: value.get_name().into(), about, to_improve })
+        };
+        Template::value_variants().iter().filter_map(card).collect()
+    }
+
+    fn study(&self, name: &str) -> Result<Study> {
+        let folder = Path::new(name);
+        let path = folder.join("study.toml");
+        let files = template(name)?.files().into_iter();
+        let sources = files.fold(Sources::from_main(&path), |all, (file, text)| {
+            all.with_file(&folder.join(file), text.as_bytes().to_vec())
+        });
+        Study::read(&path, &Overrides::default(), sources)
+    }
+
+    fn write(&self, name: &str, folder: &Path) -> Result<PathBuf> {
+        init::write_into(folder, template(name)?.files())?;
+        Ok(folder.join("study.toml"))
+    }
+
+    fn open(&self, study: &Path) -> Result<Session<'_>> {
+        let reader = Reader(StudyArgs::from_path(study.into()));
+        Session::open(study, Box::new(reader), &self.backend, false)
+    }
+}
+
+fn template(name: &str) -> Result<Template> {
+    Template::from_str(name, false).map_err(|_| {
+        let known = Template::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+        let known: Vec<String> = known.map(|value| value.get_name().into()).collect();
+        let advice = format!("expected one of: {}", known.join(", "));
+        Error::from(Issue::says(format!("{name:?} is not a template")).with_advice(advice))
+    })
 }
 
 /// Opens the page by a file that leads to it, so that the token is in no command line that others may list. The file is

@@ -83,6 +83,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         chosen: chosen.as_ref(),
         purchase: purchase.as_ref(),
         words: &words,
+        note: None,
     };
     let page = ReportPage::new(sweep, args.best)?;
     let shown = match page.total() {

@@ -33,6 +33,12 @@ pub(super) struct StudyArgs {
 }
 
 impl StudyArgs {
+    /// A study as its file says.
+    #[cfg(feature = "report")]
+    pub(super) fn from_path(study: PathBuf) -> StudyArgs {
+        StudyArgs { study, voxel_size: None, noiseless: false, packages: PackageArgs::default() }
+    }
+
     /// Reads the study and makes its scenes ready as far as possible; with them come all errors of the
     /// scenes. If the study itself is wrong, there are only its errors.
     pub(super) fn examine(&self) -> Result<(Study, Vec<World>, Vec<Error>), Vec<Error>> {

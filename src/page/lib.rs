@@ -3,6 +3,7 @@
 #![allow(rustdoc::private_intra_doc_links)]
 
 pub mod export;
+pub mod letters;
 pub mod render;
 pub mod report;
 pub mod viewer;

@@ -5,9 +5,11 @@
 mod answers;
 pub mod document;
 pub mod find;
+pub mod gallery;
 pub mod live;
 pub mod page;
 pub mod problem;
+pub mod report;
 pub mod server;
 pub mod session;
 pub mod state;

@@ -3,6 +3,7 @@
 
 mod counting;
 mod editing;
+mod leaving;
 mod plan;
 mod scene_files;
 
@@ -21,6 +22,7 @@ use serde::de::DeserializeOwned;
 use serde_json::json;
 use tempfile::TempDir;
 
+use self::leaving::KeptPaper;
 use self::plan::placed_of;
 use self::scene_files::SceneFiles;
 use crate::document::{Document, Known};
@@ -28,12 +30,12 @@ use crate::find::{FindEvent, FindRequest, find};
 use crate::live::{Live, Resolution, coarse_voxel_m};
 use crate::page;
 use crate::problem::Problem;
-use crate::server::{Body, Method, Request, Response};
+use crate::server::{Method, PAPERS, Request, Response};
 use crate::state::{CellState, State};
 use crate::study_file::StudyFile;
 
 /// Reads a study from texts that may differ from those of its files.
-pub trait StudyReader: Sync {
+pub trait StudyReader: Send + Sync {
     /// Reads and checks it, with the texts of some of the files that it names, by their paths; in voxels of this size, if
     /// one is given.
     ///
@@ -49,7 +51,7 @@ pub trait StudyReader: Sync {
 
 /// A study that is open.
 pub struct Session<'a> {
-    reader: &'a dyn StudyReader,
+    reader: Box<dyn StudyReader + 'a>,
     backend: BackendChoice,
     read_only: bool,
     desk: Mutex<Desk>,
@@ -65,6 +67,8 @@ pub struct Session<'a> {
     is_ending: AtomicBool,
     /// Where the evidence of searches is kept.
     evidence: TempDir,
+    /// Reports and mounting sheets, the newest last.
+    papers: Mutex<Vec<KeptPaper>>,
     html: String,
     policy: String,
 }
@@ -136,7 +140,7 @@ impl Ready {
 type Answer<'s> = Result<Response<'s>, Refused>;
 
 /// Locks, also after another thread has panicked: what is counted is made anew for each question.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -147,7 +151,7 @@ impl<'a> Session<'a> {
     /// When its file cannot be read; `Error::Busy` if another planner has it open; when no backend can be opened.
     pub fn open(
         path: &Path,
-        reader: &'a dyn StudyReader,
+        reader: Box<dyn StudyReader + 'a>,
         backend: &BackendChoice,
         read_only: bool,
     ) -> Result<Session<'a>> {
@@ -184,6 +188,7 @@ impl<'a> Session<'a> {
             stop_finding: AtomicBool::new(false),
             is_ending: AtomicBool::new(false),
             evidence,
+            papers: Mutex::default(),
             html,
             policy,
         };
@@ -223,11 +228,13 @@ impl<'a> Session<'a> {
             (Method::Post, "/moments") => self.moments(request),
             (Method::Post, "/why") => self.why(request),
             (Method::Post, "/edit") => self.edit(request),
-            (Method::Post, "/undo") => self.step(Document::undo),
-            (Method::Post, "/redo") => self.step(Document::redo),
+            (Method::Post, "/undo") => self.step(request, Document::undo),
+            (Method::Post, "/redo") => self.step(request, Document::redo),
             (Method::Post, "/save") => self.save(request),
             (Method::Post, "/reload") => self.reload(),
             (Method::Post, "/choose") => self.find(request),
+            (Method::Post, "/paper") => self.make_paper(request),
+            (Method::Get, path) if path.starts_with(PAPERS) => self.show_paper(&path[PAPERS.len()..]),
             (Method::Post, "/stop") => {
                 self.stop_finding.store(true, Ordering::Relaxed);
                 Ok(Response::json("{}"))
@@ -325,7 +332,8 @@ impl<'a> Session<'a> {
         let known = desk.loaded.as_ref().map_or_else(Arc::default, |loaded| loaded.known.clone());
         let plan = desk.document.plan_text(&known).unwrap_or_default();
         let scenes = desk.scenes.changed_texts(desk.file.path(), &desk.document);
-        json_of(&json!({ "text": desk.document.text(), "plan": plan, "scenes": scenes }))
+        let text = desk.document.text();
+        json_of(&json!({ "text": text, "plan": plan, "scenes": scenes, "version": desk.version }))
     }
 
     fn find(&self, request: &Request) -> Answer<'_> {
@@ -357,7 +365,7 @@ impl<'a> Session<'a> {
             });
             Ok(())
         };
-        Ok(Response { status: 200, content_type: LINES, body: Body::Stream(Box::new(stream)) })
+        Ok(Response::stream(LINES, stream))
     }
 }
 

@@ -5,6 +5,7 @@ mod scene_file;
 
 use serde::Serialize;
 
+use perirobot_page::letters::letter;
 use perirobot_page::render::plan::short_name;
 use perirobot_page::viewer::sensor::{FrameData, RaysData, grounds};
 use perirobot_scene::objects::Role;
@@ -275,15 +276,6 @@ impl CellState {
     }
 }
 
-/// The letter of a sensor of the plan: A to Z, then AA and so on.
-pub fn letter(number: usize) -> String {
-    let own = char::from(b'A' + (number % 26) as u8);
-    match number / 26 {
-        0 => own.to_string(),
-        more => letter(more - 1) + &own.to_string(),
-    }
-}
-
 /// Pan, tilt and roll of a pose.
 pub(crate) fn turned_deg(pose: &Pose) -> [f64; 3] {
     let Turned { pan_deg, tilt_deg, roll_deg } = Turned::new(pose);
@@ -400,15 +392,4 @@ fn catalogue() -> Vec<ModelState> {
         cost: None,
     };
     models().iter().map(model).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::letter;
-
-    #[test]
-    fn letters_go_on_after_z() {
-        let all = [0, 1, 25, 26, 27, 51, 52, 701, 702].map(letter);
-        assert_eq!(all, ["A", "B", "Z", "AA", "AB", "AZ", "BA", "ZZ", "AAA"]);
-    }
 }

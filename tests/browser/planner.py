@@ -2,13 +2,17 @@
 
     python3 planner.py opened ADDRESS
     python3 planner.py used ADDRESS
+    python3 planner.py chosen ADDRESS
+    python3 planner.py left ADDRESS
+    python3 planner.py shared ADDRESS
     python3 planner.py ended ADDRESS PROCESS
     python3 planner.py strangers ADDRESS
     python3 planner.py speed ADDRESS
     python3 planner.py pictures ADDRESS FOLDER
 
 The address is the one that the command prints, with the token. `opened` looks at all that is shown first. `used` saves the study, and prints the counts that the page
-shows then, as JSON: those of a sweep of the saved study. `ended` ends the planner, by its process number, in the middle of a
+shows then, as JSON: those of a sweep of the saved study. `chosen` takes a
+template of the page without a study; the folder `palletiser` is taken. `left` makes a report and mounting sheets. `shared` uses two windows at once. `ended` ends the planner, by its process number, in the middle of a
 drag. `strangers` asks from pages of other origins. `speed` prints how soon pictures follow the pointer. `pictures` draws those
 of the guide, of the template palletiser.
 """
@@ -259,6 +263,74 @@ def ended(address, process):
         assert browser.run("return document.getElementById('save').disabled && document.getElementById('undo').disabled")
 
 
+def chosen(address):
+    """A template is written by a click, unless a file is in the way, and the same window shows its planner."""
+    with Browser(has_network=True) as browser:
+        browser.visit(address)
+        browser.until("return document.body.dataset.ready === 'yes'", "the templates")
+        count, sketches = browser.run("return [document.querySelectorAll('article').length, document.querySelectorAll('.sketch svg .badge').length]")
+        assert count == 5 and sketches >= 5, (count, sketches)
+        browser.run("document.getElementById('open-palletiser').click()")
+        browser.until("return !document.getElementById('complaint').hidden", "words")
+        words = browser.run("return document.getElementById('complaint').textContent")
+        assert "is there already" in words, words
+        browser.run("document.getElementById('folder-palletiser').value = './second'; document.getElementById('open-palletiser').click()")
+        browser.until("return document.body.dataset.version !== undefined", "the planner")
+        browser.until("return document.body.dataset.ready === 'yes'", "the planner")
+        assert browser.run("return document.getElementById('study').textContent") == "study.toml"
+
+
+def left(address):
+    """A report and mounting sheets of what the page shows are a click away, in a tab that needs no token."""
+    base = address.split("/#")[0]
+    with Browser(has_network=True) as browser:
+        page = Page(browser, address)
+        page.click("copy")
+        page.rest()
+        papers = {}
+        # A tab that is opened would hide this one, and pages that are hidden draw nothing.
+        browser.run("window.open = (...words) => { document.body.dataset.opened = words.join(' '); return null; }")
+        for kind in ("report", "sheets"):
+            page.click(kind)
+            browser.until("return document.getElementById('paper-link')", kind, 120)
+            assert "not saved" in browser.run("return document.getElementById('paper-unsaved').textContent")
+            papers[kind] = browser.run("return document.getElementById('paper-link').getAttribute('href')")
+            assert browser.run("return document.body.dataset.opened") == f"{papers[kind]} _blank"
+            browser.run("document.getElementById('dialog').close()")
+        placed = page.placed()
+        # Nothing asks whether to leave the page.
+        page.click("undo")
+        page.rest()
+        for kind, path in papers.items():
+            browser.visit(base + path)
+            browser.until("return document.readyState === 'complete' && !document.body.dataset.waits", kind)
+            captions = browser.run("return [...document.querySelectorAll('.mount caption')].map(one => one.textContent)")
+            assert captions == [f"Mounting sheet {one['letter']}: {one['sensor']}, {one['pose']}" for one in placed], (captions, placed)
+        browser.visit(base + papers["report"])
+        browser.until("return document.getElementById('view')?.stage", "the 3D view of the report")
+        words = browser.run("return [...document.getElementById('view').stage.parts.keys()]")
+        assert "sensors: own names" in words, words
+
+
+def shared(address):
+    """A change on an older version is refused, and the window shows the newer one."""
+    with Browser(has_network=True) as first, Browser(has_network=True) as second:
+        one, other = Page(first, address), Page(second, address)
+        # The other window does not look by itself meanwhile.
+        second.run("Object.defineProperty(document, 'hidden', { value: true })")
+        count = len(one.placed())
+        one.click("copy")
+        first.until(f"return document.body.planner.state.placed.length === {count + 1}", "a copy", 30)
+        one.rest()
+        assert len(other.placed()) == count
+        other.click("remove")
+        second.until("return document.getElementById('notice').textContent.includes('another window has changed the study')", "words", 30)
+        other.rest()
+        assert len(other.placed()) == len(one.placed()) == count + 1, (other.placed(), one.placed())
+        other.click("remove")
+        second.until(f"return document.body.planner.state.placed.length === {count}", "a sensor less", 30)
+
+
 # What a page of another origin may try: to read, and to write, as a form or as a script does.
 TRIES = """
 const outcomes = [], tries = [
@@ -380,4 +452,4 @@ def pictures(address, folder):
 
 
 if __name__ == "__main__":
-    {"opened": opened, "used": used, "ended": ended, "strangers": strangers, "speed": speed, "pictures": pictures}[sys.argv[1]](*sys.argv[2:])
+    {"opened": opened, "used": used, "chosen": chosen, "left": left, "shared": shared, "ended": ended, "strangers": strangers, "speed": speed, "pictures": pictures}[sys.argv[1]](*sys.argv[2:])

@@ -311,7 +311,7 @@ def a_cheapest_set_opens(browser):
         assert shown == [opens] and plan > 100, (number, shown, plan)
         poses = name.rsplit(": ", 1)[1]
         assert selected in (poses, poses.split(":")[-1]), (selected, poses)
-        assert view.startswith("Mounting sheet: ") and view.split(", ")[-1] in poses, (view, poses)
+        assert view.startswith("Mounting sheet ") and view.split(", ")[-1] in poses, (view, poses)
 
 
 # What the 3D view shows, as a number that changes when it does.

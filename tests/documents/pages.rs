@@ -55,7 +55,8 @@ const DOCUMENTS: [&str; 18] = [
 const READ: [&str; 2] = ["text", "csv"];
 
 /// Examples of `--help` that are not run, with the reason.
-const TOO_LONG: [(&str, &str); 5] = [
+const TOO_LONG: [(&str, &str); 6] = [
+    ("perirobot plan", "serves a page until it is ended; tests/plan has it"),
     ("perirobot plan my-cell/study.toml", "serves a page until it is ended; tests/plan has it"),
     ("perirobot plan my-cell/study.toml --no-open --port 8080", "serves a page until it is ended"),
     ("perirobot bench", "takes minutes, as its help says"),

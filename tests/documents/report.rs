@@ -232,7 +232,7 @@ fn the_page_stands_alone_and_says_what_it_is() {
     let page = report(&folder, &["--best", "1"]);
     for said in [
         "A planning aid, not a validation",
-        "Mounting sheet: ",
+        "Mounting sheet A: ",
         "What it misses in scene ",
         "fingerprint",
         "towards −x",

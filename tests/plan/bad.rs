@@ -96,11 +96,42 @@ fn a_second_planner_is_refused_unless_it_only_reads() {
 }
 
 #[test]
-fn without_a_study_the_templates_are_listed() {
-    let outcome = perirobot(&["plan"]);
-    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    assert!(outcome.stdout.contains("perirobot init --template"), "{}", outcome.stdout);
+fn a_change_on_an_older_version_is_refused() {
+    let folder = Folder::new();
+    let study = folder.path("study.toml");
+    let planner = Planner::start(text(&study), &["--backend", "cpu"]);
+    let begin = planner.get("/state")["version"].as_u64().unwrap();
+    let place = |gesture: u64, version: u64| json!({ "edit": "place", "sensor": "lidar", "pose": "posts/upright", "gesture": gesture, "version": version });
+    let state = planner.post("/edit", place(1, begin));
+    let next = state["version"].as_u64().unwrap();
+    assert!(next > begin);
+    // Another window, which has not seen that change.
+    let words = planner.refused("/edit", place(2, begin), 412);
+    assert!(words.contains("another window has changed the study"), "{words}");
+    planner.refused("/undo", json!({ "version": begin }), 412);
+    planner.refused("/save", json!({ "overwrite": false, "version": begin }), 412);
+    assert_eq!(planner.get("/state")["version"], next);
+    // A change that is refused for another reason is no new version.
+    planner.refused(
+        "/edit",
+        json!({ "edit": "set_cost", "sensor": "lidar", "cost": -1, "gesture": 3, "version": next }),
+        400,
+    );
+    let state = planner.post("/undo", json!({ "version": next }));
+    assert!(state["version"].as_u64().unwrap() > next);
+    planner.end();
+}
+
+#[test]
+fn a_study_that_is_missing_is_an_error() {
     let missing = perirobot(&["plan", "nowhere.toml", "--no-open"]);
     assert_eq!(missing.code, Some(2));
     assert!(missing.stderr.contains("nowhere.toml"), "{}", missing.stderr);
+    let unnamed = perirobot(&["plan", "--read-only"]);
+    assert_eq!(unnamed.code, Some(2), "{}", unnamed.stdout);
+    assert!(
+        unnamed.stderr.contains("perirobot plan") && unnamed.stderr.contains("<STUDY>"),
+        "{}",
+        unnamed.stderr
+    );
 }

@@ -71,6 +71,37 @@ fn each_template_opens() {
 
 #[test]
 #[ignore = "needs chromium, chromium-driver and python3"]
+fn a_click_writes_a_template_and_goes_on_to_its_planner() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("palletiser")).unwrap();
+    fs::write(folder.path().join("palletiser/study.toml"), "# mine").unwrap();
+    let planner = Planner::start_in(folder.path(), &["--backend", "cpu"]);
+    script("chosen", &[&planner.address()]);
+    planner.end();
+    assert_eq!(fs::read_to_string(folder.path().join("palletiser/study.toml")).unwrap(), "# mine");
+    assert!(folder.path().join("second/study.toml").exists());
+}
+
+#[test]
+#[ignore = "needs chromium, chromium-driver and python3"]
+fn a_click_makes_a_report_and_mounting_sheets() {
+    let folder = tempfile::tempdir().unwrap();
+    let planner = Planner::start(text(&cell(folder.path(), "assembly")), &["--backend", "cpu"]);
+    script("left", &[&planner.address()]);
+    planner.end();
+}
+
+#[test]
+#[ignore = "needs chromium, chromium-driver and python3"]
+fn two_windows_do_not_overwrite_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let planner = Planner::start(text(&cell(folder.path(), "assembly")), &["--backend", "cpu"]);
+    script("shared", &[&planner.address()]);
+    planner.end();
+}
+
+#[test]
+#[ignore = "needs chromium, chromium-driver and python3"]
 fn the_page_says_that_its_planner_has_ended() {
     let folder = tempfile::tempdir().unwrap();
     let study = cell(folder.path(), "laboratory");

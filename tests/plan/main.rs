@@ -6,8 +6,10 @@ mod common;
 mod bad;
 #[cfg(target_os = "linux")]
 mod browser;
+mod gallery;
 mod links;
 mod objects;
+mod papers;
 mod planner;
 mod saved;
 mod shapes;

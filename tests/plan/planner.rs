@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use serde_json::Value;
@@ -19,8 +20,13 @@ pub(crate) struct Planner {
 impl Planner {
     /// Starts `perirobot plan`, and waits for its address.
     pub(crate) fn start(study: &str, more: &[&str]) -> Planner {
+        Planner::start_in(Path::new(env!("CARGO_MANIFEST_DIR")), &[&[study], more].concat())
+    }
+
+    /// The same in a folder, with or without a study.
+    pub(crate) fn start_in(folder: &Path, words: &[&str]) -> Planner {
         let mut command = Command::new(env!("CARGO_BIN_EXE_perirobot"));
-        command.current_dir(env!("CARGO_MANIFEST_DIR")).args(["plan", study, "--no-open"]).args(more);
+        command.current_dir(folder).args(["plan", "--no-open"]).args(words);
         let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut stdout = BufReader::new(process.stdout.take().unwrap());
         let (mut line, begin) = (String::new(), "http://127.0.0.1:");
@@ -45,12 +51,22 @@ impl Planner {
 
     /// The status and the body of an answer.
     pub(crate) fn send(&self, method: &str, path: &str, body: &str) -> (u16, Vec<u8>) {
+        self.send_as(&self.token, method, path, body)
+    }
+
+    /// The same as text of a request that does not know the token.
+    pub(crate) fn send_without_token(&self, method: &str, path: &str) -> (u16, String) {
+        let (status, body) = self.send_as("", method, path, "");
+        (status, String::from_utf8(body).unwrap())
+    }
+
+    fn send_as(&self, token: &str, method: &str, path: &str, body: &str) -> (u16, Vec<u8>) {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let head = format!(
             "{method} {path} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nX-Perirobot-Token: {}\r\nContent-Type: application/json\r\n\
              Content-Length: {}\r\nConnection: close\r\n\r\n",
             self.port,
-            self.token,
+            token,
             body.len()
         );
         stream.write_all(head.as_bytes()).unwrap();

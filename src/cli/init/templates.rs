@@ -30,6 +30,28 @@ macro_rules! texts {
 }
 
 impl Template {
+    /// What its plan misses.
+    #[cfg(feature = "report")]
+    pub(in crate::cli) fn to_improve(self) -> &'static str {
+        match self {
+            Template::Assembly => {
+                "One camera is planned: it sees 4 of 10 body parts of the operator, and nothing if it fails."
+            }
+            Template::Palletiser => {
+                "Two domes are planned: they see half of the operator's body parts, and no dome may fail."
+            }
+            Template::Welding => {
+                "A light curtain at the door is planned: it does not detect a person who is still inside."
+            }
+            Template::Handover => {
+                "Only the robot's own lidar is planned: it sees few body parts, and people come near unnoticed."
+            }
+            Template::Laboratory => {
+                "One camera on the shelf is planned: it sees people, but much near the arm stays unknown."
+            }
+        }
+    }
+
     /// The names of its files, and what is in them.
     pub(in crate::cli) fn files(self) -> Vec<(String, &'static str)> {
         let [study, cell, robot] = match self {

@@ -1,4 +1,4 @@
-// Saving, the difference, the text of the study, and what leaves the page.
+// Saving, the difference, and the text of the study.
 let hasSaved = false;
 
 /** Opens the dialog with a title, its contents, and buttons: [words, what happens, whether it is the main one]. */
@@ -33,7 +33,7 @@ const differenceOf = lines => made("div", { class: "difference", tabindex: "0", 
 
 async function write(overwrite) {
   try {
-    const state = await ask("/save", { overwrite });
+    const state = await askChange("/save", { overwrite });
     hasSaved = true;
     closeDialog();
     take(state);
@@ -57,12 +57,12 @@ async function reload() {
 /** The whole study as text, to be repaired by hand. */
 async function openText() {
   try {
-    const { text } = await ask("/text"), area = made("textarea", { id: "text", spellcheck: "false", rows: 24, "aria-label": "The study as TOML" });
+    const { text, version } = await ask("/text"), area = made("textarea", { id: "text", spellcheck: "false", rows: 24, "aria-label": "The study as TOML" });
     area.value = text;
     area.readOnly = !mayEdit();
     const problems = planner.state.problems ?? [];
     const list = made("ul", { class: "problems" }, ...problems.map(one => problemLine(one, area)));
-    openDialog(planner.state.name, [...(problems.length ? [list] : []), area], mayEdit() ? [["Apply", async () => { if (await edit({ edit: "set_text", text: area.value })) closeDialog(); }, true, "apply-text"]] : []);
+    openDialog(planner.state.name, [...(problems.length ? [list] : []), area], mayEdit() ? [["Apply", async () => { if (await edit({ edit: "set_text", text: area.value, version })) closeDialog(); }, true, "apply-text"]] : []);
     if (problems[0]?.line) goToLine(area, problems[0].line);
   } catch (error) { complain(error); }
 }
@@ -97,13 +97,6 @@ async function copyPlan() {
   } catch (error) { complain(error); }
 }
 
-/** What to type for a report of what is planned. */
-function openReport() {
-  const path = planner.state.path, quoted = /^[\w./:+-]+$/.test(path) ? path : `'${path.replace(/'/g, `'\\''`)}'`;
-  const lines = [`perirobot sweep ${quoted} --out out/planned`, "perirobot report out/planned"];
-  openDialog("Report and mounting sheets", [made("p", {}, "Save, then type this in a terminal. The report has the plan's scores, mounting sheets with dimensions, and what stays blind:"), made("pre", { tabindex: "0" }, lines.join("\n"))], [["Copy", () => navigator.clipboard.writeText(lines.join("\n")).then(() => notify("Copied.", "good"), complain), true]]);
-}
-
 function makeFiles() {
   element("save").addEventListener("click", save);
   element("undo").addEventListener("click", () => { flushDraft(); lastEdit.then(() => step("/undo")); });
@@ -111,7 +104,6 @@ function makeFiles() {
   element("text-open").addEventListener("click", openText);
   element("repair").addEventListener("click", openText);
   element("toml").addEventListener("click", copyPlan);
-  element("report").addEventListener("click", openReport);
   element("difference-open").addEventListener("click", async () => { try { const lines = await ask("/difference"); openDialog("Changes since the file was saved", [lines.length ? differenceOf(lines) : made("p", {}, "Nothing has changed.")]); } catch (error) { complain(error); } });
   on("state", showProblems);
   addEventListener("beforeunload", event => { if (planner.state?.changed && !planner.isLost) event.preventDefault(); });

@@ -1,5 +1,5 @@
-//! The page of the planner: one HTML text with its style and script inside, which fetches nothing but what the planner's own
-//! server answers. The 3D view is the report's. Names from the study reach the page as text only.
+//! The page of the planner, and that of the cells to begin with: HTML texts with style and script inside, which fetch nothing
+//! but what the planner's own server answers. The 3D view is the report's. Names from the study reach the page as text only.
 
 use base64::{Engine, prelude::BASE64_STANDARD};
 use sha2::{Digest, Sha256};
@@ -21,7 +21,7 @@ const FAILED: &str = r#"function failed(error) {
 
 /// The page's own scripts, in the order in which they are read: what is known, scores, poses, the two views and what is dragged
 /// in them, tools, the panels around them, keys; the last one begins.
-const OWN_SCRIPTS: [&str; 18] = [
+const OWN_SCRIPTS: [&str; 19] = [
     include_str!("state.js"),
     include_str!("live.js"),
     include_str!("poses.js"),
@@ -37,6 +37,7 @@ const OWN_SCRIPTS: [&str; 18] = [
     include_str!("inspector.js"),
     include_str!("status.js"),
     include_str!("files.js"),
+    include_str!("leave.js"),
     include_str!("find.js"),
     include_str!("keys.js"),
     include_str!("start.js"),
@@ -45,9 +46,21 @@ const OWN_SCRIPTS: [&str; 18] = [
 /// The page as HTML, and the Content-Security-Policy to send with it.
 pub fn html() -> (String, String) {
     let (style, script) = (style(), script());
-    let csp = policy(&style, &script);
+    let csp = policy(&[&style], &[&script]);
     let page = include_str!("page.html").replace(STYLE_PLACE, &style).replace(SCRIPT_PLACE, &script);
     (page, csp)
+}
+
+/// The page of the cells to begin with, and a policy under which the planner's page runs as well.
+pub fn gallery() -> (String, String) {
+    let (style, script) = (gallery_style(), wrapped(include_str!("gallery.js")));
+    let csp = policy(&[&style, &self::style()], &[&script, &self::script()]);
+    let page = include_str!("gallery.html").replace("/*PATTERNS*/", plan::PATTERNS);
+    (page.replace(STYLE_PLACE, &style).replace(SCRIPT_PLACE, &script), csp)
+}
+
+fn gallery_style() -> String {
+    style() + include_str!("gallery.css")
 }
 
 /// Colours, the floor plan's and the viewer's style, then the page's own.
@@ -56,15 +69,23 @@ fn style() -> String {
 }
 
 fn script() -> String {
-    let parts = [&viewer::SCRIPTS[..], &OWN_SCRIPTS].concat().join("\n");
+    wrapped(&[&viewer::SCRIPTS[..], &OWN_SCRIPTS].concat().join("\n"))
+}
+
+fn wrapped(parts: &str) -> String {
     format!("{FAILED}\n(async () => {{\n\"use strict\";\n{parts}}})().catch(failed);\n")
 }
 
-/// Only this style and this script, and requests to the page's own server: whatever stands in a study, nothing else runs.
-fn policy(style: &str, script: &str) -> String {
-    let [style, script] = [style, script].map(|text| BASE64_STANDARD.encode(Sha256::digest(text.as_bytes())));
+/// Only these styles and scripts, and requests to the page's own server: whatever stands in a study, nothing else runs.
+fn policy(styles: &[&str], scripts: &[&str]) -> String {
+    let hashes = |texts: &[&str]| -> String {
+        let hash =
+            |text: &&str| format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(text.as_bytes())));
+        texts.iter().map(hash).collect::<Vec<_>>().join(" ")
+    };
+    let (styles, scripts) = (hashes(styles), hashes(scripts));
     format!(
-        "default-src 'none'; script-src 'sha256-{script}'; style-src 'sha256-{style}'; connect-src 'self'; img-src blob: data:; \
+        "default-src 'none'; script-src {scripts}; style-src {styles}; connect-src 'self'; img-src blob: data:; \
          frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
     )
 }
@@ -81,40 +102,44 @@ mod tests {
 
     #[test]
     fn a_browser_runs_what_the_policy_names() {
-        let (page, csp) = html();
-        for (kind, text) in [
-            ("style", between(&page, "<style>", "</style>")),
-            ("script", between(&page, "<script>", "</script>")),
-        ] {
-            let hash = BASE64_STANDARD.encode(Sha256::digest(text.as_bytes()));
-            assert!(csp.contains(&format!("{kind}-src 'sha256-{hash}'")), "{kind}: {csp}");
+        let ((page, own), (gallery, both)) = (html(), gallery());
+        for (page, csp) in [(&page, &own), (&page, &both), (&gallery, &both)] {
+            for (kind, text) in [
+                ("style", between(page, "<style>", "</style>")),
+                ("script", between(page, "<script>", "</script>")),
+            ] {
+                let hash = BASE64_STANDARD.encode(Sha256::digest(text.as_bytes()));
+                let rule = csp.split("; ").find(|rule| rule.starts_with(&format!("{kind}-src"))).unwrap();
+                assert!(rule.contains(&format!("'sha256-{hash}'")), "{kind}: {csp}");
+            }
+            assert_eq!(page.matches("<script").count(), 1, "nothing else is a script");
+            assert!(!csp.contains("unsafe"), "{csp}");
         }
-        assert_eq!(page.matches("<script").count(), 1, "nothing else is a script");
-        assert!(!csp.contains("unsafe"), "{csp}");
     }
 
     #[test]
-    fn the_page_fetches_nothing_and_writes_no_html() {
-        let (page, _) = html();
-        for word in [
-            "http:",
-            "https:",
-            "innerHTML",
-            "outerHTML",
-            "insertAdjacentHTML",
-            "document.write",
-            "eval(",
-            "style=\"",
-            "onclick=\"",
-        ] {
-            let found = page.replace("http://www.w3.org/2000/svg", "");
-            assert!(!found.contains(word), "{word}");
+    fn the_pages_fetch_nothing_and_write_no_html() {
+        for (page, _) in [html(), gallery()] {
+            for word in [
+                "http:",
+                "https:",
+                "innerHTML",
+                "outerHTML",
+                "insertAdjacentHTML",
+                "document.write",
+                "eval(",
+                "style=\"",
+                "onclick=\"",
+            ] {
+                let found = page.replace("http://www.w3.org/2000/svg", "");
+                assert!(!found.contains(word), "{word}");
+            }
         }
     }
 
     #[test]
     fn the_style_names_colours_that_are_defined() {
-        let style = style();
+        let style = gallery_style();
         for name in style.split("var(").skip(1).map(|rest| rest.split(')').next().unwrap()) {
             assert!(style.contains(&format!("{name}: ")), "{name}");
         }

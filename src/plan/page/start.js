@@ -35,6 +35,7 @@ makeObjects();
 makeZones();
 makeStatus();
 makeFiles();
+makeLeaving();
 makeFind();
 makeKeys();
 takeTab(scene.stage && innerWidth >= 640 ? "3d" : "plan");

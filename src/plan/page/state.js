@@ -91,10 +91,20 @@ const windowNumber = Math.floor(Math.random() * 2 ** 40);
 /** Begins another gesture: edits of one are undone together. */
 const nextGesture = () => ++gesture;
 
+/** The status of a change that was made on an older version. */
+const STALE = 412;
 /** Edits are sent one after the other, in the order in which they were made. */
 let lastEdit = Promise.resolve(), edits = 0;
 /** For tests: what is being waited for. */
 const markBusy = () => { document.body.dataset.busy = edits ? "edit" : scores.flying || scores.next ? "score" : ""; };
+
+/** Sends a change with the version that it was made on; if another window has made a newer one, that is shown. */
+async function askChange(path, change) {
+  try { return await ask(path, { version: planner.state.version, ...change }); } catch (error) {
+    if (error.status === STALE) { dropDraft(); take(await ask("/state")); }
+    throw error;
+  }
+}
 function edit(change, of = nextGesture()) {
   if (!mayEdit()) return Promise.resolve(false);
   edits += 1;
@@ -103,7 +113,7 @@ function edit(change, of = nextGesture()) {
   const draft = planner.draft?.isSettling ? planner.draft : null, { moment } = planner;
   lastEdit = lastEdit.then(async () => {
     try {
-      const state = await ask("/edit", { ...change, gesture: of, moment });
+      const state = await askChange("/edit", { ...change, gesture: of, moment });
       // What was a draft is in the study now.
       if (draft && planner.draft === draft) { keepPlace(draft); planner.draft = null; }
       take(state);
@@ -120,7 +130,7 @@ function step(path) {
   stopEye();
   markBusy();
   lastEdit = lastEdit.then(async () => {
-    try { take(await ask(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }
+    try { take(await askChange(path, {})); } catch (error) { complain(error); } finally { edits -= 1; markBusy(); }
   });
 }
 

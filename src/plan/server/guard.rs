@@ -1,13 +1,17 @@
 //! Who may ask. A page of another origin, a name that was rebound to this machine, and another user of the machine all
 //! reach the port; none of them gets an answer.
 
-use httparse::Header;
+use hyper::Version;
+use hyper::header::{HeaderMap, TRANSFER_ENCODING};
+use hyper::http::request::Parts;
 
-use super::message::Method;
-use super::refusal::Refusal;
+use super::message::{Method, Response};
 
 /// The header in which the page sends the token.
 pub const TOKEN_HEADER: &str = "X-Perirobot-Token";
+
+/// Paths of pages that need no token, as what follows cannot be guessed.
+pub const PAPERS: &str = "/paper/";
 
 /// What a request must show.
 pub(super) struct Guard {
@@ -24,44 +28,51 @@ impl Guard {
         &self.token
     }
 
-    /// The method of a request that may be answered.
-    pub(super) fn check(&self, request: &httparse::Request) -> Result<Method, Refusal> {
-        let (method, target) = (request.method.unwrap_or_default(), request.path.unwrap_or_default());
+    pub(super) fn port(&self) -> u16 {
+        self.port
+    }
+
+    /// The method of a request that may be answered, or what its sender gets instead.
+    pub(super) fn check(&self, request: &Parts) -> Result<Method, Response<'static>> {
+        let Parts { method, uri, version, headers, .. } = request;
+        let hostile = |words: &str| Err(Response::error(403, words));
         // A target that names a host goes before the header Host.
-        if !target.starts_with('/') {
-            return Err(Refusal::Hostile("the target of a request is a path"));
+        if uri.authority().is_some() || !uri.path().starts_with('/') {
+            return hostile("the target of a request is a path");
         }
-        let fields = Fields(request.headers);
         // Rebound to this machine, a foreign name makes its page same-origin, whose requests carry no Origin.
-        match fields.only("host")? {
-            Some(host) if self.is_own_host(host) => {}
-            _ => return Err(Refusal::Hostile("Host must be that of the planner")),
+        if !only(headers, "host")?.is_some_and(|host| self.is_own_host(host)) {
+            return hostile("Host must be that of the planner");
         }
         let is_own_origin =
-            |origin: &[u8]| origin.strip_prefix(b"http://").is_some_and(|h| self.is_own_host(h));
-        if fields.only("origin")?.is_some_and(|origin| !is_own_origin(origin)) {
-            return Err(Refusal::Hostile("the request comes from a page of another origin"));
+            |origin: &[u8]| origin.strip_prefix(b"http://").is_some_and(|host| self.is_own_host(host));
+        if only(headers, "origin")?.is_some_and(|origin| !is_own_origin(origin)) {
+            return hostile("the request comes from a page of another origin");
         }
-        let path = target.split('?').next().unwrap_or_default();
-        let is_page = method == "GET" && path == "/";
+        let is_page = method == hyper::Method::GET && (uri.path() == "/" || uri.path().starts_with(PAPERS));
         // A person may follow a link to the page, as from a notebook. It has no secret, and no frame shows it.
         let follows_link = is_page
-            && fields.only("sec-fetch-mode")? == Some(b"navigate")
-            && fields.only("sec-fetch-dest")? == Some(b"document");
+            && only(headers, "sec-fetch-mode")? == Some(b"navigate")
+            && only(headers, "sec-fetch-dest")? == Some(b"document");
         let is_own_site = |site: &[u8]| site == b"none" || site == b"same-origin";
-        if fields.only("sec-fetch-site")?.is_some_and(|site| !is_own_site(site) && !follows_link) {
-            return Err(Refusal::Hostile("the request comes from another site"));
+        if only(headers, "sec-fetch-site")?.is_some_and(|site| !is_own_site(site) && !follows_link) {
+            return hostile("the request comes from another site");
         }
-        let token = fields.only(TOKEN_HEADER)?;
+        let token = only(headers, TOKEN_HEADER)?;
         if !is_page && !token.is_some_and(|token| is_equal(token, self.token.as_bytes())) {
-            return Err(Refusal::Hostile(
-                "the token is missing or wrong: open the address that the program printed",
-            ));
+            return hostile("the token is missing or wrong: open the address that the program printed");
         }
-        match method {
-            "GET" => Ok(Method::Get),
-            "POST" => Ok(Method::Post),
-            _ => Err(Refusal::Method),
+        if *version != Version::HTTP_11 {
+            return Err(Response::error(505, "the version of HTTP must be 1.1"));
+        }
+        // Programs read a coded length in different ways.
+        if headers.contains_key(TRANSFER_ENCODING) {
+            return Err(Response::error(411, "a body has a Content-Length"));
+        }
+        match *method {
+            hyper::Method::GET => Ok(Method::Get),
+            hyper::Method::POST => Ok(Method::Post),
+            _ => Err(Response::error(405, "a request reads with GET or changes with POST")),
         }
     }
 
@@ -70,27 +81,17 @@ impl Guard {
     }
 }
 
-/// The header fields of a request.
-pub(super) struct Fields<'a>(pub(super) &'a [Header<'a>]);
-
-impl<'a> Fields<'a> {
-    /// The value of a field that may be there once.
-    pub(super) fn only(&self, name: &'static str) -> Result<Option<&'a [u8]>, Refusal> {
-        let mut found = self.all(name);
-        match (found.next(), found.next()) {
-            (_, Some(_)) => Err(Refusal::Hostile("a header is there twice")),
-            (first, None) => Ok(first),
-        }
-    }
-
-    /// All values of a field.
-    pub(super) fn all(&self, name: &'static str) -> impl Iterator<Item = &'a [u8]> {
-        self.0.iter().filter(move |field| field.name.eq_ignore_ascii_case(name)).map(|field| field.value)
+/// The value of a header that may be there once.
+fn only<'a>(headers: &'a HeaderMap, name: &str) -> Result<Option<&'a [u8]>, Response<'static>> {
+    let mut found = headers.get_all(name).iter();
+    match (found.next(), found.next()) {
+        (_, Some(_)) => Err(Response::error(403, "a header is there twice")),
+        (first, None) => Ok(first.map(|value| value.as_bytes())),
     }
 }
 
 /// Whether two byte strings are equal, in a time that does not depend on where they differ.
-fn is_equal(left: &[u8], right: &[u8]) -> bool {
+pub fn is_equal(left: &[u8], right: &[u8]) -> bool {
     let difference = left.iter().zip(right).fold(0, |all, (l, r)| all | (l ^ r));
     left.len() == right.len() && std::hint::black_box(difference) == 0
 }

@@ -51,6 +51,8 @@ pub struct Response<'a> {
     pub content_type: &'static str,
     /// The body.
     pub body: Body<'a>,
+    /// A Content-Security-Policy of its own.
+    pub policy: Option<&'static str>,
 }
 
 /// The type of JSON.
@@ -59,7 +61,7 @@ const JSON: &str = "application/json";
 impl<'a> Response<'a> {
     /// A whole body.
     pub fn new(status: u16, content_type: &'static str, body: impl Into<Vec<u8>>) -> Response<'a> {
-        Response { status, content_type, body: Body::Whole(body.into()) }
+        Response { status, content_type, body: Body::Whole(body.into()), policy: None }
     }
 
     /// JSON that was found.
@@ -72,11 +74,17 @@ impl<'a> Response<'a> {
         Response::new(status, JSON, serde_json::json!({ "error": words }).to_string())
     }
 
+    /// The same under another policy than that of the planner's page.
+    #[must_use]
+    pub fn with_policy(self, policy: &'static str) -> Response<'a> {
+        Response { policy: Some(policy), ..self }
+    }
+
     /// A body that is sent part by part.
     pub fn stream(
         content_type: &'static str,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()> + 'a,
     ) -> Response<'a> {
-        Response { status: 200, content_type, body: Body::Stream(Box::new(write)) }
+        Response { status: 200, content_type, body: Body::Stream(Box::new(write)), policy: None }
     }
 }

@@ -19,7 +19,7 @@ use crate::answers::{
     CellAnswer, JudgeReply, MomentsReply, SceneryReply, ScoreQuestion, ScoreReply, VoxelWord, WhyReply,
 };
 use crate::live::{Live, Resolution, ScoreRequest};
-use crate::server::{Body, Request, Response};
+use crate::server::{Request, Response};
 
 #[derive(Deserialize)]
 struct WhyQuestion {
@@ -96,7 +96,7 @@ impl Session<'_> {
             }
             Ok(())
         };
-        Ok(Response { status: 200, content_type: LINES, body: Body::Stream(Box::new(stream)) })
+        Ok(Response::stream(LINES, stream))
     }
 
     /// Locks what is counted for background work on a study; `None` if another study was loaded, or the planner ends.

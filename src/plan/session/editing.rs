@@ -1,6 +1,6 @@
 //! Requests that change the study or its file.
 
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard};
 
 use perirobot_study::sensor::MountLink;
 use serde::Deserialize;
@@ -10,6 +10,18 @@ use super::plan::own_place;
 use super::{Answer, Desk, Loaded, Refused, Session, locked, read};
 use crate::document::{Device, Document, Edit, EditRequest, Known};
 use crate::server::{Request, Response};
+
+/// On which version of the study a change was made.
+#[derive(Deserialize)]
+struct MadeOn {
+    #[serde(default)]
+    version: Option<u64>,
+}
+
+/// The status of a change that was made on an older version.
+const STALE: u16 = 412;
+const CHANGED_ELSEWHERE: &str =
+    "another window has changed the study: it is shown as it is now, make your change again";
 
 #[derive(Deserialize)]
 struct SaveQuestion {
@@ -74,7 +86,7 @@ impl Session<'_> {
         self.may_write()?;
         let EditRequest { mut edit, gesture, moment } = read(request)?;
         let is_typed = matches!(edit, Edit::SetText { .. });
-        let mut desk = locked(&self.desk);
+        let mut desk = self.desk_for(request)?;
         if !is_typed && !desk.problems.is_empty() {
             return Err(Refused(400, "the study has errors: repair its text first".into()));
         }
@@ -82,7 +94,7 @@ impl Session<'_> {
         if let Some(loaded) = &desk.loaded {
             put_on_link(loaded, &mut edit, moment)?;
         }
-        let before = desk.document.clone();
+        let (before, version) = (desk.document.clone(), desk.version);
         let known =
             desk.loaded.as_ref().map_or_else(|| Arc::new(Known::catalogue()), |one| one.known.clone());
         desk.changed_index = desk.document.apply(&edit, gesture, &known)?;
@@ -92,6 +104,7 @@ impl Session<'_> {
             let words = desk.problems[0].words.clone();
             desk.document = before;
             self.load(&mut desk);
+            desk.version = version;
             return Err(Refused(400, words));
         }
         let state = self.state(&desk);
@@ -99,9 +112,9 @@ impl Session<'_> {
         Ok(state)
     }
 
-    pub(super) fn step(&self, step: impl Fn(&mut Document) -> bool) -> Answer<'_> {
+    pub(super) fn step(&self, request: &Request, step: impl Fn(&mut Document) -> bool) -> Answer<'_> {
         self.may_write()?;
-        let mut desk = locked(&self.desk);
+        let mut desk = self.desk_for(request)?;
         if desk.follow_scenes() | step(&mut desk.document) {
             self.load(&mut desk);
         }
@@ -111,7 +124,7 @@ impl Session<'_> {
     pub(super) fn save(&self, request: &Request) -> Answer<'_> {
         self.may_write()?;
         let SaveQuestion { overwrite } = read(request)?;
-        let mut desk = locked(&self.desk);
+        let mut desk = self.desk_for(request)?;
         if desk.follow_scenes() {
             self.load(&mut desk);
         }
@@ -143,6 +156,16 @@ impl Session<'_> {
         desk.document = document;
         self.load(&mut desk);
         Ok(self.state(&desk))
+    }
+
+    /// Locks the study for a change, unless another window has changed it since the change was made.
+    fn desk_for(&self, request: &Request) -> Result<MutexGuard<'_, Desk>, Refused> {
+        let MadeOn { version } = read(request)?;
+        let desk = locked(&self.desk);
+        match version {
+            Some(version) if version != desk.version => Err(Refused(STALE, CHANGED_ELSEWHERE.into())),
+            _ => Ok(desk),
+        }
     }
 
     fn may_write(&self) -> Result<(), Refused> {

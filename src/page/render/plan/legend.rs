@@ -70,7 +70,7 @@ impl FloorPlan {
         }
         for (letter, name) in &self.sensors {
             y += LINE;
-            let letter = letter.map_or(String::new(), |letter| format!("{letter}  "));
+            let letter = letter.as_ref().map_or(String::new(), |letter| format!("{letter}  "));
             let at: [(&str, &dyn Display); 2] = [("x", &EDGE), ("y", &tenth(y))];
             svg.words(&at, &format!("{letter}{name}"));
         }

@@ -18,6 +18,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::svg::{Svg, tenth};
+use crate::letters::letter;
 use ground::Storey;
 use labels::PlacedLabels;
 pub use legend::{PATTERNS, STYLE, swatch};
@@ -41,7 +42,7 @@ pub struct FloorPlan {
     /// What is drawn in it: the class of what stands for it, and what that means.
     pub legend: Vec<(&'static str, String)>,
     /// The letter of each sensor of the choice, and its name; no letter where it is nowhere by itself.
-    pub sensors: Vec<(Option<char>, String)>,
+    pub sensors: Vec<(Option<String>, String)>,
     /// How much floor there is, how much of it is not watched at all, and how much hardly, in square metres.
     pub floor_m2: [f64; 3],
     title: String,
@@ -145,11 +146,6 @@ fn members(study: &Study, choice: Choice) -> Vec<(usize, usize)> {
     combination.members.iter().zip(candidates).map(|(member, one)| (member.sensor, one)).collect()
 }
 
-/// The letter of the sensor of a number.
-fn letter(number: usize) -> char {
-    char::from(b'A' + (number % 26) as u8)
-}
-
 impl Drawing<'_> {
     fn floor(&mut self) {
         let [left, top, right, bottom] = self.paper.edges();
@@ -220,17 +216,17 @@ impl Drawing<'_> {
     }
 
     /// What the sensors look at, or the ground that they feel.
-    fn fields(&mut self, choice: Choice) -> Vec<(Option<char>, String)> {
+    fn fields(&mut self, choice: Choice) -> Vec<(Option<String>, String)> {
         let mut named = Vec::new();
         for (number, (sensor, candidate)) in members(self.study, choice).into_iter().enumerate() {
             let kind = self.study.sensors[sensor].kind.clone();
             let setting = self.world.settings[sensor][candidate];
             let letter = matches!(setting, Setting::Pose(_)).then(|| letter(number));
             let spec = &self.study.sensors[sensor];
-            named.push((letter, format!("{}:{}", spec.name, spec.candidates[candidate].name)));
+            named.push((letter.clone(), format!("{}:{}", spec.name, spec.candidates[candidate].name)));
             match setting {
                 Setting::Pose(pose) => {
-                    let short = letter.map_or(String::new(), String::from);
+                    let short = letter.unwrap_or_default();
                     for ground in grounds(self.study, sensor, &pose) {
                         let ground: Vec<DVec2> = ground.into_iter().map(DVec3::truncate).collect();
                         self.area("pad", &ground, format!("guarded by {short}"));

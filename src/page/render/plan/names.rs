@@ -32,7 +32,7 @@ const PLACES: usize = 16;
 
 impl Drawing<'_> {
     /// The letters of the sensors, with a line towards where they look.
-    pub(super) fn badges(&mut self, choice: Choice, sensors: &[(Option<char>, String)]) {
+    pub(super) fn badges(&mut self, choice: Choice, sensors: &[(Option<String>, String)]) {
         let mut taken: Vec<[f64; 2]> = Vec::new();
         for ((sensor, candidate), (letter, name)) in members(self.study, choice).into_iter().zip(sensors) {
             let Some(letter) = letter else { continue };

@@ -20,11 +20,13 @@ use super::score_chart::ALWAYS;
 use super::scores::Scores;
 use super::surroundings::WAYS;
 use super::{Findings, ReportedSweep};
+use crate::letters::letter;
 use crate::render::plan::short_name;
 use maps::{Furnished, round_metres};
 use perirobot_march::metrics::Score;
 use perirobot_scene::objects::Role;
 use perirobot_scene::truth::ObjectVoxels;
+use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, room_m};
 use perirobot_sweep::results::{Results, columns};
@@ -44,6 +46,8 @@ pub(super) struct Data<'a> {
     /// The scores that are always compared.
     always: [usize; ALWAYS.len()],
     sensors: Vec<SensorData<'a>>,
+    /// Those of a set's sensors, in its order.
+    letters: Vec<String>,
     combinations: Vec<CombinationData<'a>>,
     series: Vec<SeriesData<'a>>,
     /// For each region, extent (all scenes, then each), and baseline: its measures.
@@ -165,6 +169,7 @@ impl<'a> Data<'a> {
             sensors: (0..study.sensors.len())
                 .map(|sensor| sensor_data(study, worlds, surroundings, &furnished, sensor))
                 .collect(),
+            letters: (0..most_members(study)).map(letter).collect(),
             combinations: combinations(sweep),
             series: series.collect(),
             baselines: regions().map(|region| baselines(results, region)).collect(),
@@ -238,4 +243,9 @@ fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
     let scenes = results.scenes.iter().map(|scene| scene.moments.clone());
     let extents = [results.moments()].into_iter().chain(scenes);
     extents.map(|moments| measure::baseline_measures(results, moments, region)).collect()
+}
+
+/// How many sensors the largest set has.
+fn most_members(study: &Study) -> usize {
+    study.combinations.iter().map(|combination| combination.members.len()).max().unwrap_or(0)
 }

@@ -8,6 +8,7 @@ use super::sections::Sections;
 /// patterns, the script and what it reads are this program's own and stand as they are.
 pub(super) struct Document<'a> {
     pub(super) title: String,
+    pub(super) note: Option<&'a str>,
     /// The study's name, and the day: they stand on each page in print.
     pub(super) study: String,
     pub(super) day: String,
@@ -33,6 +34,7 @@ impl Document<'_> {
                     (PreEscaped(self.patterns))
                     header {
                         h1 { (self.title) }
+                        @if let Some(note) = self.note { p.warning { (note) } }
                         (self.sections.links())
                     }
                     main { (self.sections.view()) }

@@ -25,6 +25,7 @@ mod recommended;
 mod score_chart;
 mod scores;
 mod sections;
+mod sheets;
 mod sketch;
 mod surroundings;
 mod verdicts;
@@ -56,6 +57,7 @@ use ranking::Ranking;
 use recommended::Recommended;
 use scores::Scores;
 use sections::Sections;
+pub use sheets::mounting_sheets;
 use surroundings::Surroundings;
 
 /// The name of the file in a sweep's folder.
@@ -87,6 +89,8 @@ pub struct ReportedSweep<'a> {
     pub purchase: Option<&'a PurchaseReport>,
     /// Words of the command line besides the study that are needed to read the same files.
     pub words: &'a [String],
+    /// What is said at the top of the page.
+    pub note: Option<&'a str>,
 }
 
 /// The page of a sweep, with the choices of poses that it describes.
@@ -153,6 +157,7 @@ impl<'a> ReportPage<'a> {
         let sections = Sections::new(&findings, picture)?;
         let document = Document {
             title: question::title(sweep),
+            note: sweep.note,
             study: study.path.file_stem().unwrap_or_default().to_string_lossy().into(),
             day: now("%Y-%m-%d"),
             charts: pack(sections.other_charts().into_string().as_bytes()),

@@ -1,18 +1,21 @@
 //! Mounting sheets of a choice of poses. The section that asks what instead explains their numbers.
 
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
-use super::ReportedSweep;
 use super::sketch;
 use super::surroundings::{Surroundings, WAYS};
+use crate::letters::letter;
 use perirobot_study::input::Study;
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Setting, Stance};
+use perirobot_study::world::World;
 use perirobot_study::world::place::room_m;
 
 /// How to mount one sensor.
 #[derive(Debug)]
 pub(super) struct MountSheet {
+    /// As in the floor plan.
+    pub(super) letter: String,
     pub(super) sensor: String,
     pub(super) pose: String,
     /// What is measured, and its value.
@@ -28,7 +31,7 @@ impl MountSheet {
     pub(super) fn view(&self) -> Markup {
         html! {
             table.sheet {
-                caption { "Mounting sheet: " (self.sensor) ", " (self.pose) }
+                caption { "Mounting sheet " (self.letter) ": " (self.sensor) ", " (self.pose) }
                 @for (name, value) in &self.lines { tr { th scope="row" { (name) } td { (value) } } }
                 @if !self.device.is_empty() { tr { th scope="row" { "device" } td { (self.device) } } }
             }
@@ -36,26 +39,42 @@ impl MountSheet {
     }
 }
 
+impl MountSheet {
+    /// Its table, with its drawings.
+    pub(super) fn view_with_sketches(&self) -> Markup {
+        html! {
+            div.mount {
+                (self.view())
+                div.sketches { @for sketch in &self.sketches { (PreEscaped(sketch)) } }
+            }
+        }
+    }
+}
+
 /// A sheet for each sensor of a choice that is mounted somewhere or has a setting.
 pub(super) fn sheets(
-    sweep: &ReportedSweep,
+    (study, worlds): (&Study, &[World]),
     surroundings: &Surroundings,
     combination: usize,
     choice: usize,
 ) -> Vec<MountSheet> {
-    let asked = &sweep.study.combinations[combination];
+    let asked = &study.combinations[combination];
     let candidates = asked.choice(choice);
-    let members = asked.members.iter().zip(candidates);
-    members.filter_map(|(member, candidate)| sheet(sweep, surroundings, member.sensor, candidate)).collect()
+    let members = asked.members.iter().zip(candidates).enumerate();
+    members
+        .filter_map(|(number, (member, candidate))| {
+            sheet((study, worlds), surroundings, letter(number), (member.sensor, candidate))
+        })
+        .collect()
 }
 
 fn sheet(
-    sweep: &ReportedSweep,
+    (study, worlds): (&Study, &[World]),
     surroundings: &Surroundings,
-    number: usize,
-    candidate: usize,
+    letter: String,
+    (number, candidate): (usize, usize),
 ) -> Option<MountSheet> {
-    let sensor = &sweep.study.sensors[number];
+    let sensor = &study.sensors[number];
     let named = &sensor.candidates[candidate];
     let mut sketches = Vec::new();
     let text = |name: &str, value: String| (name.to_string(), value);
@@ -78,7 +97,7 @@ fn sheet(
                     let around = surroundings.measure(p);
                     let lengths = WAYS.iter().zip(around.map(found));
                     lines.extend(lengths.map(|(way, next)| text(way, next)));
-                    let room = room_m(&sweep.worlds[0].truth());
+                    let room = room_m(&worlds[0].truth());
                     sketches = sketch::sketches(&pose, sensor.kind.stance(), room, &around, &objects).into();
                 }
             }
@@ -93,8 +112,15 @@ fn sheet(
             lines
         }
     };
-    let device = keys_of(sweep.study, &sensor.name);
-    Some(MountSheet { sensor: sensor.name.clone(), pose: named.name.clone(), lines, sketches, device })
+    let device = keys_of(study, &sensor.name);
+    Some(MountSheet {
+        letter,
+        sensor: sensor.name.clone(),
+        pose: named.name.clone(),
+        lines,
+        sketches,
+        device,
+    })
 }
 
 /// What the text of a study says of a sensor besides its name, its kind and where it may stand.

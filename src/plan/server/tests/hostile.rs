@@ -52,6 +52,16 @@ fn hostile_requests_get_no_answer() {
             ("no host", Forged { host: String::new(), ..own() }),
             ("two hosts", more("Host: evil.example\r\n")),
             ("the page by a rebound name", page(&format!("evil.example:{port}"))),
+            ("a paper by a rebound name", Forged { line: "GET /paper/0", ..page("evil.example") }),
+            (
+                "a paper for a script of another site",
+                Forged {
+                    line: "GET /paper/0",
+                    more: "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: no-cors\r\nSec-Fetch-Dest: empty\r\n",
+                    ..page(&format!("localhost:{port}"))
+                },
+            ),
+            ("a change of a paper", Forged { line: "POST /paper/0", ..page(&format!("localhost:{port}")) }),
             (
                 "the page for a frame of another site",
                 Forged { more: "Sec-Fetch-Site: cross-site\r\n", ..page(&format!("localhost:{port}")) },
@@ -66,6 +76,13 @@ fn hostile_requests_get_no_answer() {
                 "the page as a frame",
                 Forged {
                     more: "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: navigate\r\nSec-Fetch-Dest: iframe\r\n",
+                    ..page(&format!("localhost:{port}"))
+                },
+            ),
+            (
+                "the page read by a script of another site",
+                Forged {
+                    more: "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: no-cors\r\nSec-Fetch-Dest: document\r\n",
                     ..page(&format!("localhost:{port}"))
                 },
             ),
@@ -127,9 +144,8 @@ fn where_a_request_ends_is_never_in_doubt() {
             client.request("POST /echo", "").replacen("\r\n\r\n", &format!("\r\n{more}\r\n\r\n"), 1)
         };
         for (more, status) in [
-            ("Content-Length: 4\r\nTransfer-Encoding: chunked", 400),
-            ("Transfer-Encoding: chunked\r\nContent-Length: 4", 400),
-            ("Content-Length: 4\r\nContent-Length: 4", 400),
+            ("Content-Length: 4\r\nTransfer-Encoding: chunked", 411),
+            ("Transfer-Encoding: chunked\r\nContent-Length: 4", 411),
             ("Content-Length: 4\r\nContent-Length: 5", 400),
             ("Content-Length: +4", 400),
             ("Content-Length: -1", 400),
@@ -139,8 +155,8 @@ fn where_a_request_ends_is_never_in_doubt() {
             ("Content-Length : 4", 400),
             ("Content-Length: 4\r\n Transfer-Encoding: chunked", 400),
             ("Transfer-Encoding: chunked", 411),
-            ("Transfer-Encoding: identity", 411),
-            ("Content-Length: 99999999999999999999999", 413),
+            ("Transfer-Encoding: identity", 400),
+            ("Content-Length: 99999999999999999999999", 400),
         ] {
             let smuggled = with(more) + "1\r\na\r\n0\r\n\r\n" + &client.request("POST /echo", "smuggled");
             let answer = client.ask(smuggled);
@@ -163,8 +179,9 @@ fn garbage_ends_its_connection() {
             assert_status(first, 200);
             assert_status(second, 400);
         }
-        assert_status(&client.ask("GET / HTTP/1.0\r\nHost: localhost\r\n\r\n"), 505);
-        assert_status(&client.ask("GET / HTTP/2.0\r\n\r\n"), 505);
+        let old = format!("GET / HTTP/1.0\r\nHost: localhost:{}\r\n\r\n", client.port);
+        assert!(client.ask(old).contains(" 505 "));
+        assert_status(&client.ask("GET / HTTP/2.0\r\n\r\n"), 400);
         for method in ["PUT", "DELETE", "HEAD", "PATCH", "OPTIONS"] {
             let answer = client.ask(client.request(&format!("{method} /echo"), "{}"));
             assert_status(&answer, 405);

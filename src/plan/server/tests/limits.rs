@@ -1,7 +1,6 @@
 //! Too much, too slow, too many.
 
-use super::super::connections::MOST_CONNECTIONS;
-use super::super::reader::{MOST_BODY, MOST_HEAD};
+use super::super::connections::{MOST_BODY, MOST_CONNECTIONS, MOST_HEAD};
 use super::*;
 
 #[test]
@@ -18,11 +17,11 @@ fn a_head_has_64_kib() {
         };
         assert_eq!(with(MOST_HEAD).len(), MOST_HEAD);
         assert_status(&client.ask(with(MOST_HEAD)), 200);
-        assert_status(&client.ask(with(MOST_HEAD + 1)), 413);
-        assert_status(&client.ask(with(3 << 20)), 413);
+        assert_status(&client.ask(with(2 * MOST_HEAD)), 431);
+        assert_status(&client.ask(with(3 << 20)), 431);
         let many = "X: 1\r\n".repeat(200);
         let many = client.request("GET /query", "").replacen("\r\n\r\n", &format!("\r\n{many}\r\n"), 1);
-        assert_status(&client.ask(many), 413);
+        assert_status(&client.ask(many), 431);
     });
     assert_eq!(asked, 1);
 }
@@ -44,12 +43,13 @@ fn a_body_has_1_mib() {
 fn a_head_and_a_body_have_their_time() {
     let asked = with_server(Duration::from_millis(200), |client| {
         let whole = client.request("POST /echo", "body");
-        for part in [10, whole.len() - 1] {
-            let mut stream = client.connect();
-            stream.write_all(&whole.as_bytes()[..part]).unwrap();
-            let answer = read_all(&mut stream);
-            assert_status(&answer, 408);
-        }
+        // Half a head is closed without a word.
+        let mut stream = client.connect();
+        stream.write_all(&whole.as_bytes()[..10]).unwrap();
+        assert_eq!(read_all(&mut stream), "");
+        let mut stream = client.connect();
+        stream.write_all(&whole.as_bytes()[..whole.len() - 1]).unwrap();
+        assert_status(&read_all(&mut stream), 408);
         // A byte now and then does not help.
         let mut stream = client.connect();
         for byte in whole.as_bytes().iter().take(20) {
@@ -58,50 +58,63 @@ fn a_head_and_a_body_have_their_time() {
             }
             thread::sleep(Duration::from_millis(30));
         }
-        assert_status(&read_all(&mut stream), 408);
-        // One that never said anything is closed without a word, and one that did may rest.
+        assert_eq!(read_all(&mut stream), "");
+        // So is a connection that rests.
         assert_eq!(read_all(&mut client.connect()), "");
         let mut stream = client.connect();
         for _ in 0..2 {
             stream.write_all(whole.as_bytes()).unwrap();
             assert_eq!(body(&read_one(&mut stream)), "body");
-            thread::sleep(Duration::from_millis(400));
+            thread::sleep(Duration::from_millis(50));
         }
+        assert_eq!(read_all(&mut stream), "");
     });
     assert_eq!(asked, 2);
 }
 
 #[test]
-fn the_ninth_connection_waits_for_no_one() {
+fn idle_connections_make_room_for_a_ninth() {
     let asked = with_server(PATIENCE, |client| {
-        // Each has begun a request, so none can make room.
-        let mut busy: Vec<TcpStream> = (0..MOST_CONNECTIONS)
+        let mut open: Vec<TcpStream> = (0..MOST_CONNECTIONS)
             .map(|_| {
                 let mut stream = client.connect();
                 stream.write_all(client.request("POST /echo", "0").as_bytes()).unwrap();
                 assert_eq!(body(&read_one(&mut stream)), "0");
-                stream.write_all(b"POST ").unwrap();
                 stream
             })
             .collect();
-        // What was sent may not have been read yet.
-        thread::sleep(Duration::from_millis(200));
-        let mut ninth = client.connect();
-        assert_status(&read_all(&mut ninth), 503);
-        for stream in &mut busy {
-            let rest = client.request("POST /echo", "still");
-            stream.write_all(rest.strip_prefix("POST ").unwrap().as_bytes()).unwrap();
-            assert_eq!(body(&read_one(stream)), "still");
-        }
-        // Now all rest: the one that has rested longest makes room.
+        // One of them has an answer on its way.
+        open[0].write_all(client.request("GET /slow", "").as_bytes()).unwrap();
+        thread::sleep(Duration::from_millis(100));
+        let begin = Instant::now();
         let mut ninth = client.connect();
         ninth.write_all(client.request("POST /echo", "ninth").as_bytes()).unwrap();
         assert_eq!(body(&read_one(&mut ninth)), "ninth");
-        assert_eq!(read_all(&mut busy[0]), "");
-        for stream in &mut busy[1..] {
-            stream.write_all(client.request("POST /echo", "on").as_bytes()).unwrap();
-            assert_eq!(body(&read_one(stream)), "on");
+        assert!(begin.elapsed() < PATIENCE / 2, "{:?}", begin.elapsed());
+        assert_eq!(body(&read_one(&mut open[0])), "slow");
+        for stream in &mut open {
+            assert_eq!(read_all(stream), "");
         }
     });
-    assert_eq!(asked, 8 + 8 + 1 + 7);
+    assert_eq!(asked, 8 + 2);
+}
+
+#[test]
+fn no_more_than_eight_are_served_at_a_time() {
+    let asked = with_server(Duration::from_secs(2), |client| {
+        let mut busy: Vec<TcpStream> = (0..=MOST_CONNECTIONS)
+            .map(|_| {
+                let mut stream = client.connect();
+                stream.write_all(client.request("GET /slow", "").as_bytes()).unwrap();
+                stream
+            })
+            .collect();
+        let begin = Instant::now();
+        assert_eq!(body(&read_one(&mut busy[0])), "slow");
+        let first = begin.elapsed();
+        assert_eq!(body(&read_one(&mut busy[MOST_CONNECTIONS])), "slow");
+        // The last was asked only after another was answered.
+        assert!(begin.elapsed() >= first + SLOW / 2, "{first:?}, {:?}", begin.elapsed());
+    });
+    assert_eq!(asked, 9);
 }

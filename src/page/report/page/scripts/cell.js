@@ -117,11 +117,11 @@ function showApproaches(scene, { colour, on: isShown }) {
 function showSensors(scene, cell, isShown, isViewShown) {
   const h = data.voxel_size_m, box = [times(cell.origin, h), cell.size.map((n, axis) => (cell.origin[axis] + n) * h)];
   const edge = [], ray = [], axes = [[], [], []], places = [], words = [];
-  for (const { sensor, pose } of members(chosen.choice)) {
+  for (const [n, { sensor, pose }] of members(chosen.choice).entries()) {
     if (!pose.at_m) continue;
     const { at, turn } = inWorld(sensor, pose, cell.moment);
     places.push(...at);
-    words.push(sensor.name);
+    words.push(`${data.letters[n]} ${sensor.name}`);
     axes.forEach((own, n) => own.push(...at, ...plus(at, times(turn([0, 1, 2].map(axis => axis === n ? 1 : 0)), 0.3))));
     for (const ground of sensor.grounds) {
       const corners = ground.map(corner => plus(at, turn(corner)));
@@ -226,10 +226,10 @@ function linesOf(sensor, pose, metres) {
 
 /** A mounting sheet for each chosen sensor that stands somewhere. */
 function drawSheet() {
-  const sheets = members(chosen.choice).filter(({ pose }) => pose.at_m || pose.senses_m).map(({ sensor, pose }) => {
+  const sheets = members(chosen.choice).map((one, n) => ({ ...one, letter: data.letters[n] })).filter(({ pose }) => pose.at_m || pose.senses_m).map(({ sensor, pose, letter }) => {
     const metres = value => `${value.toFixed(3)} m`;
     const lines = pose.at_m ? linesOf(sensor, pose, metres) : [["senses up to", metres(pose.senses_m)]];
-    return made("table", { class: "sheet" }, made("caption", {}, `Mounting sheet: ${sensor.name}, ${pose.name}`), ...lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, name), made("td", {}, value))));
+    return made("table", { class: "sheet" }, made("caption", {}, `Mounting sheet ${letter}: ${sensor.name}, ${pose.name}`), ...lines.map(([name, value]) => made("tr", {}, made("th", { scope: "row" }, name), made("td", {}, value))));
   });
   element("sheet").replaceChildren(...sheets);
 }

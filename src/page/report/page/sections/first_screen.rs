@@ -84,7 +84,7 @@ impl FirstScreen {
         let currency = study.currency.as_deref();
         let named = asked.members.iter().zip(combination.poses(choice)).zip(&plans[0].0.sensors);
         let sensors = named.map(|((member, (of, pose)), (letter, _))| RecommendedSensor {
-            letter: letter.map_or(String::new(), String::from),
+            letter: letter.clone().unwrap_or_default(),
             name: of.sensor.clone(),
             place: if pose.place.is_empty() { pose.name.clone() } else { pose.place.clone() },
             cost: study.sensors[member.sensor]

@@ -1,6 +1,6 @@
 //! Where exactly sensors are mounted.
 
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use crate::report::page::Findings;
 use crate::report::page::leaders::{Leader, leaders};
@@ -15,7 +15,8 @@ pub(super) struct Whereabouts<'a> {
 impl<'a> Whereabouts<'a> {
     pub(super) fn new(findings: &Findings<'a>) -> Whereabouts<'a> {
         let Findings { sweep, rankings, surroundings, .. } = findings;
-        let sheets_of = |combination, choice| sheets(sweep, surroundings, combination, choice);
+        let sheets_of =
+            |combination, choice| sheets((sweep.study, sweep.worlds), surroundings, combination, choice);
         let recommended =
             findings.recommended.map(|one| sheets_of(rankings[one.series].series.combination, one.choice));
         let leaders = leaders(sweep.results, rankings).into_iter();
@@ -39,12 +40,7 @@ impl<'a> Whereabouts<'a> {
                     "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and \
                      robots left out; the arrow shows where the sensor looks."
                 }
-                @for one in &self.sheets {
-                    div.mount {
-                        (one.view())
-                        div.sketches { @for sketch in &one.sketches { (PreEscaped(sketch)) } }
-                    }
-                }
+                @for one in &self.sheets { (one.view_with_sketches()) }
                 details.aside {
                     summary { "Mounting sheets of the best placements by each score" }
                     @for (leader, sheets) in &self.of_leaders {

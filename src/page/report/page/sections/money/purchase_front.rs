@@ -208,7 +208,7 @@ impl ShownSet {
             speed: own.and_then(|one| one.verdicts.allowed_speed).map(describe_speed),
             good,
             plan,
-            sheets: sheets(sweep, surroundings, combination, 0),
+            sheets: sheets((sweep.study, sweep.worlds), surroundings, combination, 0),
         }))
     }
 
