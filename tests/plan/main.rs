@@ -6,5 +6,6 @@ mod common;
 mod bad;
 #[cfg(target_os = "linux")]
 mod browser;
+mod found;
 mod planner;
 mod saved;

@@ -40,7 +40,11 @@ async function find() {
 
 /** A line of the answer. */
 function hear(line) {
-  if (line.point) found.points = [...found.points.filter(one => one.cost !== line.point.cost || one.score !== line.point.score), { ...line.point, version: planner.state.version }];
+  if (line.point) {
+    const { part, cost, score } = line.point, isOlder = one => part === null ? one.cost === cost && one.score === score : one.part === part;
+    found.points = [...found.points.filter(one => !isOlder(one)), { ...line.point, version: planner.state.version }];
+  }
+  if (line.search) found.words = line.search;
   if (line.bound) found.bound = line.bound;
   if (line.stage) found.words = `${line.stage.words}: ${grouped(line.stage.done)} of ${grouped(line.stage.total)}`;
   for (const name of ["done", "stopped", "error"]) if (line[name] !== undefined) found.words = typeof line[name] === "string" ? line[name] : line[name].words ?? (name === "done" ? "Done." : name === "stopped" ? "Stopped: this was found so far." : "It cannot be found.");
