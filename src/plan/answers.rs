@@ -16,6 +16,7 @@ use crate::live::{
     FloorMap, JudgeAnswer, MomentCounts, NOT_COUNTED, PlacedProblem, Resolution, Scenery, ScoreAnswer,
     WhyAnswer,
 };
+use crate::own_scores::{OwnScore, own_scores};
 use crate::state::role_name;
 
 /// `POST /score`.
@@ -358,6 +359,8 @@ pub(crate) struct JudgeReply {
     nearest: Option<NearestReply>,
     worst: Option<WorstReply>,
     problems: Vec<ProblemReply>,
+    /// What *Find* compares with.
+    scores: Vec<OwnScore>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -458,6 +461,7 @@ impl JudgeReply {
             nearest,
             worst,
             problems: problem_replies(&answer.problems),
+            scores: own_scores(&answer.moments, study),
         }
     }
 }

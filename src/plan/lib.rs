@@ -6,6 +6,7 @@ mod answers;
 pub mod document;
 pub mod find;
 pub mod live;
+mod own_scores;
 pub mod page;
 pub mod problem;
 pub mod server;

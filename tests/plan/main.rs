@@ -9,3 +9,5 @@ mod browser;
 mod found;
 mod planner;
 mod saved;
+#[cfg(target_os = "linux")]
+mod speed;

@@ -80,6 +80,7 @@ const KEYS_OF_PAGE = {
 function escape() {
   if (planner.draft && planner.draft.index !== null && !planner.draft.isSettling) dropDraft();
   else if (planner.armed) disarm();
+  else if (!element("pose-list").hidden) closePoses();
   else if (!element("catalogue").hidden) openCatalogue();
   else if (!element("find-panel").hidden) element("find-panel").hidden = true;
   else if (planner.tool !== "move") KEYS_OF_PAGE.w();
