@@ -77,6 +77,9 @@ enum Goal {
     Ties { last_test: u64 },
 }
 
+/// Shows what is known.
+type Show<'s> = &'s dyn Fn(CheapestKnown);
+
 /// A search.
 pub(super) struct Search<'s, 'a> {
     pub(super) problem: &'s CheapestProblem<'a>,
@@ -89,7 +92,7 @@ pub(super) struct Search<'s, 'a> {
     test: &'s mut dyn SetTest,
     progress: &'s dyn Progress,
     /// Shows what is known.
-    show: &'s dyn Fn(CheapestKnown),
+    show: Show<'s>,
     tested: u64,
     /// Only sets that cost no more are looked at.
     limits: SetLimits,
@@ -108,7 +111,7 @@ impl<'s, 'a> Search<'s, 'a> {
         problem: &'s CheapestProblem<'a>,
         demands: &'s mut Vec<Demand>,
         test: &'s mut dyn SetTest,
-        (progress, show): (&'s dyn Progress, &'s dyn Fn(CheapestKnown)),
+        (progress, show): (&'s dyn Progress, Show<'s>),
     ) -> Search<'s, 'a> {
         let covered = problem.coverages.iter().map(|coverage| coverage.bound());
         let bounds: Vec<ShareBound> =

@@ -34,7 +34,7 @@ function showFront() {
   drawn.forEach(point => nodes.push(shape("circle", { cx: px(x(acrossOf(point))), cy: px(y(point)), r: 5.5, class: point.is_proven ? "proven" : "open", title: `${isKnown(point.cost) ? `${money(point.cost)}, ` : ""}${point.words ?? ""}`, onclick: () => takeFound(point) })));
   if (ownDrawn) {
     const [cx, cy] = [x(acrossOf(ownDrawn)), y(ownDrawn)], isLeft = cx > width - 80;
-    nodes.push(shape("path", { d: `M${px(cx)} ${px(cy - 7)}l7 7l-7 7l-7 -7z`, class: `own${isScore || ownDrawn.passes ? "" : " fails"}`, title: ownDrawn.words }), word(cx + (isLeft ? -10 : 10), cy - 6, "your plan", { "text-anchor": isLeft ? "end" : "start", class: "of-own" }));
+    nodes.push(shape("path", { d: `M${px(cx)} ${px(cy - 7)}l7 7l-7 7l-7 -7z`, class: `own${isScore || ownDrawn.passes ? "" : " fails"}`, title: ownDrawn.words }), word(cx + (isLeft ? 8 : 10), cy + (isLeft ? 19 : 4), "your plan", { "text-anchor": isLeft ? "end" : "start", class: "of-own" }));
   }
   const picture = shape("svg", { viewBox: `0 0 ${width} ${height}`, width, height, role: "img", "aria-label": ownDrawn ? ownDrawn.words : "Sets that were found" });
   picture.append(...nodes);
