@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use perirobot_march::backend::Backend;
-use perirobot_march::progress::{Fault, Progress, SearchState};
+use perirobot_march::progress::{Fault, Progress, PurchaseState, SearchState};
 
 use super::progress::{JobProgress, SearchProgress, suspend_bar};
 use super::stop::StopAt;
@@ -76,6 +76,14 @@ impl Progress for Onlooker<'_> {
         self.with_shown(|shown| {
             if let Shown::Search(search) = shown {
                 search.show(state);
+            }
+        });
+    }
+
+    fn show_purchase(&self, state: &PurchaseState) {
+        self.with_shown(|shown| {
+            if let Shown::Search(search) = shown {
+                search.show_purchase(state);
             }
         });
     }

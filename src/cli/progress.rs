@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use perirobot_decide::cheapest::purchase_progress_of;
 use perirobot_decide::choose::progress_of;
-use perirobot_march::progress::SearchState;
+use perirobot_march::progress::{PurchaseState, SearchState};
 use perirobot_study::sensor::Cost;
 use serde::Serialize;
 
@@ -92,6 +93,20 @@ struct SearchLine {
     elapsed_s: f64,
 }
 
+/// What a line about a search for the cheapest set holds; costs are in the study's currency.
+#[derive(Serialize)]
+struct PurchaseLine<'a> {
+    event: &'static str,
+    /// What is searched.
+    what: &'a str,
+    /// What the cheapest set so far costs.
+    cost: Option<f64>,
+    /// What no set costs less than.
+    below: Option<f64>,
+    tested: u64,
+    elapsed_s: f64,
+}
+
 impl SearchProgress {
     /// Shows what is searched, the best score so far, and what no set is above, if that is known.
     pub(super) fn show(&self, state: &SearchState) {
@@ -100,11 +115,35 @@ impl SearchProgress {
         }
         if self.lines {
             let SearchState { at_most, budget, best, bound: above, .. } = *state;
-            let elapsed_s = (1e3 * self.begin.elapsed().as_secs_f64()).round() / 1e3;
+            let elapsed_s = self.elapsed_s();
             let budget = budget.map(|budget| Cost::from_thousandths(budget).amount());
             let line = SearchLine { event: "search", at_most, budget, best, above, elapsed_s };
             say!("{}", serde_json::to_string(&line).expect("numbers make a line"));
         }
+    }
+
+    /// Shows the cheapest set so far, what no set costs less than, and how many were tested.
+    pub(super) fn show_purchase(&self, state: &PurchaseState) {
+        if let Some(spinner) = &self.spinner {
+            spinner.set_message(purchase_progress_of(state));
+        }
+        if self.lines {
+            let amount = |cost: u64| Cost::from_thousandths(cost).amount();
+            let line = PurchaseLine {
+                event: "search",
+                what: &state.title,
+                cost: state.best.as_ref().map(|best| amount(best.cost)),
+                below: state.no_set_below.map(amount),
+                tested: state.tested,
+                elapsed_s: self.elapsed_s(),
+            };
+            say!("{}", serde_json::to_string(&line).expect("text and numbers make a line"));
+        }
+    }
+
+    /// Seconds since the begin, to a millisecond.
+    fn elapsed_s(&self) -> f64 {
+        (1e3 * self.begin.elapsed().as_secs_f64()).round() / 1e3
     }
 }
 

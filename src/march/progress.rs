@@ -35,6 +35,9 @@ pub trait Progress: Sync {
 
     /// A search for sets knows this.
     fn show_search(&self, _: &SearchState) {}
+
+    /// A search for the cheapest set knows this. It comes a few times a second at most, and at the end of each part.
+    fn show_purchase(&self, _: &PurchaseState) {}
 }
 
 /// Only stops a job; its progress is ignored.
@@ -81,4 +84,45 @@ pub struct SearchState {
     pub bound: Option<f64>,
     /// How long these limits were searched, when a part of that search has ended.
     pub seconds: Option<f64>,
+}
+
+/// What a search for the cheapest set knows of one part of its question, such as one speed of the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PurchaseState {
+    /// The number of the part, in the order in which they are searched: the first is all that is required.
+    pub part: usize,
+    /// What is searched, in words.
+    pub title: String,
+    /// How many sets were tested.
+    pub tested: u64,
+    /// No set that passes costs less, in thousandths; none if it is proven that none passes.
+    pub no_set_below: Option<u64>,
+    /// The cheapest set that passes, of those found so far.
+    pub best: Option<PurchasedState>,
+    /// The unit of all costs.
+    pub currency: Option<String>,
+    /// Whether this part has ended, and it is proven that no set is cheaper, or that none passes.
+    pub is_proven: bool,
+}
+
+/// A set that passes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PurchasedState {
+    /// What it costs, in thousandths.
+    pub cost: u64,
+    /// The score that decides among sets of the same cost, if there is one and it has a value.
+    pub score: Option<f64>,
+    /// Its sensors.
+    pub sensors: Vec<PurchasedMember>,
+}
+
+/// A sensor of a set, by the names of the study.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PurchasedMember {
+    /// The sensor.
+    pub sensor: String,
+    /// Its pose.
+    pub pose: String,
+    /// Where that is, in words.
+    pub place: String,
 }

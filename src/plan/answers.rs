@@ -17,6 +17,7 @@ use crate::live::{
     FloorMap, JudgeAnswer, MomentCounts, NOT_COUNTED, PlacedProblem, Resolution, Scenery, ScoreAnswer,
     WhyAnswer,
 };
+use crate::own_scores::{OwnScore, own_scores};
 use crate::state::{role_name, turned_deg};
 
 /// `POST /score`.
@@ -379,6 +380,8 @@ pub(crate) struct JudgeReply {
     nearest: Option<NearestReply>,
     worst: Option<WorstReply>,
     problems: Vec<ProblemReply>,
+    /// What *Find* compares with.
+    scores: Vec<OwnScore>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -479,6 +482,7 @@ impl JudgeReply {
             nearest,
             worst,
             problems: problem_replies(&answer.problems),
+            scores: own_scores(&answer.moments, study),
         }
     }
 }

@@ -2,22 +2,28 @@
 //! stay if the page asks for that.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::AtomicBool;
 
 use perirobot_cover::CandidateEvidence;
-use perirobot_decide::cheapest::{PurchasePoint, Purchasing};
+use perirobot_decide::cheapest::Purchasing;
 use perirobot_decide::choose::{CastEvidence, Casting, Choosing, Found, MEMORY_BYTES, SearchEnding};
 use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
-use perirobot_march::progress::{Progress, SearchState};
 use perirobot_march::{Error, Result};
 use perirobot_page::report::purchased;
 use perirobot_study::input::{Study, Wanted};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 use perirobot_sweep::scoring::check::ONE_IN;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use toml::{Table, Value};
+
+mod event;
+mod listener;
+
+pub use event::{FindEvent, FoundPoint, FoundSensor};
+
+use event::placed_in;
+use listener::FindListener;
 
 /// What is to be found.
 #[derive(Clone, Debug, Deserialize)]
@@ -46,58 +52,6 @@ enum Asked {
     Score,
 }
 
-/// What a search reports, a line each.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FindEvent {
-    /// This many things of a stage are done.
-    Stage {
-        /// What they are.
-        words: &'static str,
-        /// How many are done.
-        done: u64,
-        /// Of how many.
-        total: u64,
-    },
-    /// What no set is beyond.
-    Bound {
-        /// No set that passes costs less.
-        cost: Option<f64>,
-        /// No set of any cost scores more.
-        score: Option<f64>,
-    },
-    /// A set.
-    Point(FoundPoint),
-    /// The end, in words.
-    Done(String),
-    /// It was stopped before its end: what is known so far, in words.
-    Stopped(String),
-    /// What is wrong.
-    Error(String),
-}
-
-/// A set that was found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FoundPoint {
-    /// What it costs.
-    cost: Option<f64>,
-    /// Its score, if a score decided.
-    score: Option<f64>,
-    /// What it is the best for, and where its sensors are.
-    words: String,
-    /// Its sensors.
-    placed: Vec<FoundSensor>,
-    /// Whether it is proven that no other is better for that.
-    is_proven: bool,
-}
-
-/// A sensor of a set, by the names of the study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FoundSensor {
-    sensor: String,
-    pose: String,
-}
-
 impl FindRequest {
     /// The keys of `[choose]` that it stands for.
     fn keys(&self) -> Table {
@@ -122,59 +76,6 @@ impl FindRequest {
     }
 }
 
-/// Listens to a search.
-struct FindListener<'a> {
-    emit: &'a (dyn Fn(FindEvent) + Sync),
-    stop: &'a AtomicBool,
-    stage: Mutex<Stage>,
-}
-
-/// A stage that is under way.
-#[derive(Clone, Copy)]
-struct Stage {
-    words: &'static str,
-    done: u64,
-    total: u64,
-}
-
-/// How many reports of a stage are enough for a bar.
-const REPORTS: u64 = 200;
-
-impl FindListener<'_> {
-    fn begin(&self, words: &'static str, total: u64) {
-        *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = Stage { words, done: 0, total };
-        (self.emit)(FindEvent::Stage { words, done: 0, total });
-    }
-
-    fn end(&self, words: String, is_stopped: bool) {
-        (self.emit)(if is_stopped { FindEvent::Stopped(words) } else { FindEvent::Done(words) });
-    }
-}
-
-impl Progress for FindListener<'_> {
-    fn stop_reason(&self) -> Option<String> {
-        self.stop.load(Ordering::Relaxed).then(|| "stopped on the page".into())
-    }
-
-    fn advance(&self, more: u64) {
-        let Stage { words, done, total } = {
-            let mut stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
-            stage.done += more;
-            *stage
-        };
-        let each = (total / REPORTS).max(1);
-        if done == total || done / each != done.saturating_sub(more) / each {
-            (self.emit)(FindEvent::Stage { words, done, total });
-        }
-    }
-
-    fn show_search(&self, state: &SearchState) {
-        if state.bound.is_some() {
-            (self.emit)(FindEvent::Bound { cost: None, score: state.bound });
-        }
-    }
-}
-
 /// What is said if nothing was found before a stop.
 const NOTHING_YET: &str = "Stopped before any set was found.";
 
@@ -191,7 +92,7 @@ pub fn find(
     emit: &(dyn Fn(FindEvent) + Sync),
 ) -> Result<()> {
     let study = study.asking(request.keys())?;
-    let listener = FindListener { emit, stop, stage: Mutex::new(Stage { words: "", done: 0, total: 0 }) };
+    let listener = FindListener::new(emit, stop);
     let ended = match &study.choose {
         Some(Wanted::Cheapest(_)) => cheapest(&study, worlds, backend, evidence, &listener),
         _ => best(&study, worlds, backend, evidence, &listener),
@@ -241,41 +142,18 @@ fn cheapest(
     listener.begin("sets", 0);
     let report = purchasing.search(&evidence, &ways, &open, listener)?;
     let mut words = purchased::sentence(&report, None);
-    for point in &report.points {
-        match point_of(point) {
-            Some(found) => (listener.emit)(FindEvent::Point(found)),
-            None => {
-                let title = purchased::describe_aim(&point.aim);
-                let reasons = point.reasons.iter().map(|one| format!("{}: {}", one.requirement, one.why));
-                words += &format!("; {title}: {}", reasons.collect::<Vec<_>>().join("; "));
-            }
-        }
+    // The sets themselves were reported as they were found.
+    for point in report.points.iter().filter(|point| point.set.is_none()) {
+        let title = purchased::describe_aim(&point.aim);
+        let reasons = point.reasons.iter().map(|one| format!("{}: {}", one.requirement, one.why));
+        let reasons = reasons.collect::<Vec<_>>().join("; ");
+        let why = if reasons.is_empty() { "no set was found so far" } else { &reasons };
+        words += &format!("; {title}: {why}");
     }
-    let bound = report.main().no_set_below.filter(|_| !report.main().proven).map(Cost::amount);
+    let bound = report.main().no_set_below.map(Cost::amount);
     (listener.emit)(FindEvent::Bound { cost: bound, score: None });
     listener.end(words, report.stopped);
     Ok(())
-}
-
-fn point_of(point: &PurchasePoint) -> Option<FoundPoint> {
-    let set = point.set.as_ref()?;
-    let (placed, places) = placed_in(set.sensors.iter().map(|one| [&one.sensor, &one.pose, &one.place]));
-    Some(FoundPoint {
-        cost: Some(set.cost.amount()),
-        score: set.score,
-        words: format!("{}: {places}", purchased::describe_aim(&point.aim)),
-        placed,
-        is_proven: point.proven,
-    })
-}
-
-/// Sensors by their names, and in words where they are; of each its name, its pose and its place.
-fn placed_in<'s>(sensors: impl Iterator<Item = [&'s String; 3]>) -> (Vec<FoundSensor>, String) {
-    let named = |[sensor, pose, place]: [&String; 3]| {
-        (FoundSensor { sensor: sensor.clone(), pose: pose.clone() }, format!("{sensor} {place}"))
-    };
-    let (placed, places): (Vec<FoundSensor>, Vec<String>) = sensors.map(named).unzip();
-    (placed, places.join("; "))
 }
 
 fn best(
@@ -302,6 +180,7 @@ fn best(
         let sensors = step.best.sensors.iter();
         let (placed, words) = placed_in(sensors.map(|one| [&one.sensor, &one.pose, &one.place]));
         (listener.emit)(FindEvent::Point(FoundPoint {
+            part: None,
             cost: step.best.cost.map(Cost::amount),
             score: Some(step.best.score),
             words,

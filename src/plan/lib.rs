@@ -7,6 +7,7 @@ pub mod document;
 pub mod find;
 pub mod gallery;
 pub mod live;
+mod own_scores;
 pub mod page;
 pub mod problem;
 pub mod report;

@@ -8,9 +8,10 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use perirobot_decide::cheapest::purchase_progress_of;
 use perirobot_decide::choose::progress_of;
 use perirobot_march::Result;
-use perirobot_march::progress::{Fault, Progress, SearchState};
+use perirobot_march::progress::{Fault, Progress, PurchaseState, SearchState};
 use pyo3::prelude::*;
 
 use crate::error::to_exception;
@@ -148,6 +149,10 @@ impl Progress for Listener {
 
     fn show_search(&self, state: &SearchState) {
         self.take(Event::Says(progress_of(state)));
+    }
+
+    fn show_purchase(&self, state: &PurchaseState) {
+        self.take(Event::Says(purchase_progress_of(state)));
     }
 }
 

@@ -5,6 +5,7 @@
     python3 planner.py chosen ADDRESS
     python3 planner.py left ADDRESS
     python3 planner.py shared ADDRESS
+    python3 planner.py found ADDRESS [FOLDER]
     python3 planner.py ended ADDRESS PROCESS
     python3 planner.py strangers ADDRESS
     python3 planner.py speed ADDRESS
@@ -12,7 +13,8 @@
 
 The address is the one that the command prints, with the token. `opened` looks at all that is shown first. `used` saves the study, and prints the counts that the page
 shows then, as JSON: those of a sweep of the saved study. `chosen` takes a
-template of the page without a study; the folder `palletiser` is taken. `left` makes a report and mounting sheets. `shared` uses two windows at once. `ended` ends the planner, by its process number, in the middle of a
+template of the page without a study; the folder `palletiser` is taken. `left` makes a report and mounting sheets. `shared` uses two windows at once. `found` searches for the cheapest
+set of the template palletiser, stops it, and takes a set; then it places a sensor badly; with a folder it draws what it sees there. `ended` ends the planner, by its process number, in the middle of a
 drag. `strangers` asks from pages of other origins. `speed` prints how soon pictures follow the pointer. `pictures` draws those
 of the guide, of the template palletiser.
 """
@@ -250,6 +252,132 @@ def used(address):
         the_plan_edits_the_same(page)
 
 
+def type_number(page, id, value):
+    page.browser.run("const home = document.getElementById(arguments[0]); home.value = arguments[1]; home.dispatchEvent(new Event('change'))", id, str(value))
+
+
+def text(page, id):
+    return page.browser.run("return document.getElementById(arguments[0]).textContent", id)
+
+
+def a_search_shows_what_it_finds(page, draw):
+    """Sets and the bound come while it searches; a stop keeps them; a click takes a set."""
+    browser = page.browser
+    before = page.placed()
+    page.click("find")
+    type_number(page, "find-budget", 12345)
+    page.rest()
+    browser.until("return document.body.planner.state.budget === 12345", "the budget", 30)
+    browser.until("return document.getElementById('money').textContent.includes('12,345')", "the status bar", 10)
+    browser.run("document.getElementById('find-keep').checked = false")
+    page.click("find-begin")
+    browser.until("return document.body.dataset.finding === 'yes'", "the search", 10)
+    browser.until("return document.querySelectorAll('#front circle').length > 0", "a set", 400)
+    assert browser.run("return document.body.dataset.finding") == "yes", "the set comes before the end"
+    said = text(page, "find-words")
+    assert "found" in said and "none below" in said and "tested" in said, said
+    assert browser.run("return !!document.querySelector('#front path.bound') && !!document.querySelector('#front path.own')"), "the bound and today's plan"
+    draw("find.png")
+    page.click("find-stop")
+    browser.until("return !document.body.dataset.finding", "the end", 120)
+    assert browser.run("return document.querySelectorAll('#found button').length") > 0, "a stop keeps what was found"
+    said = text(page, "find-words")
+    assert "No set that passes costs less than" in said, said
+    browser.run("document.querySelector('#front circle').dispatchEvent(new MouseEvent('click', { bubbles: true }))")
+    browser.until("return document.body.planner.state.can_undo && document.body.dataset.busy === ''", "the set", 30)
+    page.rest()
+    assert page.placed() != before, before
+    page.click("undo")
+    page.rest()
+    assert page.placed() == before, page.placed()
+    page.click("find-close")
+
+
+def verdicts_name_letters(page, draw):
+    """Verdicts say B (camera), not camera:planned/1, and the page explains their conditions."""
+    page.browser.until("return document.querySelectorAll('#requirements li').length > 0", "verdicts", 300)
+    said = text(page, "requirements")
+    poses = [f"{one['sensor']}:{one['pose']}" for one in page.placed()]
+    assert not any(pose in said for pose in poses), said
+    assert "parts_detected" not in said and "As planned" in text(page, "conditions"), said
+    assert page.browser.run("return !!document.querySelector('#requirements abbr[title]')")
+    page.browser.run("document.getElementById('verdicts').scrollIntoView()")
+    draw("verdicts.png")
+
+
+def bad_places_are_told(page, draw):
+    """A sensor in mid-air, outside of the cell: the inspector says so and what to do; what is below it does not jump."""
+    browser = page.browser
+    (x0, y0, _), (x1, y1, z1) = page.known("state.scenes[0].room_m")
+    browser.run("document.getElementById('sensor-0').focus()")
+    top = "return document.getElementById('pose').getBoundingClientRect().top"
+    before = browser.run(top)
+    room = page.known("state.scenes[0].things")
+    free = next(
+        (x, y)
+        for x in (x0 + (x1 - x0) * n / 20 for n in range(3, 18))
+        for y in (y0 + (y1 - y0) * n / 20 for n in range(3, 18))
+        if not any(one["low_m"][0] - 0.6 < x < one["high_m"][0] + 0.6 and one["low_m"][1] - 0.6 < y < one["high_m"][1] + 0.6 for one in room)
+    )
+    for id, value in zip(("pose-x", "pose-y", "pose-z"), (*free, z1 / 2)):
+        type_number(page, id, round(value, 3))
+        page.rest()
+    browser.until("return !document.getElementById('chosen-problem').hidden", "the warning", 60)
+    said = text(page, "chosen-problem")
+    assert "mid-air" in said and "wall" in said, said
+    draw("mid-air.png")
+    type_number(page, "pose-x", x1 + 40)
+    page.rest()
+    browser.until("return document.getElementById('chosen-problem').textContent.includes('outside')", "the warning", 60)
+    for _ in range(4):
+        page.click("undo")
+        page.rest()
+    assert browser.run(top) == before, "the numbers stay where they are"
+
+
+def poses_at_a_dot_are_listed(page, draw):
+    """Several poses at one dot of the floor plan are a list, the highest first."""
+    browser = page.browser
+    page.click("tab-plan")
+    page.click("add")
+    browser.run("[...document.querySelectorAll('#models button')].find(one => one.querySelector('strong').textContent === 'camera').click()")
+    browser.until("return [...document.querySelectorAll('#plan .dot')].some(one => one.textContent.includes('camera'))", "the dots of the camera")
+    many = browser.run(
+        """const dot = [...document.querySelectorAll('#plan .dot')].find(one => /^[0-9]+ poses/.test(one.textContent));
+        dot?.dispatchEvent(new MouseEvent('click', { bubbles: true }));
+        return !!dot"""
+    )
+    assert many, "a dot with several poses"
+    heights = browser.run("return [...document.querySelectorAll('#poses-here strong')].map(one => parseFloat(one.textContent))")
+    assert len(heights) > 1 and heights == sorted(heights, reverse=True), heights
+    draw("poses.png")
+    count = len(page.placed())
+    browser.run("document.querySelector('#poses-here button:not(:disabled)').click()")
+    browser.until(f"return document.body.planner.state.placed.length === {count + 1}", "the sensor", 30)
+    page.rest()
+    page.click("undo")
+    page.rest()
+
+
+def found(address, folder=None):
+    with Browser(has_network=True) as browser:
+        browser.size(1440, 900)
+        page = Page(browser, address)
+        browser.until("return document.body.dataset.judged !== undefined", "verdicts", 300)
+
+        def draw(name):
+            if folder:
+                browser.picture(os.path.join(folder, name))
+
+        verdicts_name_letters(page, draw)
+        bad_places_are_told(page, draw)
+        browser.until("return document.body.dataset.judged === document.body.dataset.n", "verdicts", 300)
+        a_search_shows_what_it_finds(page, draw)
+        poses_at_a_dot_are_listed(page, draw)
+        said = [entry["message"] for entry in browser.log("browser") if entry["level"] == "SEVERE"]
+        assert not said, said
+
+
 def ended(address, process):
     """The planner ends while a sensor is dragged: the page says so, and lets nothing be edited."""
     with Browser(has_network=True) as browser:
@@ -452,4 +580,4 @@ def pictures(address, folder):
 
 
 if __name__ == "__main__":
-    {"opened": opened, "used": used, "chosen": chosen, "left": left, "shared": shared, "ended": ended, "strangers": strangers, "speed": speed, "pictures": pictures}[sys.argv[1]](*sys.argv[2:])
+    {"opened": opened, "used": used, "chosen": chosen, "left": left, "shared": shared, "found": found, "ended": ended, "strangers": strangers, "speed": speed, "pictures": pictures}[sys.argv[1]](*sys.argv[2:])

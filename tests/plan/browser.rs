@@ -10,7 +10,7 @@ use crate::common::program::{perirobot, text};
 use crate::planner::Planner;
 
 /// A usual cell in a folder; its study.
-fn cell(folder: &Path, template: &str) -> PathBuf {
+pub(crate) fn cell(folder: &Path, template: &str) -> PathBuf {
     let cell = folder.join("cell");
     let outcome = perirobot(&["init", "--template", template, text(&cell)]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
@@ -18,7 +18,7 @@ fn cell(folder: &Path, template: &str) -> PathBuf {
 }
 
 /// What a part of the script prints.
-fn script(part: &str, arguments: &[&str]) -> String {
+pub(crate) fn script(part: &str, arguments: &[&str]) -> String {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/planner.py");
     let output = Command::new("python3").arg(script).arg(part).args(arguments).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
@@ -56,6 +56,15 @@ fn a_sweep_counts_what_the_page_showed_after_a_drag() {
         assert!(after != before && comments(&after) == comments(&before), "{after}");
     }
     assert_eq!(swept(&study), shown);
+}
+
+#[test]
+#[ignore = "needs chromium, chromium-driver and python3"]
+fn sets_are_found_and_bad_places_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let planner = Planner::start(text(&cell(folder.path(), "palletiser")), &["--backend", "cpu"]);
+    script("found", &[&planner.address()]);
+    planner.end();
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod common;
 mod bad;
 #[cfg(target_os = "linux")]
 mod browser;
+mod found;
 mod gallery;
 mod links;
 mod objects;
@@ -13,3 +14,5 @@ mod papers;
 mod planner;
 mod saved;
 mod shapes;
+#[cfg(target_os = "linux")]
+mod speed;

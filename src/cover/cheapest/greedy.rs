@@ -4,7 +4,7 @@
 use super::TestAnswer;
 use super::search::Search;
 use super::share::ShareStates;
-use perirobot_march::Result;
+use perirobot_march::{Error, Result};
 
 /// A set that passes, if it is found so.
 pub(super) fn passing_set(search: &mut Search) -> Result<Option<Vec<usize>>> {
@@ -22,7 +22,11 @@ pub(super) fn passing_set(search: &mut Search) -> Result<Option<Vec<usize>>> {
         };
         let lacks_demands = search.demands.iter().any(|demand| demand.lacks(&set) > 0);
         if !lacks_demands && !states.surely_fails() {
-            match search.test(&set)? {
+            let answer = match search.test(&set) {
+                Err(Error::Stopped(_)) => return Ok(None),
+                answer => answer?,
+            };
+            match answer {
                 TestAnswer::Passes => return drop_needless(search, set).map(Some),
                 TestAnswer::Lacks(_) => continue,
                 TestAnswer::Fails => {}
@@ -45,7 +49,14 @@ fn drop_needless(search: &mut Search, mut set: Vec<usize>) -> Result<Vec<usize>>
     for item in order {
         let without: Vec<usize> = set.iter().copied().filter(|&other| other != item).collect();
         let fits = search.demands.iter().all(|demand| demand.lacks(&without) == 0);
-        if fits && search.test(&without)? == TestAnswer::Passes {
+        if !fits {
+            continue;
+        }
+        let answer = match search.test(&without) {
+            Err(Error::Stopped(_)) => break,
+            answer => answer?,
+        };
+        if answer == TestAnswer::Passes {
             set = without;
         }
     }

@@ -88,8 +88,20 @@ pub trait SetTest {
     }
 }
 
+/// What a search knows while it runs.
+#[derive(Clone, Copy, Debug)]
+pub struct CheapestKnown<'k> {
+    /// The cheapest set that passes, of those found so far.
+    pub best: Option<&'k FoundPurchase>,
+    /// No set that passes costs less, in thousandths.
+    pub no_set_below: u64,
+    /// How many sets were tested.
+    pub tested: u64,
+}
+
 /// Searches for the cheapest set that passes. `demands` are those that are known from before; those that are found are
-/// added.
+/// added. What is known is shown often, so `show` takes little time. A test that is stopped ends the search as any other stop
+/// does.
 ///
 /// # Errors
 /// Those of the test.
@@ -98,8 +110,9 @@ pub fn cheapest(
     demands: &mut Vec<Demand>,
     test: &mut dyn SetTest,
     progress: &dyn Progress,
+    show: &dyn Fn(CheapestKnown),
 ) -> Result<CheapestAnswer> {
-    let mut search = search::Search::new(problem, demands, test, progress);
+    let mut search = search::Search::new(problem, demands, test, (progress, show));
     if !search.is_any_allowed() {
         return Ok(CheapestAnswer::NONE);
     }

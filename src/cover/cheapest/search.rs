@@ -4,9 +4,9 @@ use super::super::rules::SetLimits;
 use super::super::worth::Worth;
 use super::demand::{self, Demand, DemandState};
 use super::share::{OutOfReach, ShareBound, ShareStates};
-use super::{CheapestProblem, SetTest, TestAnswer, TieRule};
-use perirobot_march::Result;
+use super::{CheapestKnown, CheapestProblem, SetTest, TestAnswer, TieRule};
 use perirobot_march::progress::Progress;
+use perirobot_march::{Error, Result};
 
 /// A set that passes.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +77,9 @@ enum Goal {
     Ties { last_test: u64 },
 }
 
+/// Shows what is known.
+type Show<'s> = &'s dyn Fn(CheapestKnown);
+
 /// A search.
 pub(super) struct Search<'s, 'a> {
     pub(super) problem: &'s CheapestProblem<'a>,
@@ -88,6 +91,8 @@ pub(super) struct Search<'s, 'a> {
     pub(super) demands: &'s mut Vec<Demand>,
     test: &'s mut dyn SetTest,
     progress: &'s dyn Progress,
+    /// Shows what is known.
+    show: Show<'s>,
     tested: u64,
     /// Only sets that cost no more are looked at.
     limits: SetLimits,
@@ -106,7 +111,7 @@ impl<'s, 'a> Search<'s, 'a> {
         problem: &'s CheapestProblem<'a>,
         demands: &'s mut Vec<Demand>,
         test: &'s mut dyn SetTest,
-        progress: &'s dyn Progress,
+        (progress, show): (&'s dyn Progress, Show<'s>),
     ) -> Search<'s, 'a> {
         let covered = problem.coverages.iter().map(|coverage| coverage.bound());
         let bounds: Vec<ShareBound> =
@@ -122,6 +127,7 @@ impl<'s, 'a> Search<'s, 'a> {
             demands,
             test,
             progress,
+            show,
             tested,
             limits,
             no_set_below,
@@ -163,6 +169,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 None if tried == most => return Ok(self.answer(true)),
                 _ => self.no_set_below = tried + 1,
             }
+            self.tell();
             step *= 2;
         }
         self.limits = SetLimits { budget: Some(self.no_set_below), ..self.problem.limits };
@@ -270,7 +277,14 @@ impl<'s, 'a> Search<'s, 'a> {
         };
         if is_better {
             self.best = Some(FoundPurchase { set, cost, worth });
+            self.tell();
         }
+    }
+
+    /// Shows what is known.
+    fn tell(&self) {
+        let Search { best, no_set_below, tested, .. } = self;
+        (self.show)(CheapestKnown { best: best.as_ref(), no_set_below: *no_set_below, tested: *tested });
     }
 
     /// Whether there is a reason to stop.
@@ -284,6 +298,7 @@ impl<'s, 'a> Search<'s, 'a> {
         set.sort_unstable();
         self.tested += 1;
         let answer = self.test.test(&set)?;
+        self.tell();
         if let TestAnswer::Lacks(new) = &answer {
             assert!(new.iter().any(|demand| demand.lacks(&set) > 0), "a new demand, or no end");
             new.iter().for_each(|demand| demand::add(self.demands, demand.clone()));
@@ -309,6 +324,7 @@ impl<'s, 'a> Search<'s, 'a> {
             if self.progress.stops() {
                 return Ok(WalkEnd::Stopped);
             }
+            self.tell();
             match self.goal {
                 Goal::Cheaper if self.is_cheapest_known() => return Ok(WalkEnd::Complete),
                 Goal::Ties { last_test } if self.tested >= last_test || self.tie_looks >= MOST_TIE_LOOKS => {
@@ -345,7 +361,11 @@ impl<'s, 'a> Search<'s, 'a> {
                 return self.branch(chosen, &allowed, &first, &states);
             }
             if !states.surely_fails() {
-                match self.test(chosen)? {
+                let answer = match self.test(chosen) {
+                    Err(Error::Stopped(_)) => return Ok(WalkEnd::Stopped),
+                    answer => answer?,
+                };
+                match answer {
                     TestAnswer::Lacks(_) => continue,
                     TestAnswer::Fails => {}
                     TestAnswer::Passes => {

@@ -1,5 +1,7 @@
 //! Against trying every set.
 
+use std::cell::RefCell;
+
 use super::super::evidence::CandidateEvidence;
 use super::super::layout::{CLEAR, FALSE, HIT, MISSED};
 use super::super::problem::Problem;
@@ -8,7 +10,10 @@ use super::super::tests::{Random, SCORES, evidence, rules};
 use super::super::worth::{Ratio, Worth};
 use super::search::Search;
 use super::share::left_out;
-use super::{CheapestProblem, Coverage, Demand, SetTest, Share, TestAnswer, TieRule, TieScore, cheapest};
+use super::{
+    CheapestAnswer, CheapestKnown, CheapestProblem, Coverage, Demand, SetTest, Share, TestAnswer, TieRule,
+    TieScore, cheapest,
+};
 use crate::thorough::cases;
 use perirobot_march::Result;
 use perirobot_march::metrics::{Across, Overlap, Score};
@@ -176,7 +181,13 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
         };
         let mut test = MadeUpTest { shares, coverages, hidden, enemies, worths, tested: 0 };
         let mut demands = Vec::new();
-        let answer = cheapest(&problem, &mut demands, &mut test, &|| None).unwrap();
+        let shown = RefCell::new(Vec::new());
+        let show = |known: CheapestKnown| {
+            let best = known.best.map(|best| best.cost);
+            shown.borrow_mut().push((best, known.no_set_below, known.tested));
+        };
+        let answer = cheapest(&problem, &mut demands, &mut test, &|| None, &show).unwrap();
+        assert_shown(&shown.into_inner(), &answer);
         told += usize::from(!demands.is_empty());
 
         let mut sets = Vec::new();
@@ -226,6 +237,23 @@ fn the_cheapest_set_is_that_of_trying_every_set() {
     );
 }
 
+/// What was shown of a search that found an answer: costs fall, and bounds rise up to the answer.
+#[track_caller]
+fn assert_shown(shown: &[(Option<u64>, u64, u64)], answer: &CheapestAnswer) {
+    let cost = answer.best.as_ref().map(|best| best.cost);
+    for pair in shown.windows(2) {
+        let [(best, bound, tested), (next_best, next_bound, next_tested)] = [pair[0], pair[1]];
+        assert!(best.is_none() || next_best.is_some_and(|next| Some(next) <= best), "{shown:?}");
+        assert!(bound <= next_bound && tested <= next_tested, "{shown:?}");
+    }
+    for &(best, bound, _) in shown {
+        assert!(best.is_none_or(|best| Some(best) >= cost && cost.is_some()), "{shown:?}, {answer:?}");
+        assert!(cost.is_none_or(|cost| bound <= cost), "{shown:?}, {answer:?}");
+    }
+    let last = shown.last().and_then(|(best, ..)| *best);
+    assert_eq!(last, cost, "the best set is shown");
+}
+
 /// The share of a region that at least two of a set label, bit by bit.
 fn seen_twice(evidence: &CandidateEvidence, over: Across, set: &[usize]) -> Option<Worth> {
     let labels = |item: usize, planes: [usize; 2], bit: usize| {
@@ -269,7 +297,7 @@ fn a_set_that_costs_nothing_ends_the_search() {
     let (shares, coverages) = (Vec::new(), Vec::new());
     let problem = CheapestProblem { rules: &rules, limits, shares, coverages, then: None, most_ties: 0 };
     let (mut test, mut demands) = (OneOrThree { tested: 0 }, Vec::new());
-    let search = Search::new(&problem, &mut demands, &mut test, &|| None);
+    let search = Search::new(&problem, &mut demands, &mut test, (&|| None, &|_| {}));
     let answer = search.run(Some(vec![0])).unwrap();
     assert_eq!((answer.is_proven, answer.best.unwrap().set), (true, vec![1, 2, 3]));
     assert!(test.tested < 10, "{} tested", test.tested);
@@ -304,7 +332,7 @@ fn a_stopped_search_keeps_its_bound() {
             worths: Vec::new(),
             tested: 0,
         };
-        let answer = cheapest(&problem, &mut Vec::new(), &mut test, &stop).unwrap();
+        let answer = cheapest(&problem, &mut Vec::new(), &mut test, &stop, &|_| {}).unwrap();
         let best = answer.best.as_ref().map(|best| best.cost);
         assert!(answer.no_set_below.is_none_or(|bound| bound <= 12) && best.is_none_or(|best| best >= 12));
         assert_eq!(answer.is_proven, best == Some(12) && answer.no_set_below == Some(12), "{answer:?}");

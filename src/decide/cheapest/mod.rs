@@ -13,7 +13,7 @@
 //! `purchasing` runs the stages for the command line and Python. `terms` has the requirements as the search has them,
 //! also at a lower speed of the robot or without some of them, and `number` searches for sets that meet any of them;
 //! `passing` tests a set, with `ways` for bodies that come near, `areas` for floor that must be watched, and `remaining`
-//! for what is judged. `reasons` says why nothing passes. `question` has what was asked, and `report` the answer, in names
+//! for what is judged. `reporter` shows what is known while it runs. `reasons` says why nothing passes. `question` has what was asked, and `report` the answer, in names
 //! and numbers that are written and read as files; `outcome` scores its sets in the folder as a sweep. `verify` checks
 //! what was written.
 
@@ -26,6 +26,7 @@ mod question;
 mod reasons;
 mod remaining;
 mod report;
+mod reporter;
 mod terms;
 mod verify;
 mod ways;
@@ -37,6 +38,7 @@ pub use report::{
     AimReport, CHEAPEST, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet,
     ReasonReport,
 };
+pub use reporter::purchase_progress_of;
 pub use verify::{PurchaseClaims, PurchaseVerified};
 pub use ways::SceneWays;
 

@@ -8,7 +8,7 @@
 //! answer ends the search.
 
 use perirobot_cover::cheapest::{Better, CheapestAnswer, FoundPurchase};
-use perirobot_march::Result;
+use perirobot_march::{Error, Result};
 
 /// Some requirements, by their places among all of them.
 pub(super) trait Subsets {
@@ -23,6 +23,22 @@ pub(super) trait Subsets {
     /// # Errors
     /// Those of a test.
     fn missed_by(&mut self, set: &[usize]) -> Result<Vec<usize>>;
+
+    /// This is known besides the next search.
+    fn show(&mut self, _: FamiliesKnown) {}
+}
+
+/// What is known besides the search for the cheapest set of one family.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct FamiliesKnown {
+    /// The cheapest set so far that meets enough requirements.
+    pub(super) best: Option<FoundPurchase>,
+    /// No set of the family costs less.
+    pub(super) family: u64,
+    /// No set of the other families costs less, nor does the best.
+    pub(super) others: u64,
+    /// How many sets were tested.
+    pub(super) tested: u64,
 }
 
 /// What is looked for.
@@ -80,12 +96,22 @@ impl NumberQuestion {
             if cost.is_some_and(|cost| family.bound > cost || (family.bound == cost && then.is_none())) {
                 break;
             }
-            let found = subsets.cheapest_of(&family.required)?;
+            let others = families.iter().map(|family| family.bound).chain(cost).min().unwrap_or(u64::MAX);
+            let (known, tested) = (best.as_ref().map(|(best, _)| best.clone()), answer.tested);
+            subsets.show(FamiliesKnown { best: known, family: family.bound, others, tested });
+            let mut found = subsets.cheapest_of(&family.required)?;
             answer.tested += found.tested;
             answer.compared += found.compared;
             answer.is_best_of_cost &= found.is_best_of_cost;
             let missed = match &found.best {
-                Some(found) => subsets.missed_by(&found.set)?,
+                Some(best) => match subsets.missed_by(&best.set) {
+                    // Whether it meets enough is unknown.
+                    Err(Error::Stopped(_)) => {
+                        (found.best, found.is_proven) = (None, false);
+                        Vec::new()
+                    }
+                    missed => missed?,
+                },
                 None => Vec::new(),
             };
             if let Some(purchase) = found.best {

@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::time::Duration;
 
 use perirobot_cover::cheapest::{
-    Better, CheapestAnswer, CheapestProblem, SetTest, Share, TestAnswer, TieRule, TieScore, cheapest,
+    Better, CheapestAnswer, CheapestProblem, FoundPurchase, SetTest, Share, TestAnswer, TieRule, TieScore,
+    cheapest,
 };
 use perirobot_cover::layout::WantedCounts;
 use perirobot_cover::{CandidateEvidence, Problem, SetLimits, SetRules, Worth};
@@ -20,13 +22,14 @@ use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 
 use super::areas::Areas;
-use super::number::{NumberQuestion, Subsets};
+use super::number::{FamiliesKnown, NumberQuestion, Subsets};
 use super::passing::PassingTest;
 use super::reasons::{self, Obstacle};
 use super::remaining::{Remaining, combination};
 use super::report::{
     AimReport, ProvenWay, PurchasePoint, PurchaseReport, PurchasedSensor, PurchasedSet, ReasonReport,
 };
+use super::reporter::{BETWEEN_REPORTS, SearchReporter};
 use super::terms::{PurchaseAim, Terms, bounding, dead_in};
 use super::verify::{ProofInput, PurchaseClaims, PurchaseVerified, verify};
 use super::ways::{SceneWays, WayIn};
@@ -51,6 +54,8 @@ pub struct Purchasing<'a> {
     asked: Vec<(PurchaseAim, Terms)>,
     /// The regions in which anything is counted.
     regions: Vec<usize>,
+    /// Time between two reports of a search.
+    between_reports: Duration,
 }
 
 impl<'a> Purchasing<'a> {
@@ -91,7 +96,18 @@ impl<'a> Purchasing<'a> {
         let regions: BTreeSet<usize> =
             counted.chain(counted_then(purchase).map(|then| then.region)).collect();
         let (items, regions) = (candidates_of(study), regions.into_iter().collect());
-        Ok(Purchasing { study, purchase, worlds, memory_bytes, items, grounds, asked, regions })
+        let between_reports = BETWEEN_REPORTS;
+        Ok(Purchasing {
+            study,
+            purchase,
+            worlds,
+            memory_bytes,
+            items,
+            grounds,
+            asked,
+            regions,
+            between_reports,
+        })
     }
 
     /// Reads the evidence in a folder, and keeps there what will be cast; with `restart` it is lost. Without a folder
@@ -141,8 +157,10 @@ impl<'a> Purchasing<'a> {
         let problems: Vec<(usize, Problem)> =
             problems.map(|(&region, evidence)| (region, self.problem(evidence, &rules))).collect();
         let areas = self.asks_areas().then(|| Areas::new(ways, &self.items, self.purchase.at_most));
+        let reporter = SearchReporter::new(self, progress, self.between_reports);
         let mut search = PurchaseSearch {
             purchasing: self,
+            reporter: &reporter,
             rules: &rules,
             problems: &problems,
             ways,
@@ -162,6 +180,8 @@ impl<'a> Purchasing<'a> {
             }
             search.rules = if *aim == PurchaseAim::Disturbed { &if_disturbed } else { &rules };
             let all = 0..terms.requirements.len();
+            let told = AimReport::new(self.study, *aim);
+            reporter.begin(&told, terms);
             let (found, missed) = match *aim {
                 PurchaseAim::All => (search.cheapest_of(&all.collect::<Vec<_>>())?, Vec::new()),
                 PurchaseAim::Without(one) => (search.cheapest_of(&search.all.others(one))?, Vec::new()),
@@ -171,12 +191,13 @@ impl<'a> Purchasing<'a> {
                     NumberQuestion { count: all.len(), least, then }.answer(&mut search)?
                 }
             };
+            reporter.end(&found);
             let is_explained = !matches!(aim, PurchaseAim::Number(_));
             let reasons = if is_explained { search.reasons(terms, &found)? } else { Vec::new() };
             is_cut |= is_explained && found.is_proven && found.best.is_none() && reasons.is_empty();
             let name = |place: usize| terms.requirements[place].name.clone();
             search.most_ties = 0;
-            let mut point = self.point(AimReport::new(self.study, *aim), terms, &found, reasons);
+            let mut point = self.point(told, terms, &found, reasons);
             point.missed = missed.into_iter().map(name).collect();
             if let (PurchaseAim::Disturbed, Some(best)) = (aim, &found.best) {
                 point.disturbed = self.forbidden(&best.set, &rules);
@@ -241,7 +262,9 @@ impl<'a> Purchasing<'a> {
             if terms.requirements.is_empty() {
                 return Ok(None);
             }
+            search.reporter.begin(&AimReport::Nearest(left_out.clone()), &terms);
             let found = search.cheapest(&terms)?;
+            search.reporter.end(&found);
             reasons = search.reasons(&terms, &found)?;
             if found.best.is_some() {
                 return Ok(Some(self.point(AimReport::Nearest(left_out), &terms, &found, Vec::new())));
@@ -257,18 +280,7 @@ impl<'a> Purchasing<'a> {
         found: &CheapestAnswer,
         reasons: Vec<ReasonReport>,
     ) -> PurchasePoint {
-        let set = found.best.as_ref().map(|best| {
-            let combination = combination(self.study, self.purchase, &self.items, aim.title(), &best.set);
-            let members = combination.members.iter().map(|member| [member.sensor, member.candidates[0]]);
-            let cost = Cost::from_thousandths(best.cost);
-            let score = best.worth.and_then(|worth| self.then_value(terms, worth));
-            PurchasedSet {
-                name: aim.title(),
-                cost,
-                score,
-                sensors: members.map(|one| self.sensor(one)).collect(),
-            }
-        });
+        let set = found.best.as_ref().map(|best| self.purchased_set(aim.title(), terms, best));
         PurchasePoint {
             aim,
             set,
@@ -282,6 +294,23 @@ impl<'a> Purchasing<'a> {
             reasons,
             missed: Vec::new(),
         }
+    }
+
+    /// A set that was found, by the names of the study.
+    pub(super) fn purchased_set(&self, name: String, terms: &Terms, best: &FoundPurchase) -> PurchasedSet {
+        let combination = combination(self.study, self.purchase, &self.items, name.clone(), &best.set);
+        let members = combination.members.iter().map(|member| [member.sensor, member.candidates[0]]);
+        PurchasedSet {
+            name,
+            cost: Cost::from_thousandths(best.cost),
+            score: best.worth.and_then(|worth| self.then_value(terms, worth)),
+            sensors: members.map(|one| self.sensor(one)).collect(),
+        }
+    }
+
+    /// The unit of all costs.
+    pub(super) fn currency(&self) -> Option<String> {
+        self.study.currency.clone()
     }
 
     /// The score that decides among sets of the same cost, as a number.
@@ -330,6 +359,12 @@ impl<'a> Purchasing<'a> {
         }
     }
 
+    /// The same, but each report of a search comes at once.
+    #[cfg(test)]
+    pub(super) fn with_all_reports(self) -> Purchasing<'a> {
+        Purchasing { between_reports: Duration::ZERO, ..self }
+    }
+
     /// Sensor and candidate of each candidate.
     #[cfg(test)]
     pub(super) fn items(&self) -> &[[usize; 2]] {
@@ -374,6 +409,7 @@ impl<'a> Purchasing<'a> {
 /// A search for sets that pass several terms, one after the other: what is known of ways in is kept.
 struct PurchaseSearch<'s, 'a> {
     purchasing: &'s Purchasing<'a>,
+    reporter: &'s SearchReporter<'s, 'a>,
     rules: &'s SetRules,
     problems: &'s [(usize, Problem<'s>)],
     ways: &'s [SceneWays<'s>],
@@ -403,7 +439,7 @@ impl PurchaseSearch<'_, '_> {
             None => None,
         };
         let limits = self.purchasing.limits();
-        let (progress, rules) = (self.progress, self.rules);
+        let (progress, reporter, rules) = (self.progress, self.reporter, self.rules);
         let (areas, most_ties) = (self.areas, self.most_ties);
         let mut test = self.test(terms);
         if test.too_near_at_entry().is_some() {
@@ -414,7 +450,7 @@ impl PurchaseSearch<'_, '_> {
         let coverages = areas.iter().flat_map(|areas| largest.iter().filter_map(|one| areas.coverage(one)));
         let problem =
             CheapestProblem { rules, limits, shares, coverages: coverages.collect(), then, most_ties };
-        cheapest(&problem, &mut demands, &mut test, progress)
+        cheapest(&problem, &mut demands, &mut test, progress, &|known| reporter.show(known))
     }
 
     fn test<'t>(&'t mut self, terms: &'t Terms) -> PassingTest<'t, 't> {
@@ -474,6 +510,10 @@ impl Subsets for PurchaseSearch<'_, '_> {
             }
         }
         Ok(missed)
+    }
+
+    fn show(&mut self, known: FamiliesKnown) {
+        self.reporter.show_families(known);
     }
 }
 

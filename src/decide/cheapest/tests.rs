@@ -1,7 +1,9 @@
 //! Against judging every set.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -21,10 +23,12 @@ use perirobot_cover::cheapest::{CheapestAnswer, FoundPurchase};
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends};
 use perirobot_march::march::pcg;
 use perirobot_march::metrics::{Ratio, Score};
+use perirobot_march::progress::{Progress, PurchaseState};
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{
     Condition, Counted, Limit, Measure, Nearness, Overrides, Purchase, Requirement, Study, ThenScore, Wanted,
 };
+use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 
 /// Numbers that look random.
@@ -476,6 +480,105 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
     );
     assert!(bound > 0 && ties > 0, "{bound} were bound by disturb, {ties} had others of the same cost");
     assert!(decided[1..].iter().all(|&one| one > 0), "{decided:?} were decided by F1, overlap, distance");
+}
+
+/// Keeps what a search reports; stops it after so many reports.
+#[derive(Default)]
+struct Reports {
+    all: Mutex<Vec<PurchaseState>>,
+    most: Option<usize>,
+}
+
+impl Progress for Reports {
+    fn stop_reason(&self) -> Option<String> {
+        let most = self.most?;
+        (self.all.lock().unwrap().len() >= most).then(|| "stopped".into())
+    }
+
+    fn show_purchase(&self, state: &PurchaseState) {
+        self.all.lock().unwrap().push(state.clone());
+    }
+}
+
+/// Asserts that reports of each part lead to its point, and that none says more than is so.
+#[track_caller]
+fn assert_reports(all: &[PurchaseState], answer: &PurchaseReport) {
+    let mut parts: Vec<&[PurchaseState]> = all.chunk_by(|a, b| a.part == b.part).collect();
+    assert!(parts.iter().enumerate().all(|(number, own)| own[0].part == number));
+    // Where leaving out some requirements is not enough, more are left out.
+    parts.retain(|own| own[0].title != "nearest" || own.last().is_some_and(|last| last.best.is_some()));
+    assert_eq!(parts.len(), answer.points.len());
+    for (own, point) in parts.into_iter().zip(&answer.points) {
+        let cost = point.set.as_ref().map(|set| set.cost.thousandths());
+        let bound = point.no_set_below.map(Cost::thousandths);
+        let last = own.last().unwrap();
+        assert_eq!(last.title, point.aim.title());
+        let found = last.best.as_ref().map(|best| (best.cost, best.score));
+        assert_eq!(found, point.set.as_ref().map(|set| (set.cost.thousandths(), set.score)));
+        assert_eq!((last.no_set_below, last.is_proven), (bound, point.proven), "{last:?}");
+        assert!(last.tested >= point.tested, "{last:?}");
+        for state in own {
+            assert!(
+                cost.is_none_or(|cost| state.no_set_below.is_some_and(|below| below <= cost)),
+                "{state:?}"
+            );
+            if let Some(best) = &state.best {
+                assert!(cost.is_some_and(|cost| best.cost >= cost), "{state:?}");
+                let costs = best.sensors.iter().map(|one| answer.asked.sensors[&one.sensor].cost.unwrap());
+                let sum: u64 = costs.map(Cost::thousandths).sum();
+                assert_eq!(best.cost, sum, "{best:?}");
+            }
+        }
+        for pair in own.windows(2) {
+            let costs = [&pair[0], &pair[1]].map(|state| state.best.as_ref().map(|best| best.cost));
+            assert!(costs[0].is_none() || costs[1].is_some() && costs[1] <= costs[0], "{pair:?}");
+            assert!(pair[0].tested <= pair[1].tested, "{pair:?}");
+            assert!(pair[1].no_set_below.is_none_or(|next| pair[0].no_set_below <= Some(next)), "{pair:?}");
+        }
+    }
+}
+
+/// What a search reports while it runs is never more than what it finds, and it finds the same as without reports.
+#[test]
+fn reports_lead_to_the_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("study.toml");
+    std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
+    let (mut improved, mut raised, mut kept) = (0, 0, 0);
+    for (case, front) in (0..16).zip(["speed", "requirements"].into_iter().cycle()) {
+        let text = made_up_study(&mut Random(case * 7919));
+        std::fs::write(&path, text + &format!("front = \"{front}\"\n")).unwrap();
+        let study = Study::load(&path, &Overrides::default()).unwrap();
+        let Some(Wanted::Cheapest(purchase)) = &study.choose else { panic!("no question") };
+        let worlds = World::prepare_all(&study).unwrap();
+        let quiet = Purchasing::new(&study, purchase, &worlds, 1 << 30).unwrap();
+        let casting = quiet.begin_casting(None, false).unwrap();
+        let evidence = casting.finish(&mut open().unwrap(), 1, &|| None).unwrap().of_regions;
+        let answer = quiet.search(&evidence, &quiet.look(&|| None).unwrap(), &open, &|| None).unwrap();
+        let purchasing = Purchasing::new(&study, purchase, &worlds, 1 << 30).unwrap().with_all_reports();
+        let ways = purchasing.look(&|| None).unwrap();
+        let reports = Reports::default();
+        assert_eq!(purchasing.search(&evidence, &ways, &open, &reports).unwrap(), answer);
+        let all = reports.all.into_inner().unwrap();
+        assert_reports(&all, &answer);
+        let of_one = |a: &PurchaseState, b: &PurchaseState| a.part == b.part;
+        for own in all.chunk_by(of_one) {
+            let mut sets: Vec<_> = own.iter().filter_map(|state| state.best.as_ref()).collect();
+            sets.dedup();
+            improved += usize::from(sets.len() > 1);
+            let bounds: BTreeSet<u64> = own.iter().filter_map(|state| state.no_set_below).collect();
+            raised += usize::from(bounds.len() > 2);
+        }
+        // Wherever it is stopped, what was reported is kept with its bound.
+        for most in 1..all.len().min(30) {
+            let reports = Reports { most: Some(most), ..Reports::default() };
+            let cut = purchasing.search(&evidence, &ways, &open, &reports).unwrap();
+            let all = reports.all.into_inner().unwrap();
+            assert_reports(&all, &cut);
+            kept += usize::from(cut.points.iter().any(|point| point.set.is_some() && !point.proven));
+        }
+    }
+    assert!(improved > 2 && raised > 2 && kept > 2, "{improved} improved, {raised} raised, {kept} kept");
 }
 
 /// Wherever a search is stopped, it reports that it is not complete, or has found everything.

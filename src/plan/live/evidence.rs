@@ -13,6 +13,7 @@ use perirobot_study::world::{PlacementProblem, World, ray_tables_of};
 
 use super::Resolution;
 use super::frustum::Frustum;
+use super::mid_air::placement_problem;
 
 /// Sensors that are kept though the plan does not have them now.
 const MOST_KEPT: usize = 64;
@@ -141,7 +142,7 @@ impl HeldEvidence {
                 reading,
                 planes: planes.into(),
                 frustum: drawn.map(Arc::new),
-                problem: world.placement_problem(study, members[place]),
+                problem: placement_problem(world, study, members[place]),
             };
             self.said.push(said);
         }

@@ -20,6 +20,7 @@ mod evidence;
 mod eye;
 mod floor;
 mod frustum;
+mod mid_air;
 mod scenery;
 mod score;
 mod sight;

@@ -14,6 +14,7 @@ use perirobot_sweep::results::Subject;
 use perirobot_sweep::scoring::run_on;
 
 use super::Live;
+use super::mid_air::placement_problem;
 use super::score::{PlacedProblem, without_doubles};
 
 /// What a plan is worth.
@@ -129,7 +130,7 @@ impl Live {
             let member = [planned.sensor, candidate];
             let own = study.sensors[planned.sensor].terms.cost;
             cost = cost.zip(own).map(|(sum, own)| sum.plus(own));
-            let found = worlds.iter().filter_map(|world| world.placement_problem(&study, member));
+            let found = worlds.iter().filter_map(|world| placement_problem(world, &study, member));
             let worst = found.reduce(|a, b| if b.is_impossible && !a.is_impossible { b } else { a });
             let is_left_out = worst.as_ref().is_some_and(|problem| problem.is_impossible);
             problems.extend(worst.map(|problem| PlacedProblem { index, words: problem.words, is_left_out }));

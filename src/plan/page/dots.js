@@ -36,3 +36,38 @@ async function countDots() {
   } catch (error) { if (error.name !== "AbortError") complain(error); }
 }
 on("state selected moment region draft", countDotsSoon);
+
+/** The listed poses of a sensor by where they are seen, by a key of their place. */
+function posesByPlace(sensor, keyOf) {
+  const places = new Map();
+  for (const pose of listed(sensor)) places.set(keyOf(pose.at_m), [...places.get(keyOf(pose.at_m)) ?? [], pose]);
+  return [...places.values()];
+}
+
+/** What a dot says: its pose, or how many there are. */
+const wordsOfDot = (sensor, poses, share) => poses.length > 1 ? `${poses.length} poses of ${sensor.name} here: click to choose one` : `${sensor.name} at ${poses[0].name}${poses[0].place ? `, ${poses[0].place}` : ""}${share === null || share === undefined ? "" : `, shows ${percent(share)} alone`}: click to place it here`;
+
+/** Places a sensor at the pose of a dot; of several poses one is chosen from a list, the highest first, beside the dot. */
+function chooseListed(sensor, poses, [x, y]) {
+  const home = element("pose-list");
+  home.hidden = poses.length < 2;
+  if (home.hidden) { placeListed(sensor, poses[0]); return; }
+  const scores = scoresOfPoses(sensor), worth = pose => scores.get(pose.name) ?? -1;
+  const rows = [...poses].sort((a, b) => b.at_m[2] - a.at_m[2] || worth(b) - worth(a)).map(pose => {
+    const share = scores.get(pose.name), isTaken = placed().some(one => one.sensor === sensor.name && one.pose === pose.name);
+    const button = made("button", { type: "button", class: "model" }, made("strong", {}, metres(pose.at_m[2]), " high"), made("em", {}, isTaken ? "placed" : share === null || share === undefined ? "" : `shows ${percent(share)} alone`), made("span", {}, pose.place || pose.name));
+    button.disabled = isTaken;
+    button.addEventListener("click", () => { home.hidden = true; placeListed(sensor, pose); });
+    return button;
+  });
+  element("poses-here").replaceChildren(...rows);
+  const { clientWidth: width, clientHeight: height } = home.parentElement;
+  home.style.left = `${Math.max(8, Math.min(x + 14, width - home.offsetWidth - 8))}px`;
+  home.style.top = `${Math.max(8, Math.min(y - 20, height - home.offsetHeight - 8))}px`;
+  home.querySelector("button.model:not(:disabled)")?.focus();
+}
+const closePoses = () => { element("pose-list").hidden = true; };
+function makeDots() {
+  element("pose-list-close").addEventListener("click", closePoses);
+  on("state armed tool moment", closePoses);
+}

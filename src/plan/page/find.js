@@ -4,10 +4,26 @@ const found = { points: [], bound: null, words: "", controller: null, isOpen: fa
 function openFind() {
   element("find-panel").hidden = false;
   element("find-ask").focus();
-  const { regions = [], budget } = planner.state;
+  const { regions = [] } = planner.state;
   element("find-region").replaceChildren(...regions.map(({ name }) => made("option", { value: name }, name)));
-  if (!element("find-budget").value && budget) element("find-budget").value = budget;
+  showBudget();
   showFindKind();
+}
+
+/** The budget of the study, and the unit of all costs. */
+function showBudget() {
+  const { budget, currency } = planner.state, home = element("find-budget");
+  if (document.activeElement !== home && (canBudget() || home.value === "")) home.value = budget ?? "";
+  element("find-currency").textContent = currency ?? "";
+}
+
+/** Whether the study can hold a budget: it has one, or asks for the cheapest set. */
+const canBudget = () => isKnown(planner.state.budget) || needsCost() && (planner.state.requirements ?? []).length > 0;
+
+/** Writes the budget into the study, if it can hold one; else only the next search has it. */
+function typeBudget() {
+  const typed = element("find-budget").value, budget = typed === "" ? null : Number(typed);
+  if (mayEdit() && canBudget() && budget !== (planner.state.budget ?? null)) edit({ edit: "set_budget", budget });
 }
 
 /** What can be asked besides, by what is asked. */
@@ -18,6 +34,7 @@ function showFindKind() {
 
 async function find() {
   stopFind();
+  await lastEdit;
   const budget = element("find-budget").value;
   if (element("find-keep").checked && budget !== "" && planner.state.cost > Number(budget)) {
     found.words = `The placed sensors alone cost ${money(planner.state.cost)}: let Find replace them (untick “Placed sensors stay”), or raise the budget.`;
@@ -25,7 +42,7 @@ async function find() {
     return;
   }
   const controller = found.controller = new AbortController(), isScore = element("find-ask").value === "score", numberOf = id => element(id).value === "" ? null : Number(element(id).value);
-  Object.assign(found, { points: [], bound: null, words: "Searching…" });
+  Object.assign(found, { points: [], bound: null, words: "Searching…", isScore, region: element("find-region").value, score: element("find-score").value });
   document.body.dataset.finding = "yes";
   showFound();
   const question = { ask: isScore ? "score" : "cheapest", ...(isScore ? { region: element("find-region").value, score: element("find-score").value } : {}), budget: numberOf("find-budget"), at_most: numberOf("find-most"), keep: element("find-keep").checked ? placed().map(one => `${one.sensor}:${one.pose}`) : [] };
@@ -40,7 +57,11 @@ async function find() {
 
 /** A line of the answer. */
 function hear(line) {
-  if (line.point) found.points = [...found.points.filter(one => one.cost !== line.point.cost || one.score !== line.point.score), { ...line.point, version: planner.state.version }];
+  if (line.point) {
+    const { part, cost, score } = line.point, isOlder = one => part === null ? one.cost === cost && one.score === score : one.part === part;
+    found.points = [...found.points.filter(one => !isOlder(one)), { ...line.point, version: planner.state.version }];
+  }
+  if (line.search) found.words = line.search;
   if (line.bound) found.bound = line.bound;
   if (line.stage) found.words = `${line.stage.words}: ${grouped(line.stage.done)} of ${grouped(line.stage.total)}`;
   for (const name of ["done", "stopped", "error"]) if (line[name] !== undefined) found.words = typeof line[name] === "string" ? line[name] : line[name].words ?? (name === "done" ? "Done." : name === "stopped" ? "Stopped: this was found so far." : "It cannot be found.");
@@ -52,34 +73,20 @@ function stopFind() {
   ask("/stop", {}).catch(complain);
 }
 
-/** The front: cost across, score up; the proven bound is dashed. */
+/** What was found, and what is known of it. */
 function showFound() {
-  const isBusy = !!document.body.dataset.finding;
-  const { points, bound } = found;
+  const isBusy = !!document.body.dataset.finding, { points, bound, isScore } = found;
   element("find-stop").hidden = !isBusy;
   element("find-begin").hidden = isBusy;
-  element("find-words").textContent = found.words;
-  const home = element("front"), width = 320, height = 170, isNumber = value => value !== null && value !== undefined, scored = points.filter(one => isNumber(one.score) && isNumber(one.cost));
-  home.hidden = !scored.length;
-  if (scored.length) {
-    const own = planner.judged?.score ?? null, costs = scored.map(one => one.cost), scores = [...scored.map(one => one.score), ...(bound?.score !== undefined && bound?.score !== null ? [bound.score] : [])];
-    const [c0, c1, s0, s1] = [0, Math.max(...costs) * 1.08 || 1, Math.min(...scores), Math.max(...scores)], room = (s1 - s0) * 0.12 || 0.01;
-    const x = cost => 42 + (cost - c0) / (c1 - c0) * (width - 56), y = score => height - 28 - (score - s0 + room) / (s1 - s0 + 2 * room) * (height - 42);
-    const nodes = [shape("path", { d: `M42 8V${height - 28}H${width - 8}`, class: "frame" }), word(42, height - 12, `cost${planner.state.currency ? ` in ${planner.state.currency}` : ""}`), word(4, 16, s1.toFixed(2)), word(4, height - 30, s0.toFixed(2)), word(x(c1 / 1.08), height - 12, grouped(c1 / 1.08), { "text-anchor": "middle" })];
-    if (bound?.score !== undefined && bound?.score !== null) nodes.push(shape("path", { d: `M42 ${px(y(bound.score))}H${width - 8}`, class: "bound" }), word(width - 10, y(bound.score) - 4, `no set is above ${bound.score.toFixed(3)}`, { "text-anchor": "end" }));
-    if (own !== null) nodes.push(shape("path", { d: `M42 ${px(y(own))}H${width - 8}`, class: "own" }));
-    scored.forEach(point => nodes.push(shape("circle", { cx: px(x(point.cost)), cy: px(y(point.score)), r: 5.5, class: point.is_proven ? "proven" : "open", title: point.words ?? "", onclick: () => takeFound(point) })));
-    const picture = shape("svg", { viewBox: `0 0 ${width} ${height}`, width, height });
-    picture.append(...nodes);
-    home.replaceChildren(picture);
-  }
-  element("found").replaceChildren(...[...points].sort((a, b) => (a.cost ?? 0) - (b.cost ?? 0)).map(point => {
-    const button = made("button", { type: "button", "data-edits": "" }, made("strong", {}, money(point.cost)), made("span", {}, point.words ?? point.placed?.map(one => `${one.sensor}: ${one.pose}`).join(", ") ?? ""), made("em", {}, point.score === null || point.score === undefined ? point.is_proven ? "proven" : "" : point.score.toFixed(3)));
+  const least = isKnown(bound?.cost) && !isScore && !isBusy ? ` No set that passes costs less than ${money(bound.cost)}.` : "";
+  element("find-words").textContent = found.words + least;
+  showFront();
+  element("found").replaceChildren(...[...points].sort((a, b) => (a.part ?? 0) - (b.part ?? 0) || (a.cost ?? 0) - (b.cost ?? 0)).map(point => {
+    const button = made("button", { type: "button", "data-edits": "" }, made("strong", {}, money(point.cost)), made("span", {}, point.words ?? point.placed?.map(one => `${one.sensor}: ${one.pose}`).join(", ") ?? ""), made("em", {}, isKnown(point.score) ? point.score.toFixed(3) : point.is_proven ? "proven" : "so far"));
     button.disabled = !mayEdit();
     button.addEventListener("click", () => takeFound(point));
     return made("li", {}, button);
   }));
-  if (bound?.cost !== undefined && bound?.cost !== null && !scored.length) element("find-words").textContent = `${found.words} No set that passes costs less than ${money(bound.cost)}.`;
 }
 
 /** Puts a set that was found in place of the plan. */
@@ -97,6 +104,9 @@ function forgetDragged() {
 
 function makeFind() {
   on("state", forgetDragged);
+  on("state", () => { if (!element("find-panel").hidden) showBudget(); });
+  on("state judged", showFront);
+  element("find-budget").addEventListener("change", typeBudget);
   element("find").addEventListener("click", openFind);
   element("find-close").addEventListener("click", () => { element("find-panel").hidden = true; });
   element("find-ask").addEventListener("change", showFindKind);

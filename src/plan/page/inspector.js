@@ -88,6 +88,7 @@ function showChosen() {
   element("chosen-problem").hidden = !problem;
   element("chosen-carried").hidden = !sensor?.carried && !sensor?.on;
   element("chosen-carried").textContent = sensor?.on ? `On ${sensor.on.object}/${sensor.on.link}, and moves with it. The numbers are those of this moment; the study gets the pose on the link.` : "It moves with the robot: choose one of its listed poses.";
+  element("chosen-place").hidden = !!problem;
   FIELDS.forEach(([name, , unit], n) => {
     const input = element(`pose-${name}`);
     input.disabled = !isFree;
@@ -104,8 +105,8 @@ function showChosen() {
   element("through").textContent = planner.through === planner.selected && planner.through !== undefined ? "Back to the cell" : "Look through";
   element("through").disabled = !at || !scene.stage;
   const adds = countsNow()?.adds?.[planner.selected];
-  element("adds").hidden = !adds;
-  if (adds) element("adds").textContent = `${grouped(adds.seen)} voxels of the region are known through this sensor alone${adds.human_seen ? `, ${grouped(adds.human_seen)} of them people's` : ""}.`;
+  // The line stays when it has nothing to say, so that what is below it does not jump.
+  element("adds").textContent = !adds ? " " : `${grouped(adds.seen)} voxels of the region are known through this sensor alone${adds.human_seen ? `, ${grouped(adds.human_seen)} of them people's` : ""}.`;
 }
 
 /** The picture that the program makes of what the chosen sensor sees, after a rest. */
@@ -139,6 +140,8 @@ function fillRegions() {
 /** What is counted, in words and numbers. */
 const COUNTED = [["unknown", "Unknown", "UF"], ["seen", "Seen", "TP"], ["missed", "Missed", "FN"], ["false", "False", "FP"]];
 
+const MEASURED = { "People seen": "human_seen", "Body parts": "parts_detected", "Seen twice": "seen_twice", F1: "F1" };
+
 function showCounts() {
   const counts = countsNow(), { answer } = planner;
   const values = counts && { unknown: counts.unknown ?? counts.uo + counts.uf, seen: counts.tp, missed: counts.fn, false: counts.fp };
@@ -151,9 +154,8 @@ function showCounts() {
   element("share").replaceChildren(...parts.filter(([, value]) => value).map(([name, value]) => { const bar = made("i", { title: `${grouped(value)} ${name}` }); bar.style.flexGrow = value; bar.style.background = hue(name); return bar; }));
   const known = all ? (all - values.unknown) / all : null;
   const measures = counts ? [["Known", percent(known)], ["People seen", percent(counts.human_seen)], ["Body parts", counts.parts ? `${counts.parts_detected} of ${counts.parts}` : "–"], ["Seen twice", counts.seen_twice === null || counts.seen_twice === undefined ? "–" : counts.seen_twice <= 1 ? percent(counts.seen_twice) : grouped(counts.seen_twice)], ["F1", counts.f1 === null || counts.f1 === undefined ? "–" : counts.f1.toFixed(3)]] : [];
-  element("measures").replaceChildren(...measures.flatMap(([name, value]) => [made("dt", {}, name), made("dd", {}, value)]));
+  element("measures").replaceChildren(...measures.flatMap(([name, value]) => [made("dt", {}, MEASURED[name] ? made("abbr", { title: explanationOf(MEASURED[name])[2] }, name) : name), made("dd", {}, value)]));
   const missed = counts?.parts_missed ?? [];
-  element("parts-missed").hidden = !missed.length;
   element("parts-missed").textContent = missed.length ? `Not detected: ${missed.slice(0, 6).join(", ")}${missed.length > 6 ? ` and ${missed.length - 6} more` : ""}.` : "";
   const voxel = answer?.cell?.voxel_size_m;
   element("resolution").textContent = !answer ? "" : planner.carry && !planner.carry.isSettling ? "counted again when the object is let go" : answer.voxel === "coarse" && answer.isDraft ? `coarse while dragging: voxels of ${Math.round(100 * voxel)} cm` : `exact: the study's voxels of ${rounded(100 * voxel, 1)} cm`;

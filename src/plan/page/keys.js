@@ -83,6 +83,7 @@ function escape() {
   if (planner.draft && planner.draft.index !== null && !planner.draft.isSettling) dropDraft();
   else if (planner.carry && !planner.carry.isSettling) { clearTimeout(settles); dropCarry(); }
   else if (planner.armed) disarm();
+  else if (!element("pose-list").hidden) closePoses();
   else if (!element("catalogue").hidden) openCatalogue();
   else if (!element("find-panel").hidden) element("find-panel").hidden = true;
   else if (planner.tool !== "move") KEYS_OF_PAGE.w();

@@ -21,11 +21,12 @@ const FAILED: &str = r#"function failed(error) {
 
 /// The page's own scripts, in the order in which they are read: what is known, scores, poses, the two views and what is dragged
 /// in them, tools, the panels around them, keys; the last one begins.
-const OWN_SCRIPTS: [&str; 19] = [
+const OWN_SCRIPTS: [&str; 21] = [
     include_str!("state.js"),
     include_str!("live.js"),
     include_str!("poses.js"),
     include_str!("layers.js"),
+    include_str!("wording.js"),
     include_str!("dots.js"),
     include_str!("scene.js"),
     include_str!("drag.js"),
@@ -38,6 +39,7 @@ const OWN_SCRIPTS: [&str; 19] = [
     include_str!("status.js"),
     include_str!("files.js"),
     include_str!("leave.js"),
+    include_str!("front.js"),
     include_str!("find.js"),
     include_str!("keys.js"),
     include_str!("start.js"),

@@ -174,9 +174,10 @@ function views({ x, y }) {
 function poseDots({ x, y }) {
   const name = planner.armed?.sensor ?? placed()[planner.selected]?.sensor ?? planner.state.sensors?.[0]?.name, sensor = planner.state.sensors?.find(one => one.name === name);
   if (!layerOf("pose").isOn || !sensor || sensor.carried || !mayEdit()) return [];
-  const dots = new Map();
-  listed(sensor).forEach(pose => { const key = pose.at_m.slice(0, 2).join(); if (!dots.has(key)) dots.set(key, pose); });
-  return [...dots.values()].map(pose => shape("circle", { cx: px(x(pose.at_m[0])), cy: px(y(pose.at_m[1])), r: 4, class: "dot", title: `${sensor.name} at ${pose.name}: click to place it here`, onclick: () => placeListed(sensor, pose) }));
+  return posesByPlace(sensor, at => at.slice(0, 2).join()).map(poses => {
+    const [cx, cy] = [x(poses[0].at_m[0]), y(poses[0].at_m[1])];
+    return shape("circle", { cx: px(cx), cy: px(cy), r: 4, class: "dot", title: wordsOfDot(sensor, poses), onclick: () => chooseListed(sensor, poses, [cx, cy]) });
+  });
 }
 
 function whyMarks({ x, y }) {

@@ -185,14 +185,13 @@ function showRegions() {
 /** Dots at the listed poses of the chosen sensor, or of the one to be placed. */
 function showPoses() {
   const { stage } = scene, sensor = sensorOfDots(), own = sensor && !sensor.carried ? listed(sensor) : [], scores = scoresOfPoses(sensor);
-  const seen = new Map();
-  own.forEach(pose => { const key = pose.at_m.join(); seen.set(key, [...seen.get(key) ?? [], pose]); });
+  const groups = own.length ? posesByPlace(sensor, at => at.join()) : [];
   // Of several ways to look from a place the one that shows most.
   const best = poses => poses.reduce((a, b) => (scores.get(b.name) ?? -1) > (scores.get(a.name) ?? -1) ? b : a);
-  const dots = [...seen.values()].map(best), values = dots.map(pose => scores.get(pose.name) ?? null), known = values.filter(value => value !== null);
+  const dots = groups.map(best), values = dots.map(pose => scores.get(pose.name) ?? null), known = values.filter(value => value !== null);
   const [low, high] = [Math.min(...known), Math.max(...known)], ramp = hues("ramp");
   const colours = values.map(value => value === null ? hue("mount") : ramp[Math.min(ramp.length - 1, Math.floor((value - low) / ((high - low) || 1) * ramp.length))]);
-  stage.show("pose dots", { kind: "points", at: dots.flatMap(pose => pose.at_m), colours, width: 8, isShown: layerOf("pose").isOn && mayEdit(), words: n => `${sensor.name} at ${dots[n].name}${dots[n].place ? `, ${dots[n].place}` : ""}${values[n] === null ? "" : `, shows ${percent(values[n])} alone`}: click to place it here`, heard: n => placeListed(sensor, dots[n]) });
+  stage.show("pose dots", { kind: "points", at: dots.flatMap(pose => pose.at_m), colours, width: 8, isShown: layerOf("pose").isOn && mayEdit(), words: n => wordsOfDot(sensor, groups[n], values[n]), heard: n => chooseListed(sensor, groups[n], stage.place(dots[n].at_m)) });
 }
 
 /** The place that was asked about, lines to it, and what was measured. */

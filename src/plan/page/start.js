@@ -30,6 +30,7 @@ makeLayers(layer => { switchLayer(layer); tell("layers"); });
 makeScene();
 makePlan();
 makeTools();
+makeDots();
 makeInspector();
 makeObjects();
 makeZones();

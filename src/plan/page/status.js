@@ -26,7 +26,8 @@ function showStatus() {
   home.hidden = cost === null || cost === undefined;
   home.lastChild.textContent = budget === null || budget === undefined ? money(cost) : `${money(cost)} of ${money(budget)}`;
   home.className = budget !== null && budget !== undefined && cost > budget ? "over" : "";
-  element("requirements").replaceChildren(...verdicts.map(one => made("li", { class: one.passes === true ? "PASS" : one.passes === false ? "FAIL" : "OPEN" }, made("b", {}, one.passes === true ? "PASS" : one.passes === false ? "FAIL" : "OPEN"), made("span", {}, made("strong", {}, typeof one.condition === "string" && one.condition !== "as_planned" ? `${one.name} (${one.condition.replaceAll("_", " ")})` : one.name), made("small", {}, one.words ?? "")))));
+  element("requirements").replaceChildren(...verdicts.map(verdictLine));
+  element("conditions").replaceChildren(...conditionLines(verdicts));
   element("verdicts").hidden = !verdicts.length;
   element("dead-note").hidden = planner.dead === null;
   element("dead-note").textContent = planner.dead === null ? "" : `Sensor ${letterAt(planner.dead)} is switched off: all numbers are without it.`;
