@@ -104,6 +104,8 @@ struct PurchaseLine<'a> {
     /// What no set costs less than.
     below: Option<f64>,
     tested: u64,
+    /// Whether what is known is the answer.
+    proven: bool,
     elapsed_s: f64,
 }
 
@@ -135,6 +137,7 @@ impl SearchProgress {
                 cost: state.best.as_ref().map(|best| amount(best.cost)),
                 below: state.no_set_below.map(amount),
                 tested: state.tested,
+                proven: state.is_proven,
                 elapsed_s: self.elapsed_s(),
             };
             say!("{}", serde_json::to_string(&line).expect("text and numbers make a line"));

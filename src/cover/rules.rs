@@ -59,8 +59,18 @@ impl SetRules {
 
     /// The largest amount below some cost, above zero, that a set may cost: all of them are multiples of one amount.
     pub fn largest_cost_below(&self, cost: u64) -> u64 {
-        let common = self.cost.iter().fold(0, |a, &b| greatest_common_divisor(a, b)).max(1);
+        let common = self.common_amount();
         (cost - 1) / common * common
+    }
+
+    /// The least amount above some cost that a set may cost, by the same reason.
+    pub fn least_cost_above(&self, cost: u64) -> u64 {
+        let common = self.common_amount();
+        (cost / common + 1) * common
+    }
+
+    fn common_amount(&self) -> u64 {
+        self.cost.iter().fold(0, |a, &b| greatest_common_divisor(a, b)).max(1)
     }
 
     /// How many sensors a budget pays for at most.

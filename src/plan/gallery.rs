@@ -68,6 +68,16 @@ struct Chosen {
     folder: PathBuf,
 }
 
+const OPENED_ELSEWHERE: &str = "another window has opened a study: reload the page";
+
+/// A folder with `~` for the person's own, as shells write it.
+fn with_home(folder: PathBuf) -> PathBuf {
+    match (folder.strip_prefix("~"), std::env::home_dir()) {
+        (Ok(rest), Some(home)) => home.join(rest),
+        _ => folder,
+    }
+}
+
 impl<'a> Gallery<'a> {
     /// Of some templates.
     pub fn new(templates: &'a dyn Templates) -> Gallery<'a> {
@@ -88,7 +98,12 @@ impl<'a> Gallery<'a> {
     /// Answers a request that was let in; once a study is open, as its session.
     pub fn answer(&self, request: &Request) -> Response<'_> {
         if let Some(session) = self.session.get() {
-            return session.answer(request);
+            return match (request.method, request.path.as_str()) {
+                (Method::Post, "/open") | (Method::Get, "/sketch" | "/templates") => {
+                    Response::error(409, OPENED_ELSEWHERE)
+                }
+                _ => session.answer(request),
+            };
         }
         let answer = match (request.method, request.path.as_str()) {
             (Method::Get, "/") => {
@@ -125,12 +140,12 @@ impl<'a> Gallery<'a> {
         };
         let _alone = locked(&self.opening);
         if self.session.get().is_some() {
-            return Ok(Response::error(409, "another window has opened a study: reload the page"));
+            return Ok(Response::error(409, OPENED_ELSEWHERE));
         }
         if chosen.folder.as_os_str().is_empty() {
             return Ok(Response::error(400, "name a folder for the files"));
         }
-        let study = self.templates.write(&chosen.template, &chosen.folder)?;
+        let study = self.templates.write(&chosen.template, &with_home(chosen.folder))?;
         let session = self.templates.open(&study)?;
         let _ = self.session.set(session);
         Ok(Response::json(json!({ "study": study }).to_string()))

@@ -1,10 +1,12 @@
 //! The report and the mounting sheets of the present plan, made of the study as the page shows it: swept into a temporary
-//! folder, as `perirobot sweep` and `perirobot report` do with the saved study.
+//! folder, judged and reported, as `perirobot sweep`, `judge` and `report` do with the saved study.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
+use perirobot_decide::judge::Judging;
+use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::backend::factory::{BackendChoice, ChosenBackends};
 use perirobot_march::progress::Progress;
@@ -77,7 +79,26 @@ pub fn paper(
     session.run(&mut backends, ONE_IN, begin.elapsed().as_secs_f64(), &counted)?;
     counted.check_stop()?;
     let results = Results::new(Subject::from_study(&study, worlds), session.into_pages());
+    judge((&study, worlds), &results, folder.path(), backend, (stop, emit))?;
     html((&study, worlds), &results, folder.path(), backend, note, (stop, emit))
+}
+
+/// Judges the plan, so that the report has the verdicts that the page shows.
+fn judge(
+    (study, worlds): (&Study, &[World]),
+    results: &Results,
+    folder: &Path,
+    backend: &BackendChoice,
+    (stop, emit): (&AtomicBool, &(dyn Fn(PaperEvent) + Sync)),
+) -> Result<()> {
+    if study.requirements.is_empty() {
+        return Ok(());
+    }
+    let plan = [Choice { combination: 0, choice: 0, representation: 0, repeat: 0 }];
+    let judging = Judging::new(study, worlds, results, &plan)?;
+    let cases = Stage::new("cases", judging.total(), stop, emit);
+    let judged = judging.judge(&|| Ok(ChosenBackends::open(backend)?.0), &cases)?;
+    judging.write(folder, &judged).map(drop)
 }
 
 fn html(
@@ -128,7 +149,7 @@ impl<'a> Stage<'a> {
 
 impl Progress for Stage<'_> {
     fn stop_reason(&self) -> Option<String> {
-        self.stop.load(Ordering::Relaxed).then(|| "the page does not want it any more".into())
+        self.stop.load(Ordering::Relaxed).then(|| "the page was closed".into())
     }
 
     fn advance(&self, more: u64) {

@@ -79,13 +79,17 @@ impl StudyFile {
         Ok(())
     }
 
-    /// Reads the file again.
+    /// Reads what is on the disk now.
     ///
     /// # Errors
     /// As [`StudyFile::open`].
-    pub fn reload(&mut self) -> Result<()> {
-        self.known = read(&self.path)?;
-        Ok(())
+    pub fn read(&self) -> Result<String> {
+        read(&self.path)
+    }
+
+    /// Takes a text that was read as the one that is known to be on the disk.
+    pub fn set_known(&mut self, text: String) {
+        self.known = text;
     }
 }
 
@@ -144,7 +148,8 @@ mod tests {
         file.write_if_changed("a = 2\n").unwrap();
         assert_eq!(fs::metadata(&path).unwrap().modified().unwrap(), written, "it is so already");
         fs::write(&path, "a = 5\n").unwrap();
-        file.reload().unwrap();
+        let text = file.read().unwrap();
+        file.set_known(text);
         assert_eq!((file.text(), file.is_changed_on_disk()), ("a = 5\n", false));
         fs::remove_file(&path).unwrap();
         assert!(file.is_changed_on_disk(), "it is gone");

@@ -276,13 +276,13 @@ def a_search_shows_what_it_finds(page, draw):
     assert browser.run("return document.body.dataset.finding") == "yes", "the set comes before the end"
     said = text(page, "find-words")
     assert "found" in said and "none below" in said and "tested" in said, said
-    assert browser.run("return !!document.querySelector('#front path.bound') && !!document.querySelector('#front path.own')"), "the bound and today's plan"
+    browser.until("return !!document.querySelector('#front path.bound') && !!document.querySelector('#front path.own')", "the bound and today's plan", 120)
     draw("find.png")
     page.click("find-stop")
     browser.until("return !document.body.dataset.finding", "the end", 120)
     assert browser.run("return document.querySelectorAll('#found button').length") > 0, "a stop keeps what was found"
     said = text(page, "find-words")
-    assert "No set that passes costs less than" in said, said
+    assert "No set of the listed poses that passes costs less than" in said, said
     browser.run("document.querySelector('#front circle').dispatchEvent(new MouseEvent('click', { bubbles: true }))")
     browser.until("return document.body.planner.state.can_undo && document.body.dataset.busy === ''", "the set", 30)
     page.rest()
@@ -423,7 +423,7 @@ def left(address):
             browser.until("return document.getElementById('paper-link')", kind, 120)
             assert "not saved" in browser.run("return document.getElementById('paper-unsaved').textContent")
             papers[kind] = browser.run("return document.getElementById('paper-link').getAttribute('href')")
-            assert browser.run("return document.body.dataset.opened") == f"{papers[kind]} _blank"
+            assert browser.run("return document.body.dataset.opened") == f"{papers[kind]} _blank noopener"
             browser.run("document.getElementById('dialog').close()")
         placed = page.placed()
         # Nothing asks whether to leave the page.

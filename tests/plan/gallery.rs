@@ -30,7 +30,7 @@ fn a_template_is_written_and_opened() {
     assert_eq!(state["placed"].as_array().unwrap().len(), 1, "{state}");
     assert!(folder.path().join("bench/cell.toml").exists());
     // It is the planner of that study only.
-    planner.refused("/open", json!({ "template": "welding", "folder": "other" }), 404);
+    planner.refused("/open", json!({ "template": "welding", "folder": "other" }), 409);
     assert!(!folder.path().join("other").exists());
     planner.post("/edit", json!({ "edit": "remove", "index": 0, "gesture": 1 }));
     planner.post("/save", json!({ "overwrite": false }));

@@ -57,11 +57,17 @@ fn a_report_is_that_of_a_sweep_of_the_saved_study() {
     }
     planner.end();
     let out = folder.path().join("out");
-    for words in [&["sweep", text(&study), "--out", text(&out)][..], &["report", text(&out)]] {
+    let commands: [(&[&str], i32); 3] = [
+        (&["sweep", text(&study), "--out", text(&out)], 0),
+        (&["judge", text(&out)], 4),
+        (&["report", text(&out)], 0),
+    ];
+    for (words, code) in commands {
         let outcome = perirobot(&[words, &["--backend", "oracle"]].concat());
-        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        assert_eq!(outcome.code, Some(code), "{}", outcome.stderr);
     }
     let swept = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(!after.contains("not decided"), "the verdicts are in it");
     for id in ["cells", "numbers", "charts"] {
         assert!(part(&after, id) == part(&swept, id), "{id}");
         assert_eq!(part(&before, id), part(&after, id), "{id}");

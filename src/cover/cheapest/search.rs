@@ -167,7 +167,7 @@ impl<'s, 'a> Search<'s, 'a> {
             match self.best.as_ref().map(|best| best.cost) {
                 Some(cost) if tried == most || cost <= tried => self.no_set_below = cost,
                 None if tried == most => return Ok(self.answer(true)),
-                _ => self.no_set_below = tried + 1,
+                _ => self.no_set_below = rules.least_cost_above(tried),
             }
             self.tell();
             step *= 2;

@@ -123,8 +123,8 @@ impl Part {
 /// What is known of a part of a question, in words.
 pub fn purchase_progress_of(state: &PurchaseState) -> String {
     let amount = |cost: u64| Cost::from_thousandths(cost).to_text(state.currency.as_deref());
-    let best =
-        state.best.as_ref().map_or("none found yet".into(), |best| format!("found {}", amount(best.cost)));
+    let none = if state.is_proven { "no set passes" } else { "none found yet" };
+    let best = state.best.as_ref().map_or(none.into(), |best| format!("found {}", amount(best.cost)));
     let bound = state.no_set_below.map_or(String::new(), |bound| format!(", none below {}", amount(bound)));
     let tested = state.tested;
     let sets = if tested == 1 { "set" } else { "sets" };

@@ -29,6 +29,11 @@ pub struct AdapterReport {
 }
 
 impl AdapterReport {
+    /// Whether it is a GPU for certain: a virtual one may be software.
+    pub(crate) fn is_gpu(&self) -> bool {
+        matches!(self.device_type.as_str(), "DiscreteGpu" | "IntegratedGpu")
+    }
+
     /// For people and manifests: name, driver, backend, and whether it is software.
     pub fn label(&self) -> String {
         let software = if self.software { " (software)" } else { "" };

@@ -75,13 +75,26 @@ impl Document {
         self.scenes.push(name.into());
     }
 
-    /// Takes what another program has written into a scene file that was not changed here; the number is that of
+    /// Whether a text was changed here, now or in a step that can be undone or done again; the number is that of
     /// [`Document::texts`].
+    pub fn is_touched(&self, number: usize) -> bool {
+        let all = [&self.texts].into_iter().chain(&self.done).chain(&self.undone);
+        all.into_iter().any(|texts| texts[number] != self.saved[number])
+    }
+
+    /// Takes what another program has written into a scene file that was not touched here.
     pub fn follow_scene(&mut self, number: usize, text: &str) {
-        let (before, text): (Arc<str>, Arc<str>) = (self.saved[number].clone(), text.into());
+        let text: Arc<str> = text.into();
         let Document { texts, saved, done, undone, .. } = self;
         let all = [texts, saved].into_iter().chain(done).chain(undone);
-        all.map(|texts| &mut texts[number]).filter(|own| **own == before).for_each(|own| *own = text.clone());
+        all.for_each(|texts| texts[number] = text.clone());
+    }
+
+    /// The names of the files whose texts differ from what is on the disk; `study` is that of the study.
+    pub fn changed_names<'n>(&'n self, study: &'n str) -> impl Iterator<Item = &'n str> {
+        let names = std::iter::once(study).chain(self.scenes.iter().map(String::as_str));
+        let each = names.zip(self.saved.iter().zip(&self.texts));
+        each.filter(|(_, (old, new))| old != new).map(|(name, _)| name)
     }
 
     /// The text of the study, with all edits.

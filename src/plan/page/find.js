@@ -1,5 +1,5 @@
 // Asks the program for the best set: the front appears while it is found, and a click on a point takes that set.
-const found = { points: [], bound: null, words: "", controller: null, isOpen: false };
+const found = { points: [], bound: null, words: "", controller: null, isOpen: false, version: null, isTaking: false };
 
 function openFind() {
   element("find-panel").hidden = false;
@@ -42,7 +42,7 @@ async function find() {
     return;
   }
   const controller = found.controller = new AbortController(), isScore = element("find-ask").value === "score", numberOf = id => element(id).value === "" ? null : Number(element(id).value);
-  Object.assign(found, { points: [], bound: null, words: "Searching…", isScore, region: element("find-region").value, score: element("find-score").value });
+  Object.assign(found, { points: [], bound: null, words: "Searching…", version: planner.state.version, isKept: element("find-keep").checked, isScore, region: element("find-region").value, score: element("find-score").value });
   document.body.dataset.finding = "yes";
   showFound();
   const question = { ask: isScore ? "score" : "cheapest", ...(isScore ? { region: element("find-region").value, score: element("find-score").value } : {}), budget: numberOf("find-budget"), at_most: numberOf("find-most"), keep: element("find-keep").checked ? placed().map(one => `${one.sensor}:${one.pose}`) : [] };
@@ -59,7 +59,7 @@ async function find() {
 function hear(line) {
   if (line.point) {
     const { part, cost, score } = line.point, isOlder = one => part === null ? one.cost === cost && one.score === score : one.part === part;
-    found.points = [...found.points.filter(one => !isOlder(one)), { ...line.point, version: planner.state.version }];
+    found.points = [...found.points.filter(one => !isOlder(one)), { ...line.point, version: found.version }];
   }
   if (line.search) found.words = line.search;
   if (line.bound) found.bound = line.bound;
@@ -78,11 +78,11 @@ function showFound() {
   const isBusy = !!document.body.dataset.finding, { points, bound, isScore } = found;
   element("find-stop").hidden = !isBusy;
   element("find-begin").hidden = isBusy;
-  const least = isKnown(bound?.cost) && !isScore && !isBusy ? ` No set that passes costs less than ${money(bound.cost)}.` : "";
-  element("find-words").textContent = found.words + least;
+  const least = isKnown(bound?.cost) && !isScore && !isBusy ? ` No set of the listed poses that passes${found.isKept ? " with your sensors in it" : ""} costs less than ${money(bound.cost)}.` : "";
+  element("find-words").textContent = (found.words && !/[.!?…]$/.test(found.words) ? `${found.words}.` : found.words) + (isFoundEarlier() && points.length && !isBusy ? " The study has changed since then: search again to be sure." : least);
   showFront();
   element("found").replaceChildren(...[...points].sort((a, b) => (a.part ?? 0) - (b.part ?? 0) || (a.cost ?? 0) - (b.cost ?? 0)).map(point => {
-    const button = made("button", { type: "button", "data-edits": "" }, made("strong", {}, money(point.cost)), made("span", {}, point.words ?? point.placed?.map(one => `${one.sensor}: ${one.pose}`).join(", ") ?? ""), made("em", {}, isKnown(point.score) ? point.score.toFixed(3) : point.is_proven ? "proven" : "so far"));
+    const button = made("button", { type: "button", "data-edits": "" }, made("strong", {}, money(point.cost)), made("span", {}, point.words ?? point.placed?.map(one => `${one.sensor}: ${one.pose}`).join(", ") ?? ""), made("em", {}, isKnown(point.score) ? point.score.toFixed(3) : point.is_proven && !isFoundEarlier() ? "proven" : "so far"));
     button.disabled = !mayEdit();
     button.addEventListener("click", () => takeFound(point));
     return made("li", {}, button);
@@ -91,7 +91,20 @@ function showFound() {
 
 /** Puts a set that was found in place of the plan. */
 function takeFound(point) {
-  if (point.placed) edit({ edit: "set_plan", placed: point.placed }).then(is => { if (is) notify("The set is placed; undo brings yours back.", "good"); });
+  if (!point.placed) return;
+  found.isTaking = !isFoundEarlier();
+  edit({ edit: "set_plan", placed: point.placed }).then(is => { if (is) notify("The set is placed; undo brings yours back.", "good"); }).finally(() => { found.isTaking = false; });
+}
+
+/** Whether the study was changed since it was searched, other than by taking a set. */
+const isFoundEarlier = () => isKnown(found.version) && found.version !== planner.state.version;
+
+/** After a change a bound may no longer hold. */
+function forgetBound() {
+  if (found.isTaking) found.version = planner.state.version;
+  if (!isFoundEarlier()) return;
+  found.bound = null;
+  showFound();
 }
 
 /** Poses that were dragged may be elsewhere by now: what was found with them no longer holds. */
@@ -103,6 +116,7 @@ function forgetDragged() {
 }
 
 function makeFind() {
+  on("state", forgetBound);
   on("state", forgetDragged);
   on("state", () => { if (!element("find-panel").hidden) showBudget(); });
   on("state judged", showFront);

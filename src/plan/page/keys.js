@@ -71,12 +71,18 @@ const KEYS_OF_PAGE = {
   h: () => element("whole").click(),
   1: () => takeTab("3d"),
   2: () => takeTab("plan"),
-  Delete: () => removeSensor(),
-  Backspace: () => removeSensor(),
+  Delete: removeChosen,
+  Backspace: removeChosen,
   Enter: placeGhost,
   Escape: escape,
   "?": openKeys,
 };
+
+/** Objects are not removed here. */
+function removeChosen() {
+  if (isKnown(planner.object)) notify("Objects stay: only sensors are removed.");
+  else removeSensor();
+}
 
 /** Ends what is being done, the last thing first. */
 function escape() {

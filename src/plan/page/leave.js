@@ -6,7 +6,8 @@ async function makePaper(kind) {
   flushDraft();
   await lastEdit;
   const { path, changed } = planner.state, quoted = /^[\w./:+-]+$/.test(path) ? path : `'${path.replace(/'/g, `'\\''`)}'`;
-  const lines = [`perirobot sweep ${quoted} --out out/planned`, "perirobot report out/planned"];
+  const judged = planner.state.requirements?.length ? ["perirobot judge out/planned"] : [];
+  const lines = [`perirobot sweep ${quoted} --out out/planned`, ...judged, "perirobot report out/planned"];
   const words = made("p", { id: "paper-words", role: "status" }, "Reading…"), bar = made("progress", { id: "paper-bar", "aria-label": "Progress" });
   const controller = new AbortController();
   const dialog = openDialog(PAPERS[kind], [
@@ -23,7 +24,7 @@ async function makePaper(kind) {
       if (ready) {
         // A browser that opens no tab unasked leaves the link.
         end(made("a", { id: "paper-link", href: ready, target: "_blank" }, "Open it in a new tab"));
-        open(ready, "_blank");
+        open(ready, "_blank", "noopener");
       }
     });
   } catch (error) { if (error.name !== "AbortError") end(error.message); }

@@ -87,10 +87,13 @@ impl Session<'_> {
         let EditRequest { mut edit, gesture, moment } = read(request)?;
         let is_typed = matches!(edit, Edit::SetText { .. });
         let mut desk = self.desk_for(request)?;
-        if !is_typed && !desk.problems.is_empty() {
-            return Err(Refused(400, "the study has errors: repair its text first".into()));
+        if desk.follow_scenes() {
+            self.load(&mut desk);
         }
-        desk.follow_scenes();
+        if !is_typed && !desk.problems.is_empty() {
+            let words = format!("the study has errors, repair them first: {}", desk.problems[0].words);
+            return Err(Refused(400, words));
+        }
         if let Some(loaded) = &desk.loaded {
             put_on_link(loaded, &mut edit, moment)?;
         }
@@ -135,6 +138,7 @@ impl Session<'_> {
             let answer = json!({ "error": words, "changed_on_disk": true });
             return Ok(Response::new(409, "application/json", answer.to_string()));
         }
+        desk.scenes.check_places().map_err(|words| Refused(400, words))?;
         let Desk { file, scenes, document, .. } = &mut *desk;
         let mut texts = document.texts();
         file.write_if_changed(texts.next().unwrap_or_default())?;
@@ -150,10 +154,12 @@ impl Session<'_> {
     pub(super) fn reload(&self) -> Answer<'_> {
         self.may_write()?;
         let mut desk = locked(&self.desk);
-        desk.file.reload()?;
-        let mut document = Document::new(desk.file.text().to_string());
-        desk.scenes.reload(&mut document)?;
-        desk.document = document;
+        let Desk { file, scenes, document, .. } = &mut *desk;
+        // All or none: what was not read must not be overwritten.
+        let (study, others) = (file.read()?, scenes.read()?);
+        file.set_known(study);
+        *document = Document::new(file.text().to_string());
+        scenes.set_known(others, document);
         self.load(&mut desk);
         Ok(self.state(&desk))
     }

@@ -38,7 +38,9 @@ impl Session<'_> {
                 return Err(Refused(400, "the study has errors: repair them first".into()));
             }
             let name = desk.file.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let note = format!("Made in the planner, with changes that are not saved in {name}.");
+            let changed: Vec<&str> = desk.document.changed_names(&name).collect();
+            let note =
+                format!("Made in the planner, with changes that are not saved in {}.", changed.join(" and "));
             (desk.loaded.clone(), desk.document.is_changed().then_some(note))
         };
         let loaded = loaded.filter(|one| !one.placed.is_empty());

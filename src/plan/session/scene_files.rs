@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use perirobot_march::Result;
 use perirobot_study::input::Study;
 
 use crate::document::{Document, candidate_objects};
@@ -99,13 +98,13 @@ impl SceneFiles {
 
     /// Takes what other programs have written into files that were not changed here. Whether there was any.
     pub(super) fn follow(&mut self, document: &mut Document) -> bool {
-        let texts: Vec<String> = document.texts().skip(1).map(String::from).collect();
         let mut is_new = false;
-        for (number, (open, text)) in self.open.iter_mut().zip(texts).enumerate() {
-            let is_followed = open.file.text() == text && open.file.is_changed_on_disk();
-            // One that cannot be read now stays as it was.
-            if is_followed && open.file.reload().is_ok() {
-                document.follow_scene(number + 1, open.file.text());
+        for (number, open) in
+            self.open.iter_mut().enumerate().filter(|(_, open)| open.file.is_changed_on_disk())
+        {
+            if let Some(text) = open.followed(number + 1, document) {
+                document.follow_scene(number + 1, &text);
+                open.file.set_known(text);
                 is_new = true;
             }
         }
@@ -131,20 +130,51 @@ impl SceneFiles {
         self.open.iter_mut().map(|open| &mut open.file)
     }
 
-    /// The names of those that were changed here and by another program.
+    /// The names of those that another program has changed and that cannot be followed.
     pub(super) fn changed_on_disk(&self, document: &Document) -> Vec<String> {
-        let each = self.open.iter().zip(document.texts().skip(1));
-        let both = each.filter(|(open, text)| open.file.text() != *text && open.file.is_changed_on_disk());
-        both.map(|(open, _)| open.name.clone()).collect()
+        let is_lost = |(number, open): &(usize, &OpenFile)| {
+            open.file.is_changed_on_disk() && open.followed(number + 1, document).is_none()
+        };
+        self.open.iter().enumerate().filter(is_lost).map(|(_, open)| open.name.clone()).collect()
     }
 
-    /// Reads all again, into a new document.
-    pub(super) fn reload(&mut self, document: &mut Document) -> Result<()> {
-        self.refused.clear();
-        for open in &mut self.open {
-            open.file.reload()?;
-            document.add_scene(&open.name, open.file.text());
+    /// Refuses a file that a link leads to now: it may be outside of the folder of the study.
+    pub(super) fn check_places(&self) -> Result<(), String> {
+        for OpenFile { whole, paths, name, .. } in &self.open {
+            if paths.iter().any(|path| fs::canonicalize(path).is_ok_and(|now| now != *whole)) {
+                return Err(format!(
+                    "{name} is another file now than when the study was opened: open it again"
+                ));
+            }
         }
         Ok(())
+    }
+
+    /// Reads what is on the disk now, of all that are there.
+    pub(super) fn read(&self) -> perirobot_march::Result<Vec<Option<String>>> {
+        let read = |open: &OpenFile| match open.whole.exists() {
+            true => open.file.read().map(Some),
+            false => Ok(None),
+        };
+        self.open.iter().map(read).collect()
+    }
+
+    /// Takes what was read, into a new document; those that are gone are forgotten.
+    pub(super) fn set_known(&mut self, texts: Vec<Option<String>>, document: &mut Document) {
+        self.refused.clear();
+        let both = std::mem::take(&mut self.open).into_iter().zip(texts);
+        for (mut open, text) in both.filter_map(|(open, text)| Some((open, text?))) {
+            document.add_scene(&open.name, &text);
+            open.file.set_known(text);
+            self.open.push(open);
+        }
+    }
+}
+
+impl OpenFile {
+    /// What another program has written, if that can be taken without a question: it was not changed here, not even in a step
+    /// that can be undone.
+    fn followed(&self, number: usize, document: &Document) -> Option<String> {
+        (!document.is_touched(number)).then(|| self.file.read().ok()).flatten()
     }
 }

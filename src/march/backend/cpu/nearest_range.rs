@@ -87,8 +87,8 @@ impl<'a> NearestRange<'a> {
             let at: [f64; 3] = std::array::from_fn(|r| low[r] + f64::from(u8::from(is_high(r))));
             let depth: f64 = (0..3).map(|r| at[r] * self.axis[r]).sum();
             depths = depths.min(depth);
-            // On a face that is turned to the sensor.
-            if (0..3).any(|r| if is_high(r) { low[r] + 1.0 < 0.0 } else { low[r] > 0.0 }) {
+            // On a face that is turned to the sensor, or that the sensor is on.
+            if (0..3).any(|r| if is_high(r) { low[r] + 1.0 <= 0.0 } else { low[r] >= 0.0 }) {
                 most = most.max(at.iter().map(|x| x * x).sum::<f64>().sqrt());
                 deepest = deepest.max(depth);
             }
@@ -257,9 +257,12 @@ mod tests {
             let r = (1.0 - z * z).sqrt();
             dirs_q15.push([r * v.cos(), r * v.sin(), z].map(|x| (x * 32_768.0).round() as i32));
         }
-        for (along_axis, near_ignore_q16) in [(false, 0), (true, 0), (true, 5 << 16), (false, 9 << 16)] {
+        let far = (6 << 16) + 12_345;
+        let cases =
+            [(false, 0, far), (true, 0, far), (true, 5 << 16, far), (false, 9 << 16, far), (false, 0, 0)];
+        for (along_axis, near_ignore_q16, range_min_q16) in cases {
             let gates = Gates {
-                range_min_q16: (6 << 16) + 12_345,
+                range_min_q16,
                 range_max_q16: 100 << 16,
                 along_axis,
                 near_ignore_q16,
@@ -286,7 +289,7 @@ mod tests {
                     met[side as usize] += 1;
                 }
             }
-            assert!(met.into_iter().min() > Some(20_000), "{met:?}");
+            assert!(range_min_q16 == 0 || met.into_iter().min() > Some(20_000), "{met:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Voxels of which it is not decided whether rays enter them beyond their shortest range, found by where these rays come to
 //! that range (`nearest_range`).
 
-use crate::voxel::{BitGrid, Window};
+use crate::voxel::Window;
 
 /// Open voxels, and for each place those that rays may enter which come to their shortest range there.
 pub(super) struct OpenVoxels {
@@ -23,17 +23,23 @@ impl OpenVoxels {
         let boxes: Vec<Window> = voxels.iter().map(|(_, towards)| box_of(towards)).collect();
         let window = boxes.iter().copied().reduce(|all, one| all.union(&one));
         let window = window.unwrap_or(Window::from_corners([0; 3], [-1; 3]));
-        let mut of_places = vec![Vec::new(); window.volume() as usize];
-        for (number, part) in boxes.iter().enumerate() {
-            BitGrid::full(*part)
-                .voxels()
-                .for_each(|place| of_places[index(&window, place)].push(number as u32));
+        let each = || {
+            let numbered = boxes.iter().zip(0u32..);
+            numbered.flat_map(|(part, number)| places(part).map(move |place| (place, number)))
+        };
+        // Counts, then where each list ends; it grows downwards from there.
+        let mut first = vec![0u32; window.volume() as usize + 1];
+        each().for_each(|(place, _)| first[index(&window, place)] += 1);
+        let mut end = 0;
+        for count in &mut first {
+            end += *count;
+            *count = end;
         }
-        let mut first = vec![0];
-        let mut listed = Vec::new();
-        for of_place in of_places {
-            listed.extend(of_place);
-            first.push(listed.len() as u32);
+        let mut listed = vec![0; end as usize];
+        for (place, number) in each() {
+            let first = &mut first[index(&window, place)];
+            *first -= 1;
+            listed[*first as usize] = number;
         }
         OpenVoxels { voxels, window, first, listed }
     }
@@ -51,6 +57,13 @@ impl OpenVoxels {
         };
         voxels.filter(move |(_, towards)| holds(towards)).map(|&(voxel, _)| voxel)
     }
+}
+
+/// The voxels of a window.
+fn places(window: &Window) -> impl Iterator<Item = [i32; 3]> + use<> {
+    let (min, end) = (window.min, window.end());
+    (min[2]..end[2])
+        .flat_map(move |z| (min[1]..end[1]).flat_map(move |y| (min[0]..end[0]).map(move |x| [x, y, z])))
 }
 
 /// The number of a voxel of a window.

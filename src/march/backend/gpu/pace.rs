@@ -83,7 +83,7 @@ impl Pace {
     /// Takes what dispatches of a stage took that were answered together. If they were too short to tell more, the work of a
     /// dispatch grows if one of them was about as large as it may be.
     pub(super) fn took(&mut self, stage: Stage, timed: &TimedWork) {
-        if timed.dispatches == 0 {
+        if timed.time.is_zero() {
             return;
         }
         let at_once = &mut self.at_once[stage as usize];

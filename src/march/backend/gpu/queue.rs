@@ -79,7 +79,7 @@ impl Queue {
             done: device.storage("done", u64::from(DONE_WORDS) * 4),
             launched: Launched::default(),
             clock: Timestamps::new(&device),
-            pace: Pace::new(device.report.software),
+            pace: Pace::new(!device.report.is_gpu()),
             done_by: Default::default(),
             work: Default::default(),
             answered: Instant::now(),
@@ -171,8 +171,8 @@ impl Queue {
             self.done_by[stage as usize].took += took.time;
             self.pace.took(stage, took);
         }
-        if timed.is_empty() {
-            // Without timestamps only the time of the answer is known, and work begins no sooner than the
+        if took.iter().all(|took| took.time.is_zero()) {
+            // Without timestamps, or with a clock that stands still, only the time of the answer is known, and work begins no sooner than the
             // answer before.
             self.pace.all_took(&work, asked.max(self.answered).elapsed());
         }
