@@ -1,6 +1,7 @@
 //! Objects of scene files that are moved: saved with the study, counted as a sweep counts them, and refused in words.
 
 use std::fs;
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
@@ -194,4 +195,122 @@ fn what_cannot_be_moved_says_why() {
     assert!(!words.is_empty());
     assert_eq!(planner.get("/state")["changed"], false);
     planner.end();
+}
+
+/// Files of a study in a planner, before anything was changed.
+struct Opened {
+    folder: Folder,
+    planner: Planner,
+    study: PathBuf,
+    cell: PathBuf,
+    before: String,
+}
+
+impl Opened {
+    fn new() -> Opened {
+        let folder = folder();
+        let [study, cell] = ["study.toml", "cell.toml"].map(|name| folder.path(name));
+        let planner = Planner::start(text(&study), &["--backend", "cpu"]);
+        let before = fs::read_to_string(&cell).unwrap();
+        Opened { folder, planner, study, cell, before }
+    }
+
+    fn place_lidar(&self, gesture: u64) -> Value {
+        json!({ "edit": "place", "sensor": "lidar", "pose": "posts/upright", "gesture": gesture })
+    }
+
+    #[track_caller]
+    fn asks(&self) {
+        let words = self.planner.refused("/save", json!({ "overwrite": false }), 409);
+        assert_eq!(words, "another program has changed cell.toml since the study was opened");
+    }
+}
+
+#[test]
+fn a_scene_file_that_cannot_be_read_is_not_overwritten_unasked() {
+    let opened = Opened::new();
+    let latin = b"# caf\xe9\n";
+    fs::write(&opened.cell, latin).unwrap();
+    opened.planner.post("/edit", opened.place_lidar(1));
+    opened.asks();
+    assert_eq!(fs::read(&opened.cell).unwrap(), latin);
+    fs::remove_file(&opened.cell).unwrap();
+    opened.asks();
+    assert!(!opened.cell.exists(), "one that is gone is not made again, either");
+    opened.planner.end();
+}
+
+#[test]
+fn an_undone_step_does_not_take_back_what_others_wrote() {
+    let opened = Opened::new();
+    opened.planner.post("/edit", go("arm", json!({ "position_m": [0.1, 0.3, 0.45], "gesture": 1 })));
+    opened.planner.post("/save", json!({ "overwrite": false }));
+    let theirs = fs::read_to_string(&opened.cell).unwrap() + "# theirs\n";
+    fs::write(&opened.cell, &theirs).unwrap();
+    opened.planner.post("/undo", json!({}));
+    opened.asks();
+    assert_eq!(fs::read_to_string(&opened.cell).unwrap(), theirs);
+    opened.planner.end();
+}
+
+#[test]
+fn a_scene_file_under_another_name_is_read_with_the_study() {
+    let opened = Opened::new();
+    opened.planner.post("/edit", opened.place_lidar(1));
+    fs::rename(&opened.cell, opened.folder.path("hall.toml")).unwrap();
+    let theirs = fs::read_to_string(&opened.study).unwrap().replace("cell.toml", "hall.toml");
+    fs::write(&opened.study, &theirs).unwrap();
+    let state = opened.planner.post("/reload", json!({}));
+    assert_eq!((&state["changed"], &state["problems"]), (&json!(false), &json!([])));
+    assert_eq!(state["scene_files"][0]["name"], "hall.toml");
+    opened.planner.post("/save", json!({ "overwrite": false }));
+    assert_eq!(fs::read_to_string(&opened.study).unwrap(), theirs);
+    assert!(!opened.cell.exists());
+    opened.planner.end();
+}
+
+#[test]
+fn a_reload_that_fails_leaves_the_question_open() {
+    let opened = Opened::new();
+    opened.planner.post("/edit", opened.place_lidar(1));
+    let theirs = fs::read_to_string(&opened.study).unwrap() + "# theirs\n";
+    fs::write(&opened.study, &theirs).unwrap();
+    fs::write(&opened.cell, b"\xff").unwrap();
+    opened.planner.refused("/reload", json!({}), 400);
+    opened.planner.refused("/save", json!({ "overwrite": false }), 409);
+    assert_eq!(fs::read_to_string(&opened.study).unwrap(), theirs);
+    opened.planner.end();
+}
+
+#[test]
+fn a_scene_file_that_others_break_and_repair_is_followed() {
+    let opened = Opened::new();
+    fs::write(&opened.cell, format!("bogus = 1\n{}", opened.before)).unwrap();
+    let words = opened.planner.refused("/edit", opened.place_lidar(1), 400);
+    assert!(words.contains("bogus"), "{words}");
+    let moved = opened.before.replace("[0.2, 0.3, 0.45]", "[0.25, 0.3, 0.45]");
+    fs::write(&opened.cell, &moved).unwrap();
+    // An edit that is refused shows the new scene, too.
+    opened.planner.refused("/edit", json!({ "edit": "remove", "index": 99, "gesture": 2 }), 400);
+    let state = opened.planner.get("/state");
+    assert_eq!(object(&state, "arm")["positions_m"], json!([[0.25, 0.3, 0.45]]));
+    assert_eq!(state["problems"], json!([]));
+    opened.planner.post("/edit", opened.place_lidar(3));
+    opened.planner.end();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_that_leads_elsewhere_is_not_written() {
+    let opened = Opened::new();
+    let outside = Folder::new();
+    let other = outside.path("cell.toml");
+    fs::write(&other, &opened.before).unwrap();
+    fs::remove_file(&opened.cell).unwrap();
+    std::os::unix::fs::symlink(&other, &opened.cell).unwrap();
+    opened.planner.post("/edit", go("arm", json!({ "position_m": [0.1, 0.3, 0.45], "gesture": 1 })));
+    let words = opened.planner.refused("/save", json!({ "overwrite": false }), 400);
+    assert!(words.starts_with("cell.toml is another file now"), "{words}");
+    assert_eq!(fs::read_to_string(&other).unwrap(), opened.before);
+    opened.planner.end();
 }

@@ -21,6 +21,7 @@ mod areas;
 mod number;
 mod outcome;
 mod passing;
+mod purchase_search;
 mod purchasing;
 mod question;
 mod reasons;

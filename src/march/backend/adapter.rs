@@ -30,6 +30,7 @@ pub struct AdapterReport {
 
 impl AdapterReport {
     /// Whether it is a GPU for certain: a virtual one may be software.
+    #[cfg(feature = "gpu")]
     pub(crate) fn is_gpu(&self) -> bool {
         matches!(self.device_type.as_str(), "DiscreteGpu" | "IntegratedGpu")
     }

@@ -1,5 +1,5 @@
 // Asks the program for the best set: the front appears while it is found, and a click on a point takes that set.
-const found = { points: [], bound: null, words: "", controller: null, isOpen: false, version: null, isTaking: false };
+const found = { points: [], bound: null, words: "", controller: null, version: null, isTaking: false };
 
 function openFind() {
   element("find-panel").hidden = false;

@@ -13,10 +13,10 @@ function showStatus() {
   const { judged, state } = planner;
   if (!state) return;
   const verdicts = judged?.verdicts ?? [], passed = verdicts.filter(one => one.passes === true).length, isAll = verdicts.length && passed === verdicts.length;
-  const verdict = element("verdict");
+  const verdict = element("verdict"), isBad = placed().some((_, index) => problemOf(index));
   const isOld = !judged || judged.version !== state.version || state.problems?.length > 0 || planner.draft;
-  verdict.textContent = !(state.requirements ?? verdicts).length ? "No requirements" : state.problems?.length ? "The text has errors" : isOld ? "Judging…" : placed().some((_, index) => problemOf(index)) ? "A sensor is badly placed" : isAll ? `PASS ${passed} of ${verdicts.length}` : `FAIL: ${passed} of ${verdicts.length} met`;
-  verdict.className = !verdicts.length || isOld ? "" : isAll && !placed().some((_, index) => problemOf(index)) ? "PASS" : "FAIL";
+  verdict.textContent = !(state.requirements ?? verdicts).length ? "No requirements" : state.problems?.length ? "The text has errors" : isOld ? "Judging…" : isBad ? "A sensor is badly placed" : isAll ? `PASS ${passed} of ${verdicts.length}` : `FAIL: ${passed} of ${verdicts.length} met`;
+  verdict.className = !verdicts.length || isOld ? "" : isAll && !isBad ? "PASS" : "FAIL";
   const say = (id, words) => { const home = element(id); if (home.lastChild.textContent !== words) home.lastChild.textContent = words; home.hidden = !words; };
   say("worst", judged?.worst?.words ?? "");
   const { nearest } = judged ?? {};

@@ -10,9 +10,9 @@ use super::kernels::Stage;
 const AT_ONCE: Duration = Duration::from_millis(250);
 
 /// Work of the first dispatches, before any was timed. A software adapter does some ten million steps of a march a second on
-/// a core. On hardware it is that of some ten cameras: less than a millisecond on a large GPU, a tenth of a second on one a
+/// a core. On a GPU it is that of some ten cameras: less than a millisecond on a large one, a tenth of a second on one a
 /// hundred times slower.
-const FIRST_WORK: ByAdapter = ByAdapter { software: 1 << 25, hardware: 1 << 29 };
+const FIRST_WORK: ByAdapter = ByAdapter { other: 1 << 25, gpu: 1 << 29 };
 /// The least and the most work of a dispatch, whatever was measured.
 const LEAST_WORK: u64 = 1 << 20;
 const MOST_WORK: u64 = 1 << 36;
@@ -21,13 +21,13 @@ const SHORTEST: Duration = Duration::from_micros(200);
 /// An answer makes the work of a dispatch at most so many times more or less: work is an estimate, and a single measurement
 /// may be misleading.
 const MOST_CHANGE: u64 = 4;
-/// Most items of a dispatch, however little they cost. A software driver may leave out some of a longer row of workgroups.
-const MOST_ITEMS: ByAdapter = ByAdapter { software: 1 << 21, hardware: 1 << 26 };
+/// Most items of a dispatch, however little they cost.
+const MOST_ITEMS: ByAdapter = ByAdapter { other: 1 << 21, gpu: 1 << 26 };
 
-/// A number for software adapters, and one for others.
+/// A number for GPUs, and one for adapters that are, or may be, software.
 struct ByAdapter {
-    software: u64,
-    hardware: u64,
+    gpu: u64,
+    other: u64,
 }
 
 /// What dispatches of a stage took that were answered together.
@@ -58,16 +58,16 @@ pub(super) struct Pace {
 }
 
 impl ByAdapter {
-    fn of(&self, software: bool) -> u64 {
-        if software { self.software } else { self.hardware }
+    fn of(&self, is_gpu: bool) -> u64 {
+        if is_gpu { self.gpu } else { self.other }
     }
 }
 
 impl Pace {
     /// The pace before any dispatch was timed.
-    pub(super) fn new(software: bool) -> Self {
-        let at_once = [FIRST_WORK.of(software); Stage::ALL.len()];
-        Pace { at_once, most_items: MOST_ITEMS.of(software) }
+    pub(super) fn new(is_gpu: bool) -> Self {
+        let at_once = [FIRST_WORK.of(is_gpu); Stage::ALL.len()];
+        Pace { at_once, most_items: MOST_ITEMS.of(is_gpu) }
     }
 
     /// The most work that a dispatch of a stage should be given.
@@ -131,8 +131,8 @@ mod tests {
 
     /// Answers of imagined devices: each gets batches of 64 cameras, cut as the pace says, and takes so long for a launch and
     /// for a camera. How many cameras a dispatch has after some answers.
-    fn cameras_after(answers: u32, software: bool, launch_us: u64, camera_us: u64) -> u64 {
-        let mut pace = Pace::new(software);
+    fn cameras_after(answers: u32, is_gpu: bool, launch_us: u64, camera_us: u64) -> u64 {
+        let mut pace = Pace::new(is_gpu);
         for _ in 0..answers {
             let mut timed = TimedWork::default();
             let mut left = 64 * CAMERA;
@@ -149,22 +149,22 @@ mod tests {
 
     #[test]
     fn dispatches_grow_on_a_quick_device_though_each_is_short() {
-        assert!(cameras_after(3, false, 30, 15) >= 64);
-        assert!(cameras_after(4, true, 30, 15) >= 64, "from less than one camera");
+        assert!(cameras_after(3, true, 30, 15) >= 64);
+        assert!(cameras_after(4, false, 30, 15) >= 64, "from less than one camera");
     }
 
     #[test]
     fn dispatches_take_a_quarter_of_a_second_on_a_slow_device() {
-        let cameras = cameras_after(3, false, 3000, 1500);
+        let cameras = cameras_after(3, true, 3000, 1500);
         assert!((100..170).contains(&cameras), "{cameras}");
         // A tenth of a second a camera, as on two cores.
-        assert_eq!(cameras_after(3, true, 100, 100_000), 2);
         assert_eq!(cameras_after(3, false, 100, 100_000), 2);
+        assert_eq!(cameras_after(3, true, 100, 100_000), 2);
     }
 
     #[test]
     fn dispatches_shrink_at_once_on_a_device_that_stalls() {
-        let mut pace = Pace::new(false);
+        let mut pace = Pace::new(true);
         (0..9).for_each(|_| pace.took(Stage::Cast, &timed(MOST_WORK, Duration::from_millis(1))));
         assert_eq!(pace.work_at_once(Stage::Cast), MOST_WORK);
         pace.took(Stage::Cast, &timed(MOST_WORK, Duration::from_secs(4)));
@@ -173,8 +173,8 @@ mod tests {
 
     #[test]
     fn work_at_once_follows_what_was_measured() {
-        let mut pace = Pace::new(true);
-        let first = FIRST_WORK.software;
+        let mut pace = Pace::new(false);
+        let first = FIRST_WORK.other;
         // A billion steps a second: a quarter of it at once, come to step by step.
         for _ in 0..8 {
             pace.took(Stage::Cast, &timed(1_000_000, Duration::from_millis(1)));
@@ -189,8 +189,14 @@ mod tests {
             first,
             "a short dispatch with little work says nothing"
         );
-        pace.took(Stage::CarveRays, &TimedWork::default());
-        assert_eq!(pace.work_at_once(Stage::CarveRays), first, "nothing was timed");
+        for untimed in [TimedWork::default(), timed(first, Duration::ZERO)] {
+            pace.took(Stage::CarveRays, &untimed);
+            assert_eq!(
+                pace.work_at_once(Stage::CarveRays),
+                first,
+                "nothing was timed, or by a clock that stands still"
+            );
+        }
         let mut work = [0; Stage::ALL.len()];
         (work[Stage::CarveBoxes as usize], work[Stage::CarveVoxels as usize]) = (first, first);
         pace.all_took(&work, 3 * AT_ONCE);

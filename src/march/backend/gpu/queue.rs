@@ -79,7 +79,7 @@ impl Queue {
             done: device.storage("done", u64::from(DONE_WORDS) * 4),
             launched: Launched::default(),
             clock: Timestamps::new(&device),
-            pace: Pace::new(!device.report.is_gpu()),
+            pace: Pace::new(device.report.is_gpu()),
             done_by: Default::default(),
             work: Default::default(),
             answered: Instant::now(),
