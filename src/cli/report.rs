@@ -80,6 +80,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         study: &study,
         worlds: &worlds,
         folder,
+        folder_in_commands: folder,
         chosen: chosen.as_ref(),
         purchase: purchase.as_ref(),
         words: &words,

@@ -20,6 +20,9 @@ use perirobot_sweep::scoring::check::ONE_IN;
 use perirobot_sweep::scoring::session::Session;
 use serde::{Deserialize, Serialize};
 
+/// Where a person would sweep the saved study to, as the commands on the page say.
+const SWEPT_FOLDER: &str = "out/planned";
+
 /// What a person takes along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -116,6 +119,7 @@ fn html(
         study,
         worlds,
         folder,
+        folder_in_commands: Path::new(SWEPT_FOLDER),
         chosen: None,
         purchase: None,
         words: &[],

@@ -231,7 +231,7 @@ impl<'a> Session<'a> {
             (Method::Post, "/undo") => self.step(request, Document::undo),
             (Method::Post, "/redo") => self.step(request, Document::redo),
             (Method::Post, "/save") => self.save(request),
-            (Method::Post, "/reload") => self.reload(),
+            (Method::Post, "/reload") => self.reload(request),
             (Method::Post, "/choose") => self.find(request),
             (Method::Post, "/paper") => self.make_paper(request),
             (Method::Get, path) if path.starts_with(PAPERS) => self.show_paper(&path[PAPERS.len()..]),

@@ -21,6 +21,7 @@ of the guide, of the template palletiser.
 
 import http.server
 import json
+import math
 import os
 import signal
 import statistics
@@ -343,11 +344,14 @@ def poses_at_a_dot_are_listed(page, draw):
     browser.run("[...document.querySelectorAll('#models button')].find(one => one.querySelector('strong').textContent === 'camera').click()")
     browser.until("return [...document.querySelectorAll('#plan .dot')].some(one => one.textContent.includes('camera'))", "the dots of the camera")
     many = browser.run(
-        """const dot = [...document.querySelectorAll('#plan .dot')].find(one => /^[0-9]+ poses/.test(one.textContent));
-        dot?.dispatchEvent(new MouseEvent('click', { bubbles: true }));
-        return !!dot"""
+        """const middle = dot => { const { left, top, width, height } = dot.getBoundingClientRect(); return [left + width / 2, top + height / 2]; };
+        // Not one below the badge of a sensor.
+        const dot = [...document.querySelectorAll('#plan .dot')].find(one => /^[0-9]+ poses/.test(one.textContent) && document.elementFromPoint(...middle(one)) === one);
+        return dot ? middle(dot) : null"""
     )
     assert many, "a dot with several poses"
+    browser.click(*many)
+    browser.until("return !document.getElementById('pose-list').hidden", "the list of poses", 30)
     heights = browser.run("return [...document.querySelectorAll('#poses-here strong')].map(one => parseFloat(one.textContent))")
     assert len(heights) > 1 and heights == sorted(heights, reverse=True), heights
     draw("poses.png")
@@ -357,6 +361,70 @@ def poses_at_a_dot_are_listed(page, draw):
     page.rest()
     page.click("undo")
     page.rest()
+
+
+def arm(page, sensor):
+    """Takes a sensor of the study to be placed."""
+    page.click("add")
+    page.browser.run("[...document.querySelectorAll('#models button')].find(one => one.querySelector('strong').textContent === arguments[0]).click()", sensor)
+    page.browser.until("return !!document.body.planner.armed", "the sensor that is held")
+
+
+def a_held_sensor_takes_the_pose_of_a_dot(page):
+    """In 3D, where the held sensor is drawn under the pointer, and so above the dot."""
+    browser = page.browser
+    page.click("tab-3d")
+    arm(page, "camera")
+    listed = {tuple(pose["at_m"]) for sensor in page.known("state.sensors") if sensor["name"] == "camera" for pose in sensor["poses"]}
+    x, y = browser.run(
+        """const { stage } = document.getElementById('view'), dots = stage.parts.get('pose dots'), { left, top } = stage.canvas.getBoundingClientRect();
+        const all = Array.from({ length: dots.at.length / 3 }, (_, n) => stage.place(dots.at.slice(3 * n, 3 * n + 3)));
+        const middle = all.find(([x, y]) => x > 300 && x < stage.canvas.clientWidth - 300 && y > 100 && y < stage.canvas.clientHeight - 100);
+        return [left + middle[0], top + middle[1]]"""
+    )
+    count = len(page.placed())
+    browser.click(x, y)
+    if not browser.run("return document.getElementById('pose-list').hidden"):
+        browser.run("document.querySelector('#poses-here button:not(:disabled)').click()")
+    browser.until(f"return document.body.planner.state.placed.length === {count + 1}", "the sensor", 30)
+    page.rest()
+    taken = page.placed()[page.known("selected")]
+    assert tuple(taken["at_m"]) in listed and not taken["pose"].startswith("planned"), taken
+
+
+def a_click_on_the_plan_aims(page):
+    """The chosen camera, and back."""
+    page.click("tab-plan")
+    browser, index = page.browser, page.known("selected")
+    before = page.placed()[index]
+    browser.run("document.querySelector('#tools [data-tool=aim]').click()")
+    (x0, y0, z0), (x1, y1, _) = page.known("state.scenes[0].room_m")
+    target = [x0 + 0.62 * (x1 - x0), y0 + 0.38 * (y1 - y0), z0 + 1]
+    browser.click(*page.place(target, "plan"))
+    browser.until(f"return JSON.stringify(document.body.planner.state.placed[{index}].turned_deg) !== arguments[0]".replace("arguments[0]", json.dumps(json.dumps(before["turned_deg"], separators=(",", ":")))), "another direction", 30)
+    page.rest()
+    after = page.placed()[index]
+    dx, dy = target[0] - after["at_m"][0], target[1] - after["at_m"][1]
+    pan = math.degrees(math.atan2(dy, dx))
+    assert after["at_m"] == before["at_m"] and abs((after["turned_deg"][0] - pan + 180) % 360 - 180) < 3, (after, pan)
+    browser.press("w")
+    page.click("undo")
+    page.rest()
+    assert page.placed()[index] == before, page.placed()[index]
+
+
+def a_typed_place_is_asked_about(page):
+    """Why, by the keyboard alone; its card is closed and the focus is where it was."""
+    browser = page.browser
+    browser.press("q")
+    for axis, value in zip("xyz", (1.5, 1.25, 1.0)):
+        browser.run("document.getElementById(arguments[0]).value = arguments[1]", f"why-{axis}", str(value))
+    browser.run("document.getElementById('why-z').focus()")
+    browser.press(ENTER)
+    browser.until("return document.querySelectorAll('#why-words li').length === document.body.planner.state.placed.length", "an answer for each sensor", 30)
+    assert page.known("why.at_m") == [1.5, 1.25, 1], page.known("why.at_m")
+    browser.run("document.querySelector('#why [data-closes-tool]').click()")
+    assert browser.run("return document.getElementById('why').hidden && document.activeElement.dataset.tool === 'why'")
 
 
 def found(address, folder=None):
@@ -374,6 +442,9 @@ def found(address, folder=None):
         browser.until("return document.body.dataset.judged === document.body.dataset.n", "verdicts", 300)
         a_search_shows_what_it_finds(page, draw)
         poses_at_a_dot_are_listed(page, draw)
+        a_held_sensor_takes_the_pose_of_a_dot(page)
+        a_click_on_the_plan_aims(page)
+        a_typed_place_is_asked_about(page)
         said = [entry["message"] for entry in browser.log("browser") if entry["level"] == "SEVERE"]
         assert not said, said
 

@@ -37,7 +37,7 @@ const UNCUT = [0, 0, 0, 1];
  * latter with the cursor to show; `key(event)`, true where it is answered.
  */
 function stage(home, label, hooks = {}) {
-  const canvas = made("canvas", { tabindex: 0, role: "img", "aria-label": `${label}. Arrow keys turn it, plus and minus bring it nearer.` });
+  const canvas = made("canvas", { tabindex: 0, role: "img", "aria-label": `${label} ${hooks.keyWords ?? "Arrow keys turn it, plus and minus bring it nearer."}` });
   const isSlow = drawsInSoftware();
   const gl = isSlow === null ? null : canvas.getContext("webgl2", { antialias: !isSlow, preserveDrawingBuffer: true });
   if (!gl) return null;
@@ -71,7 +71,7 @@ function stage(home, label, hooks = {}) {
     const right = from ? unitOf(crossed(from.up, back)) : [-Math.sin(pan), Math.cos(pan), 0];
     const up = crossed(back, right), eye = from ? from.at : plus(middle, times(back, away));
     // A narrow screen sees as much across as a wide one.
-    const near = from ? 0.03 : away / 50, far = from ? 200 : away * 20, wide = canvas.width / Math.max(1, canvas.height);
+    const near = from ? 0.03 : away / 50, far = from ? 200 : away * 20, wide = Math.max(1, canvas.clientWidth) / Math.max(1, canvas.clientHeight);
     const f = from ? Math.min(1 / from.opening[1], wide / from.opening[0]) : Math.min(1, wide / 1.3) / OPENING;
     const turned = [...[0, 1, 2].flatMap(i => [right[i], up[i], back[i], 0]), -dot(right, eye), -dot(up, eye), -dot(back, eye), 1];
     const bent = [f / wide, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0];
@@ -186,11 +186,11 @@ function stage(home, label, hooks = {}) {
     return best;
   }
 
-  /** The point of some part nearest to a place on the screen: its part and number. */
-  function pointed(x, y) {
+  /** The point of some wanted part nearest to a place on the screen: its part and number. */
+  function pointed(x, y, isWanted = () => true) {
     const { seen } = looking();
     let best = null;
-    for (const part of parts.values()) if (part.kind === "points" && part.words && part.isShown !== false) for (let n = 0; 3 * n < part.at.length; n++) {
+    for (const part of parts.values()) if (part.kind === "points" && part.words && part.isShown !== false && isWanted(part)) for (let n = 0; 3 * n < part.at.length; n++) {
       const at = onScreen(seen, part.at.slice(3 * n, 3 * n + 3));
       const off = at ? Math.hypot(at[0] - x, at[1] - y) : Infinity;
       if (off < 14 && (!best || (part.isOver && !best.part.isOver) || off < best.off - 1 || off < best.off + 1 && at[2] < best.deep)) best = { part, n, off, deep: at[2] };

@@ -155,19 +155,33 @@ function along(axis, event) {
   };
 }
 
+/** What a sensor can be mounted on: everything but people. */
+const isMount = part => part.role !== "human";
+
 /** What happens to the view beside turning it. */
 function stageHooks() {
   const isPicking = () => planner.armed || ["why", "measure"].includes(planner.tool);
+  // The held sensor is shown under the pointer: it must not hide the dots there.
+  const dotAt = ({ offsetX, offsetY }) => scene.stage.pointed(offsetX, offsetY, part => part === partNamed("pose dots"));
   return {
     grab,
     hover(event, found) {
-      if (planner.armed) { ghost(scene.stage.hit(event.offsetX, event.offsetY, part => part.role !== "human")); return "crosshair"; }
+      if (planner.armed) {
+        const dot = dotAt(event);
+        scene.stage.canvas.title = dot ? dot.part.words(dot.n) : "";
+        if (dot) hideGhost(); else ghost(scene.stage.hit(event.offsetX, event.offsetY, isMount));
+        return dot ? "pointer" : "crosshair";
+      }
       if (isPicking()) return "crosshair";
       return isPart(found, "sensor places") || isPart(found, "aim: target") || isPart(found, "axis: ends") || isPart(found, "object: place") ? "move" : found ? "pointer" : null;
     },
     click(event) {
-      const found = scene.stage.pointed(event.offsetX, event.offsetY), hit = scene.stage.hit(event.offsetX, event.offsetY);
-      if (planner.armed) { if (isPart(found, "pose dots")) return false; ghost(hit); placeGhost(); return true; }
+      const { offsetX: x, offsetY: y } = event, found = scene.stage.pointed(x, y), hit = scene.stage.hit(x, y);
+      if (planner.armed) {
+        const dot = dotAt(event);
+        if (dot) dot.part.heard(dot.n); else { ghost(scene.stage.hit(x, y, isMount)); placeGhost(); }
+        return true;
+      }
       if (planner.tool === "why") { if (hit) askWhy(hit.at); return true; }
       if (planner.tool === "measure") { if (hit) measure(hit.at); return true; }
       if (isPart(found, "sensor places")) return true;
@@ -187,6 +201,7 @@ function stageHooks() {
       if (at) scene.stage.focus(at);
     },
     key: event => moveByKey(event),
+    keyWords: "Arrow keys move the chosen sensor or object, page up and down raise and lower it; with nothing chosen they turn the view. Plus and minus bring it nearer.",
     left() { planner.through = null; tell("through"); },
   };
 }

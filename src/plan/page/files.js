@@ -21,25 +21,26 @@ async function save() {
   flushDraft();
   await lastEdit;
   if (!mayEdit() || !planner.state.changed) return;
-  if (hasSaved || planner.state.saved) { write(false); return; }
   try {
-    const lines = await ask("/difference");
-    const names = lines.filter(({ kind }) => kind === "file").map(({ text }) => text);
-    openDialog(`Save ${names.join(" and ") || planner.state.name}?`, [made("p", {}, `This changes ${names.join(" and ") || planner.state.path}; comments and order stay as they are.`), differenceOf(lines)], [["Save", () => write(false), true, "save-now"]]);
+    const lines = await ask("/difference"), files = lines.filter(({ kind }) => kind === "file").map(({ text }) => text);
+    const names = files.join(" and ") || planner.state.name;
+    if (hasSaved || planner.state.saved) { write(names); return; }
+    openDialog(`Save ${names}?`, [made("p", {}, `This changes ${names}; comments and order stay as they are.`), differenceOf(lines)], [["Save", () => write(names), true, "save-now"]]);
   } catch (error) { complain(error); }
 }
 const SIGNS = { same: " ", old: "−", new: "+", gap: "…", file: "" };
 const differenceOf = lines => made("div", { class: "difference", tabindex: "0", role: "region", "aria-label": "Difference" }, ...lines.map(({ kind, text }) => made("div", { class: kind }, made("b", {}, SIGNS[kind] ?? " "), made("code", {}, text ?? ""))));
 
-async function write(overwrite) {
+/** Writes the files of these names. */
+async function write(names, overwrite = false) {
   try {
     const state = await askChange("/save", { overwrite });
     hasSaved = true;
     closeDialog();
     take(state);
-    notify(`Saved ${state.path}.`, "good");
+    notify(`Saved ${names}.`, "good");
   } catch (error) {
-    if (error.status === 409) openDialog("The file has changed on disk", [made("p", {}, `${error.message[0].toUpperCase()}${error.message.slice(1)}. Overwriting loses that change.`)], [["Read theirs", reload, false, "reload"], ["Overwrite", () => write(true), false, "overwrite"]]);
+    if (error.status === 409) openDialog("The file has changed on disk", [made("p", {}, `${error.message[0].toUpperCase()}${error.message.slice(1)}. Overwriting loses that change.`)], [["Read theirs", reload, false, "reload"], ["Overwrite", () => write(names, true), false, "overwrite"]]);
     else complain(error);
   }
 }
@@ -47,7 +48,7 @@ async function write(overwrite) {
 /** Takes the files as other programs have written them; undo does not bring this page's changes back. */
 async function reload() {
   try {
-    const state = await ask("/reload", {});
+    const state = await askChange("/reload", {});
     closeDialog();
     take(state);
     notify("The file was read again.", "good");

@@ -1,6 +1,11 @@
 // Asks the program for the best set: the front appears while it is found, and a click on a point takes that set.
 const found = { points: [], bound: null, words: "", controller: null, version: null, isTaking: false };
 
+function closeFind() {
+  element("find-panel").hidden = true;
+  element("find").focus();
+}
+
 function openFind() {
   element("find-panel").hidden = false;
   element("find-ask").focus();
@@ -76,13 +81,16 @@ function stopFind() {
 /** What was found, and what is known of it. */
 function showFound() {
   const isBusy = !!document.body.dataset.finding, { points, bound, isScore } = found;
-  element("find-stop").hidden = !isBusy;
-  element("find-begin").hidden = isBusy;
+  // The button that begins gives way to the one that stops, and the focus goes along.
+  const [shown, gone] = isBusy ? ["find-stop", "find-begin"] : ["find-begin", "find-stop"], hadFocus = document.activeElement === element(gone);
+  element(shown).hidden = false;
+  element(gone).hidden = true;
+  if (hadFocus) element(shown).focus();
   const least = isKnown(bound?.cost) && !isScore && !isBusy ? ` No set of the listed poses that passes${found.isKept ? " with your sensors in it" : ""} costs less than ${money(bound.cost)}.` : "";
   element("find-words").textContent = (found.words && !/[.!?…]$/.test(found.words) ? `${found.words}.` : found.words) + (isFoundEarlier() && points.length && !isBusy ? " The study has changed since then: search again to be sure." : least);
   showFront();
   element("found").replaceChildren(...[...points].sort((a, b) => (a.part ?? 0) - (b.part ?? 0) || (a.cost ?? 0) - (b.cost ?? 0)).map(point => {
-    const button = made("button", { type: "button", "data-edits": "" }, made("strong", {}, money(point.cost)), made("span", {}, point.words ?? point.placed?.map(one => `${one.sensor}: ${one.pose}`).join(", ") ?? ""), made("em", {}, isKnown(point.score) ? point.score.toFixed(3) : point.is_proven && !isFoundEarlier() ? "proven" : "so far"));
+    const button = made("button", { type: "button", "data-edits": "" }, made("strong", {}, money(point.cost)), made("span", {}, point.words ?? point.placed?.map(one => `${one.sensor}: ${one.pose}`).join(", ") ?? ""), made("b", {}, "Use this set"), made("em", {}, isKnown(point.score) ? point.score.toFixed(3) : point.is_proven && !isFoundEarlier() ? "proven" : "so far"));
     button.disabled = !mayEdit();
     button.addEventListener("click", () => takeFound(point));
     return made("li", {}, button);
@@ -122,7 +130,7 @@ function makeFind() {
   on("state judged", showFront);
   element("find-budget").addEventListener("change", typeBudget);
   element("find").addEventListener("click", openFind);
-  element("find-close").addEventListener("click", () => { element("find-panel").hidden = true; });
+  element("find-close").addEventListener("click", closeFind);
   element("find-ask").addEventListener("change", showFindKind);
   element("find-form").addEventListener("submit", event => { event.preventDefault(); find(); });
   element("find-stop").addEventListener("click", stopFind);

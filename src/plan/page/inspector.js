@@ -41,7 +41,11 @@ function makeInspector() {
     });
     return made("label", {}, made("span", {}, title), input, made("i", {}, unit));
   }));
-  element("model").addEventListener("change", event => edit({ edit: "set_sensor", index: planner.selected, ...(event.target.selectedOptions[0].dataset.model ? { model: event.target.value } : { sensor: event.target.value }) }));
+  element("model").addEventListener("change", async event => {
+    const { value, selectedOptions: [chosen] } = event.target;
+    // A model that is refused leaves the one that is there in the box.
+    if (!await edit({ edit: "set_sensor", index: planner.selected, ...(chosen.dataset.model ? { model: value } : { sensor: value }) })) showChosen();
+  });
   element("cost").addEventListener("change", event => { const cost = Number(event.target.value); if (event.target.value !== "" && cost >= 0) edit({ edit: "set_cost", sensor: placed()[planner.selected].sensor, cost }); else showChosen(); });
   element("copy").addEventListener("click", () => copySensor());
   element("remove").addEventListener("click", () => removeSensor());
@@ -138,7 +142,7 @@ function fillRegions() {
 }
 
 /** What is counted, in words and numbers. */
-const COUNTED = [["unknown", "Unknown", "UF"], ["seen", "Seen", "TP"], ["missed", "Missed", "FN"], ["false", "False", "FP"]];
+const COUNTED = [["unknown", "Unknown", "UF"], ["seen", "Seen", "TP"], ["missed", "Called free", "FN"], ["false", "False", "FP"]];
 
 const MEASURED = { "People seen": "human_seen", "Body parts": "parts_detected", "Seen twice": "seen_twice", F1: "F1" };
 

@@ -91,12 +91,12 @@ function escape() {
   else if (planner.armed) disarm();
   else if (!element("pose-list").hidden) closePoses();
   else if (!element("catalogue").hidden) openCatalogue();
-  else if (!element("find-panel").hidden) element("find-panel").hidden = true;
+  else if (!element("find-panel").hidden) closeFind();
   else if (planner.tool !== "move") KEYS_OF_PAGE.w();
   else if (planner.through !== null && planner.through !== undefined) scene.stage.focus(roomBox());
 }
 
-const KEY_WORDS = [["Drag a sensor", "moves it on the surface under the pointer; takes a listed pose that is near"], ["Shift, Alt", "while dragging: steps of 10 cm and 5°; freely"], ["W, E", "move, aim"], ["Drag an object", "on the floor plan, or where it is chosen: moves it along the floor; its handle turns it"], ["Arrow keys, Page up, Page down", "in the view: move by 5 cm, or turn by 5° while aiming; Shift: by 1 cm, 1°"], ["A", "add a sensor; Enter places it, Esc puts it away"], ["D, Ctrl+C and Ctrl+V", "copy"], ["Delete", "remove"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["Ctrl+S", "save"], ["Q", "why is a place seen or not"], ["M", "measure"], ["F, double click", "go nearer to the sensor, to a place"], ["V", "look through the sensor"], ["H", "the whole cell"], ["1, 2", "3D, floor plan"], ["Tab", "through everything; in the lists of sensors and objects up and down choose, Enter goes to the numbers"]];
+const KEY_WORDS = [["Drag a sensor", "moves it on the surface under the pointer; takes a listed pose that is near"], ["Shift, Alt", "while dragging: steps of 10 cm and 5°; freely"], ["W, E", "move, aim"], ["Drag an object", "on the floor plan, or where it is chosen: moves it along the floor; its handle turns it"], ["Arrow keys, Page up, Page down", "in the view: move by 5 cm, or turn by 5° while aiming; Shift: by 1 cm, 1°"], ["A", "add a sensor; Enter places it, Esc puts it away"], ["D, Ctrl+C and Ctrl+V", "copy"], ["Delete", "remove"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["Ctrl+S", "save"], ["Q", "why is a place seen or not: click it, or type it"], ["M", "measure"], ["F, double click", "go nearer to the sensor, to a place"], ["V", "look through the sensor"], ["H", "the whole cell"], ["1, 2", "3D, floor plan"], ["Tab", "through everything; in the lists of sensors and objects up and down choose, Enter goes to the numbers"]];
 function openKeys() {
   openDialog("Keys and pointer", [made("dl", { class: "keys" }, ...KEY_WORDS.flatMap(([key, words]) => [made("dt", {}, key), made("dd", {}, words)]))]);
 }

@@ -2,7 +2,7 @@
 const LAYERS = [
   { name: "UF", word: "Blind space", what: "free, and not known", colour: "UF", isOn: true, opacity: 0.13, outcome: true },
   { name: "UO", word: "Not seen", what: "occupied, and not known", colour: "UO", isOn: true, opacity: 0.6, outcome: true },
-  { name: "FN", word: "Missed", what: "occupied, but called free", colour: "FN", isOn: true, outcome: true },
+  { name: "FN", word: "Called free", what: "occupied, so missed", colour: "FN", isOn: true, outcome: true },
   { name: "FP", word: "False", what: "free, but called occupied", colour: "FP", isOn: true, opacity: 0.35, outcome: true },
   { name: "TP", word: "Seen", what: "occupied, and called so", colour: "TP", isOn: false, outcome: true },
   { name: "view", word: "Fields of view", what: "cut by what they hit first", colour: "sensors", isOn: true },

@@ -172,7 +172,7 @@ function views({ x, y }) {
 }
 
 function poseDots({ x, y }) {
-  const name = planner.armed?.sensor ?? placed()[planner.selected]?.sensor ?? planner.state.sensors?.[0]?.name, sensor = planner.state.sensors?.find(one => one.name === name);
+  const sensor = sensorOfDots();
   if (!layerOf("pose").isOn || !sensor || sensor.carried || !mayEdit()) return [];
   return posesByPlace(sensor, at => at.slice(0, 2).join()).map(poses => {
     const [cx, cy] = [x(poses[0].at_m[0]), y(poses[0].at_m[1])];
@@ -199,9 +199,9 @@ function badges(scale) {
     const look = `badge${isChosen ? " chosen" : ""}${problem ? " bad" : ""}${planner.dead === index ? " dead" : ""}`;
     const [ux, uy] = level > 0.05 ? [along[0] / level, -along[1] / level] : [Math.cos(at.pan_deg * RAD), -Math.sin(at.pan_deg * RAD)], nodes = [];
     const reach = isChosen ? 40 : 18;
-    nodes.push(shape("path", { d: `M${px(cx)} ${px(cy)}l${px(ux * reach)} ${px(uy * reach)}`, class: `look${isChosen ? " chosen" : ""}` }));
+    nodes.push(shape("path", { d: `M${px(cx)} ${px(cy)}l${px(ux * reach)} ${px(uy * reach)}`, class: `look${isChosen ? " chosen" : ""}${index === null ? " held" : ""}` }));
     if (isChosen && index !== null && mayEdit()) { const handle = shape("circle", { cx: px(cx + ux * reach), cy: px(cy + uy * reach), r: 7, class: "aim", title: "Drag to turn" }); handle.turned = index; nodes.push(handle); }
-    const badge = shape("g", { class: look, title: index === null ? "" : wordsOf(index) }, shape("circle", { cx: px(cx), cy: px(cy), r: 11.5 }), word(cx, cy + 4.5, letter, { "text-anchor": "middle", class: "letter" }));
+    const badge = shape("g", { class: index === null ? `${look} held` : look, title: index === null ? "" : wordsOf(index) }, shape("circle", { cx: px(cx), cy: px(cy), r: 11.5 }), word(cx, cy + 4.5, letter, { "text-anchor": "middle", class: "letter" }));
     badge.moved = index;
     return [...nodes, badge];
   });

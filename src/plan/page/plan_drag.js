@@ -3,8 +3,9 @@
 /** The node under the pointer, or what it belongs to, that has such a property. */
 const owner = (node, name) => { for (; node && node !== element("plan"); node = node.parentNode) if (node[name] !== undefined && node[name] !== null) return node; return null; };
 
-/** The height at which a click on the plan asks. */
-const ASKED_AT_M = 1;
+/** How high above the floor a place is that is clicked on the plan, to aim at it or to ask about it. */
+const ABOVE_FLOOR_M = 1;
+const floorBelow = () => roomBox()[0][2];
 
 /** What a place on the plan stands for, in metres. */
 const planPlace = event => { const { left, top } = element("plan").getBoundingClientRect(); return planScale().at(event.clientX - left, event.clientY - top); };
@@ -64,14 +65,18 @@ function releasePlan(event) {
 }
 
 function clickPlan(event, own) {
-  const [a, b] = own.begin;
-  if (planner.armed) { ghostOnPlan(own.begin); placeGhost(); return; }
-  if (planner.tool === "why") { askWhy([a, b, ASKED_AT_M]); return; }
+  const [a, b] = own.begin, dot = own.target.closest?.(".dot");
+  if (planner.armed && !dot) { ghostOnPlan(own.begin); placeGhost(); return; }
+  if (planner.tool === "why") { askWhy([a, b, floorBelow() + ABOVE_FLOOR_M]); return; }
   if (planner.tool === "measure") { measure([a, b, 0]); return; }
   // Captured pointers send no click to what was pressed.
   if (own.zone) return;
-  const dot = own.target.closest?.(".dot");
   if (dot) { dot.dispatchEvent(new MouseEvent("click")); return; }
+  if (planner.tool === "aim" && own.change === undefined && beginDraft(planner.selected)) {
+    turnDraft(aimedAt(planner.draft.at, [a, b, floorBelow() + ABOVE_FLOOR_M]), event);
+    commitDraft();
+    return;
+  }
   const object = owner(own.target, "object");
   if (object) { selectObject(object.object); return; }
   if (own.box?.table === "region") { planner.region = planner.state.regions.findIndex(({ name }) => name === own.box.name); tell("region"); }

@@ -1,7 +1,7 @@
 // Places and directions of sensors: as they are written, and the nearest that is listed.
 const RAD = Math.PI / 180;
 const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
-const letterOf = index => LETTERS[index % 26] + (index >= 26 ? Math.floor(index / 26) : "");
+const letterOf = index => (index < 26 ? "" : letterOf(Math.floor(index / 26) - 1)) + LETTERS[index % 26];
 const letterAt = index => placed()[index]?.letter ?? letterOf(index);
 
 /** Millimetres and tenths of a degree: what the study will hold, so that it is counted as it is written. */

@@ -3,7 +3,7 @@ const scene = { stage: null, faced: null, volumes: 0 };
 
 function makeScene() {
   const home = element("view");
-  try { scene.stage = stage(home, "The cell in three dimensions", stageHooks()); } catch (error) { console.info(error.message); }
+  try { scene.stage = stage(home, "The cell in three dimensions.", stageHooks()); } catch (error) { console.info(error.message); }
   home.stage = scene.stage ?? "none";
   if (!scene.stage) { planner.tab = "plan"; element("tab-3d").hidden = true; home.hidden = true; return; }
   on("worlds moment", () => showScenery().catch(complain));

@@ -78,14 +78,15 @@ function showTime() {
   select.value = all.indexOf(own);
   element("scene-of").hidden = all.length < 2;
   Object.assign(slider, { min: begin, max: end - 1, value: planner.moment });
-  slider.setAttribute("aria-valuetext", `moment ${planner.moment - begin + 1} of ${end - begin}`);
-  element("moment-words").textContent = `${planner.moment - begin + 1} of ${end - begin}`;
+  // Snapshots count from 0, as in all tables.
+  element("moment-words").textContent = `snapshot ${planner.moment - begin} of 0–${end - begin - 1}`;
+  slider.setAttribute("aria-valuetext", element("moment-words").textContent);
   element("play").setAttribute("aria-pressed", String(!!playing.timer));
   element("play").disabled = end - begin < 2;
   const worst = judged?.worst?.moment, isHere = worst !== undefined && worst !== null && worst >= begin && worst < end;
   element("go-worst").hidden = worst === undefined || worst === null;
   const of = moment => { const found = planner.moments?.find(one => one.moment === moment); const counts = found?.counts?.[planner.region] ?? found; return counts?.human_seen ?? counts?.f1 ?? null; };
-  const marks = Array.from({ length: end - begin }, (_, n) => { const value = of(begin + n), bar = made("i", { class: isHere && worst === begin + n ? "worst" : "", title: `moment ${n + 1}${value === null ? "" : `: ${percent(value)}`}${isHere && worst === begin + n ? ", the worst" : ""}` }); bar.style.height = `${value === null ? 12 : 12 + 88 * value}%`; return bar; });
+  const marks = Array.from({ length: end - begin }, (_, n) => { const value = of(begin + n), bar = made("i", { class: isHere && worst === begin + n ? "worst" : "", title: `snapshot ${n}${value === null ? "" : `: ${percent(value)}`}${isHere && worst === begin + n ? ", the worst" : ""}` }); bar.style.height = `${value === null ? 12 : 12 + 88 * value}%`; return bar; });
   element("marks").replaceChildren(...marks);
 }
 
@@ -102,6 +103,7 @@ function play(is) {
 }
 
 function makeStatus() {
+  element("verdict").addEventListener("click", () => element("verdicts").scrollIntoView({ block: "nearest", behavior: "smooth" }));
   element("moment").addEventListener("input", event => goTo(Number(event.target.value)));
   element("scene").addEventListener("change", event => goTo(planner.state.scenes[event.target.value].moments[0]));
   element("play").addEventListener("click", () => play(!playing.timer));

@@ -24,7 +24,7 @@ function arm(what) {
   if (planner.tab === "plan") { element("plan").focus(); ghostOnPlan([0, 1].map(axis => (roomBox()[0][axis] + roomBox()[1][axis]) / 2)); return; }
   const { canvas } = scene.stage;
   canvas.focus();
-  ghost(scene.stage.hit(canvas.clientWidth / 2, canvas.clientHeight / 2, part => part.role !== "human"));
+  ghost(scene.stage.hit(canvas.clientWidth / 2, canvas.clientHeight / 2, isMount));
 }
 function disarm() {
   if (!planner.armed) return;
@@ -40,6 +40,9 @@ function ghost(hit) {
   tell("draft");
   wantScore("coarse");
 }
+
+/** Hides the held sensor where a click would take a listed pose. */
+function hideGhost() { if (planner.draft?.index === null) dropDraft(); }
 
 /** What one of a device of the catalogue costs, as it was typed; a study with prices needs it. */
 function costOfModel() {
@@ -92,15 +95,29 @@ async function askWhy(at_m) {
   } catch (error) { complain(error); }
 }
 
+const WHY_AXES = ["x", "y", "z"];
+
+/** The fields of a place, so that the keyboard asks, too, and at any height. */
+function makeWhy() {
+  const fields = WHY_AXES.map(name => made("label", {}, made("span", {}, name), made("input", { id: `why-${name}`, type: "number", step: "any", inputmode: "decimal", "aria-label": `${name} in metres` }), made("i", {}, "m")));
+  element("why-form").append(...fields, made("button", { type: "submit" }, "Ask"));
+  element("why-form").addEventListener("submit", event => {
+    event.preventDefault();
+    const typed = WHY_AXES.map(name => element(`why-${name}`).value);
+    if (typed.every(text => text !== "" && Number.isFinite(Number(text)))) askWhy(typed.map(Number)); else notify("Write x, y and z of the place in metres.");
+  });
+}
+
 function showWhyWords() {
   const home = element("why"), { why } = planner;
   home.hidden = planner.tool !== "why";
   if (home.hidden) return;
+  if (why) WHY_AXES.forEach((name, axis) => { const input = element(`why-${name}`); if (document.activeElement !== input) input.value = why.at_m[axis]; });
   const rows = (why?.sensors ?? []).map(one => made("li", { class: one.sees ? "sees" : "blind" }, made("b", { class: "letter" }, letterAt(one.index)), made("span", {}, one.index === planner.dead ? "is switched off" : one.words || (one.sees ? "sees it" : "does not see it"))));
-  const place = why ? `x ${why.at_m[0].toFixed(2)}, y ${why.at_m[1].toFixed(2)}, z ${why.at_m[2].toFixed(2)} m` : "";
-  home.replaceChildren(made("h2", {}, "Why here?"), made("p", {}, why ? `${place}${why.object ? `: ${why.object}` : ""}` : "Click a place: which sensors see it, and what stops the others."), made("ul", {}, ...rows));
-  if (why && !why.sensors) home.append(made("p", { class: "soft" }, "Asking…"));
-  if (why?.sensors && !why.sensors.length) home.append(made("p", { class: "soft" }, "No sensor is placed yet."));
+  const lines = why ? (why.object ? [made("p", {}, `In ${why.object}`)] : []) : [made("p", {}, "Click a place, or type one: which sensors see it, and what stops the others.")];
+  if (why && !why.sensors) lines.push(made("p", { class: "soft" }, "Asking…"));
+  if (why?.sensors && !why.sensors.length) lines.push(made("p", { class: "soft" }, "No sensor is placed yet."));
+  element("why-words").replaceChildren(...lines, made("ul", {}, ...rows));
 }
 
 /** Takes an end of what is measured; a third click begins again. */
@@ -115,7 +132,7 @@ function showMeasured() {
   if (home.hidden) return;
   const [a, b] = ends, off = b ? minus(b, a) : null;
   const lines = off ? [made("p", { id: "distance", class: "large" }, metres(lengthOf(off), 3)), made("p", { class: "soft" }, `level ${metres(Math.hypot(off[0], off[1]), 3)}, up ${metres(off[2], 3)}; Δx ${off[0].toFixed(3)}, Δy ${off[1].toFixed(3)}`)] : [made("p", {}, a ? "Click the other end." : "Click two places.")];
-  home.replaceChildren(made("h2", {}, "Measure"), ...lines);
+  element("measured-words").replaceChildren(...lines);
 }
 
 /** The models that can be added, and the study's own sensors. */
@@ -153,9 +170,11 @@ function cutAt() {
 }
 
 function makeTools() {
+  makeWhy();
+  document.querySelectorAll("[data-closes-tool]").forEach(button => button.addEventListener("click", () => { const { tool } = planner; takeTool(tool); document.querySelector(`#tools [data-tool=${tool}]`).focus(); }));
   document.querySelectorAll("#tools [data-tool]").forEach(button => button.addEventListener("click", () => takeTool(button.dataset.tool)));
   element("add").addEventListener("click", openCatalogue);
-  element("catalogue-close").addEventListener("click", () => { element("catalogue").hidden = true; });
+  element("catalogue-close").addEventListener("click", openCatalogue);
   element("catalogue-filter").addEventListener("input", showCatalogue);
   element("whole").addEventListener("click", () => scene.stage?.focus(roomBox(), { pan: -1.05, tilt: 0.55 }));
   element("top-view").addEventListener("click", () => scene.stage?.focus(roomBox(), { pan: -Math.PI / 2, tilt: 1.55 }));
@@ -170,5 +189,5 @@ function openCatalogue() {
   const home = element("catalogue");
   home.hidden = !home.hidden;
   element("add").setAttribute("aria-expanded", String(!home.hidden));
-  if (!home.hidden) element("catalogue-filter").focus();
+  element(home.hidden ? "add" : "catalogue-filter").focus();
 }

@@ -151,9 +151,9 @@ impl Session<'_> {
     }
 
     /// Takes the files as other programs have written them, in place of what was edited here.
-    pub(super) fn reload(&self) -> Answer<'_> {
+    pub(super) fn reload(&self, request: &Request) -> Answer<'_> {
         self.may_write()?;
-        let mut desk = locked(&self.desk);
+        let mut desk = self.desk_for(request)?;
         let Desk { file, scenes, document, .. } = &mut *desk;
         // All or none: what was not read must not be overwritten.
         let (study, others) = (file.read()?, scenes.read()?);

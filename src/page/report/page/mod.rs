@@ -83,6 +83,8 @@ pub struct ReportedSweep<'a> {
     pub worlds: &'a [World],
     /// The folder, in which `judge` and `approach` may have written.
     pub folder: &'a Path,
+    /// The folder in the commands that the page tells.
+    pub folder_in_commands: &'a Path,
     /// What was asked and found where sets of sensors were chosen.
     pub chosen: Option<&'a Chosen>,
     /// What was asked and found where the cheapest set that passes was chosen.

@@ -103,12 +103,12 @@ fn sheet(
             }
             let turned = Turned::new(&pose);
             let turns = [
-                ("pan, from x to y", turned.pan_deg),
-                ("tilt, up", turned.tilt_deg),
-                ("roll", turned.roll_deg),
+                ("pan, from x to y", format!("{:.1}°", turned.pan_deg)),
+                ("tilt", describe_tilt(turned.tilt_deg)),
+                ("roll", format!("{:.1}°", turned.roll_deg)),
             ];
             let turns = turns.into_iter().take(if level { 1 } else { 3 });
-            lines.extend(turns.map(|(name, degrees)| text(name, format!("{degrees:.1}°"))));
+            lines.extend(turns.map(|(name, value)| text(name, value)));
             lines
         }
     };
@@ -121,6 +121,16 @@ fn sheet(
         sketches,
         device,
     })
+}
+
+/// How far up or down something looks.
+fn describe_tilt(tilt_deg: f64) -> String {
+    let degrees = format!("{:.1}°", tilt_deg.abs());
+    match degrees.as_str() {
+        "0.0°" => format!("{degrees}, level"),
+        _ if tilt_deg < 0.0 => format!("{degrees} down"),
+        _ => format!("{degrees} up"),
+    }
 }
 
 /// What the text of a study says of a sensor besides its name, its kind and where it may stand.

@@ -106,7 +106,7 @@ pub(crate) fn current_verdicts(
     };
     let shown = sweep.study.requirements.iter().map(shown).collect();
     let note = match used == judged.len() {
-        true => "As perirobot judge has decided, whose tables are in the folder.",
+        true => "As decided by perirobot judge.",
         false => {
             "What perirobot judge has written into the folder was judged against other requirements than the study \
              has now, or with another [mounting_error], [postures], [approach] or [stopping]: run `perirobot judge` \

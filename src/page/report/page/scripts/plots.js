@@ -62,7 +62,7 @@ function drawPositions() {
   if (!plot.stage) {
     const view = made("div", { class: "view" });
     plot.replaceChildren(made("p", { class: "title" }, "All positions in the room"), view);
-    plot.stage = stage(view, "All positions in the room, as points") ?? "none";
+    plot.stage = stage(view, "All positions in the room, as points.") ?? "none";
     if (plot.stage === "none") view.append("This browser has no WebGL; the maps above show the same.");
     plot.bar = plot.appendChild(made("div", {}));
   }

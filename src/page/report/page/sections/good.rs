@@ -145,7 +145,7 @@ impl Good {
 
 fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     let Findings { sweep, rankings, judged, .. } = findings;
-    let ReportedSweep { results, study, folder, .. } = *sweep;
+    let ReportedSweep { results, study, folder, folder_in_commands, .. } = *sweep;
     let series = rankings[recommended.series].series;
     let combination = &results.combinations[series.combination];
     let looked = recommended.choice(rankings);
@@ -170,7 +170,7 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     good.plans = near.plans;
     let [named, poses, representation] = own;
     let words = |command: &str| {
-        let folder = folder.display().to_string();
+        let folder = folder_in_commands.display().to_string();
         let mut words =
             vec!["perirobot".to_string(), command.into(), folder.clone(), "--pose".into(), poses.clone()];
         if results.combinations.len() > 1 {

@@ -16,22 +16,15 @@ use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;
 
-/// The columns of the table of a region.
-const COLUMNS: [&str; 13] = [
-    "sensors · representation",
-    "poses",
-    "F1",
-    "worst F1",
-    "κ",
-    "human seen",
-    "worst human seen",
-    "human claimed",
-    "people detected",
-    "parts detected",
-    "worst parts detected",
-    "unknown",
-    "false alarm",
-];
+/// The columns of the table of a region: what is placed, then each score and its worst value.
+fn columns() -> Vec<String> {
+    let scores = Score::ALL.into_iter().flat_map(|score| {
+        let title = measure::title(score);
+        let worst = measure::has_worst(score).then(|| format!("worst {title}"));
+        [Some(title), worst].into_iter().flatten()
+    });
+    ["sensors · representation", "poses"].map(String::from).into_iter().chain(scores).collect()
+}
 
 /// What is recommended, and what instead.
 pub(super) struct Instead<'a> {
@@ -213,18 +206,19 @@ fn baselines_note(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -
 }
 
 fn best(region: &RegionBest) -> Markup {
+    let columns = columns();
     html! {
         div.wide.cards tabindex="0" role="group" aria-label={ "Best placements in region " (region.name) } {
             table.best {
-                thead { tr { @for name in COLUMNS { th { (name) } } } }
+                thead { tr { @for name in &columns { th { (name) } } } }
                 @for best in &region.best {
                     tbody.choices {
-                        tr.by { th colspan=(COLUMNS.len()) scope="rowgroup" { "best by " (best.by) } }
+                        tr.by { th colspan=(columns.len()) scope="rowgroup" { "best by " (best.by) } }
                         @for row in &best.rows { (row_of(region, row)) }
                     }
                 }
                 tbody.baselines {
-                    tr.by { th colspan=(COLUMNS.len()) scope="rowgroup" { "answers without a sensor" } }
+                    tr.by { th colspan=(columns.len()) scope="rowgroup" { "answers without a sensor" } }
                     @for (name, values) in &region.baselines {
                         tr {
                             td colspan="2" { (name) }
