@@ -116,7 +116,7 @@ impl SearchProgress {
             spinner.set_message(progress_of(state));
         }
         if self.lines {
-            let SearchState { at_most, budget, best, bound: above, .. } = *state;
+            let &SearchState { at_most, budget, best, bound: above, .. } = state;
             let elapsed_s = self.elapsed_s();
             let budget = budget.map(|budget| Cost::from_thousandths(budget).amount());
             let line = SearchLine { event: "search", at_most, budget, best, above, elapsed_s };

@@ -1,5 +1,6 @@
 //! Which candidates a set may have together, what it costs, and how large it may be.
 
+use super::problem::FoundSet;
 use perirobot_march::progress::SearchState;
 
 /// Which candidates a set may have together, and what they cost.
@@ -33,9 +34,11 @@ impl SetLimits {
     }
 
     /// What a search within these limits reports of the best set that it found.
-    pub fn state(&self, best: Option<f64>) -> SearchState {
+    pub fn state(&self, best: Option<&FoundSet>) -> SearchState {
         let SetLimits { at_most, budget } = *self;
-        SearchState { at_most, budget, best, bound: None, seconds: None }
+        let set = best.map_or(Vec::new(), |best| best.set.clone());
+        let best = best.map(|best| best.worth.value());
+        SearchState { at_most, budget, best, set, bound: None, seconds: None }
     }
 }
 

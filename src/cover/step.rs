@@ -31,9 +31,9 @@ pub struct FrontStep {
 impl FrontStep {
     /// What is known after this many seconds of search.
     fn state(&self, seconds: f64) -> SearchState {
-        let best = self.best.as_ref().map(|best| best.worth.value());
-        let bound = best.and_then(|best| self.bound.upper_score(best));
-        SearchState { bound, seconds: Some(seconds), ..self.limits.state(best) }
+        let state = self.limits.state(self.best.as_ref());
+        let bound = state.best.and_then(|best| self.bound.upper_score(best));
+        SearchState { bound, seconds: Some(seconds), ..state }
     }
 }
 
@@ -146,7 +146,7 @@ impl<'a> StepSearch<'a> {
     pub(super) fn end(&mut self, known: &mut KnownSets) {
         let begin = Instant::now();
         self.refresh(known);
-        self.progress.show_search(&self.step.limits.state(self.worth().map(|worth| worth.value())));
+        self.progress.show_search(&self.step.limits.state(self.step.best.as_ref()));
         if self.come_near(known) {
             self.progress.show_search(&self.step.state(self.seconds + begin.elapsed().as_secs_f64()));
         }
@@ -186,7 +186,7 @@ impl<'a> StepSearch<'a> {
             known.insert(found.set.clone(), found.worth);
             let further = polish(problem, limits, *kept, found, &|| progress.stops());
             known.insert(further.set.clone(), further.worth);
-            progress.show_search(&limits.state(Some(further.worth.value())));
+            progress.show_search(&limits.state(Some(&further)));
             further
         };
         let is_mean = problem.goal.1 == Across::Mean;
@@ -261,9 +261,9 @@ impl<'a> StepSearch<'a> {
 
     fn tell(&self, what: &str, time: Duration) {
         let (most, seconds) = (self.step.limits.at_most, time.as_secs_f64());
-        let worth = self.step.best.as_ref().map(|best| best.worth.value());
-        self.progress.show_search(&self.step.limits.state(worth));
-        let worth = worth.unwrap_or(f64::NAN);
+        let state = self.step.limits.state(self.step.best.as_ref());
+        self.progress.show_search(&state);
+        let worth = state.best.unwrap_or(f64::NAN);
         log::info!("choose: sets of at most {most}: {worth:.6} {what} after {seconds:.1} s");
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod backend;
 pub mod error;
+pub mod lengths;
 pub mod march;
 pub mod metrics;
 pub mod progress;

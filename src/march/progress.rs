@@ -72,7 +72,7 @@ impl Fault {
 }
 
 /// What a search knows of the sets within some limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SearchState {
     /// How many candidates a set may have.
     pub at_most: usize,
@@ -80,6 +80,8 @@ pub struct SearchState {
     pub budget: Option<u64>,
     /// The worth of the best set that was found.
     pub best: Option<f64>,
+    /// The candidates of that set, by their numbers in the evidence; empty where poses are tried that are not in it.
+    pub set: Vec<usize>,
     /// What no set is above.
     pub bound: Option<f64>,
     /// How long these limits were searched, when a part of that search has ended.

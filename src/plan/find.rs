@@ -156,18 +156,23 @@ fn cheapest(
     Ok(())
 }
 
-fn best(
-    study: &Study,
-    worlds: &[World],
+fn best<'a>(
+    study: &'a Study,
+    worlds: &'a [World],
     backend: &BackendChoice,
     folder: &Path,
-    listener: &FindListener,
+    listener: &FindListener<'a>,
 ) -> Result<()> {
     let choosing = Choosing::new(study, worlds, MEMORY_BYTES)?;
     let mut backends = ChosenBackends::open(backend)?.0;
     let casting = casting(folder, |folder, restart| choosing.begin_casting(folder, restart))?;
     let evidence = cast(casting, &mut backends, listener)?.remove(0);
     listener.begin("sets", 0);
+    let at_most = match &study.choose {
+        Some(Wanted::Best(choose)) => choose.at_most,
+        _ => 0,
+    };
+    listener.name((study, &worlds[0]), &evidence.items, at_most);
     let Some(Found { outcome, ending }) = choosing.search(&evidence, &mut backends, listener)? else {
         listener.end(NOTHING_YET.into(), true);
         return Ok(());
@@ -176,18 +181,19 @@ fn best(
         return Err(error);
     }
     let report = &outcome.chosen.report;
-    for step in &report.steps {
+    let front = report.steps.iter().map(|step| {
         let sensors = step.best.sensors.iter();
         let (placed, words) = placed_in(sensors.map(|one| [&one.sensor, &one.pose, &one.place]));
-        (listener.emit)(FindEvent::Point(FoundPoint {
+        FoundPoint {
             part: None,
             cost: step.best.cost.map(Cost::amount),
             score: Some(step.best.score),
             words,
             placed,
             is_proven: step.proven,
-        }));
-    }
+        }
+    });
+    (listener.emit)(FindEvent::Front(front.collect()));
     if let Some(step) = report.best() {
         (listener.emit)(FindEvent::Bound { cost: None, score: step.no_set_is_above });
     }

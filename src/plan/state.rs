@@ -15,7 +15,7 @@ use perirobot_study::input::catalogue::{DeviceModel, models};
 use perirobot_study::input::{EntryPlace, RegionSpec, Study, Wanted};
 use perirobot_study::sensor::prism::Prism;
 use perirobot_study::sensor::turned::Turned;
-use perirobot_study::sensor::{Candidate, Cost, Sensor, Setting, Stance};
+use perirobot_study::sensor::{Candidate, Cost, SaidOfNoise, Sensor, Setting, Stance};
 use perirobot_study::world::World;
 use perirobot_study::world::place::{Places, is_room, room_m};
 
@@ -190,6 +190,8 @@ struct ModelState {
     kind: String,
     words: String,
     cost: Option<f64>,
+    /// Whether its noise is unknown and that of the study's sensors is not, or the other way round.
+    mixes_noise: bool,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -257,7 +259,7 @@ impl CellState {
             entries: entries(study),
             sensors: study.sensors.iter().enumerate().map(sensor).collect(),
             placed: placed.iter().enumerate().map(placed_state).collect(),
-            catalogue: catalogue(),
+            catalogue: catalogue(&study.sensors),
             requirements: requirements(study),
             speeds_m_s: study.stopping.iter().flat_map(|one| &one.speeds).map(|at| at.speed_m_s).collect(),
             budget: budget(study).map(Cost::amount),
@@ -384,8 +386,16 @@ fn budget(study: &Study) -> Option<Cost> {
     }
 }
 
-fn catalogue() -> Vec<ModelState> {
+fn catalogue(sensors: &[Sensor]) -> Vec<ModelState> {
+    let [has_unknown, has_known] = [SaidOfNoise::Unknown, SaidOfNoise::Model]
+        .map(|said| sensors.iter().any(|sensor| sensor.noise == said));
+    let mixes = |said| match said {
+        SaidOfNoise::Unknown => has_known && !has_unknown,
+        SaidOfNoise::Model => has_unknown && !has_known,
+        SaidOfNoise::Nothing => false,
+    };
     let model = |one: &DeviceModel| ModelState {
+        mixes_noise: mixes(one.noise()),
         model: one.name.clone(),
         kind: one.kind().into(),
         words: one.title.clone(),

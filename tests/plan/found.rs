@@ -57,3 +57,30 @@ fn sets_and_bounds_come_while_it_searches() {
     assert_eq!(found, expected);
     assert!(sets.values().all(|point| point["is_proven"] == true), "{sets:?}");
 }
+
+/// A study that asks for the best score.
+const BEST: &str = "scenes/choose.toml";
+
+#[test]
+fn sets_come_while_the_best_score_is_searched() {
+    let planner = Planner::start(BEST, &["--read-only", "--backend", "cpu"]);
+    let all = lines(&planner, &json!({ "ask": "score", "score": "f1", "region": "robot", "at_most": 3 }));
+    planner.end();
+    let front = all.iter().position(|line| line.get("front").is_some()).expect("the answer");
+    let score = |point: &Value| point["score"].as_f64().unwrap();
+    // The best so far within some limits only gets better.
+    let mut parts: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for point in all[..front].iter().map(|line| &line["point"]).filter(|point| !point.is_null()) {
+        assert_eq!(point["is_proven"], false);
+        parts.entry(point["part"].as_u64().unwrap()).or_default().push(score(point));
+    }
+    assert!(parts.len() >= 3 && parts.values().all(|scores| scores.is_sorted()), "{parts:?}");
+    // What no set is above is of the whole question, from the first on.
+    let bounds: Vec<f64> = all.iter().filter_map(|line| line["bound"]["score"].as_f64()).collect();
+    let answer = all[front]["front"].as_array().unwrap();
+    let best = answer.iter().map(score).fold(0.0, f64::max);
+    let found = parts.values().map(|scores| scores[scores.len() - 1]).fold(0.0, f64::max);
+    assert!(answer.iter().all(|point| point["is_proven"] == true) && best == found, "{answer:?}");
+    assert!(!bounds.is_empty() && bounds.iter().all(|&bound| bound >= best), "{bounds:?} {best}");
+    assert!(answer.iter().all(|point| (1..=3).contains(&point["placed"].as_array().unwrap().len())));
+}

@@ -177,7 +177,7 @@ fn no_set(problem: &Problem, why: NoAnswer) -> Error {
 
 /// What is known of the sets within some limits, in words: the best score so far, and what no set is above.
 pub fn progress_of(state: &SearchState) -> String {
-    let SearchState { at_most, budget, best, bound, .. } = *state;
+    let &SearchState { at_most, budget, best, bound, .. } = state;
     let cost = budget.map(Cost::from_thousandths).map(|budget| format!(" for {budget}"));
     let best = best.map_or("none found yet".into(), |best| format!("the best is {best:.4}"));
     let bound = bound.map(|bound| format!(", none is above {bound:.4}"));

@@ -33,6 +33,7 @@ pub(super) fn apply(source: &mut Source, edit: &Edit, known: &Known) -> Result<O
         Edit::SetSensor { index, device, cost } => editor.set_sensor(*index, device, *cost),
         Edit::SetPlan { placed } => editor.set_plan(placed),
         Edit::SetCost { sensor, cost } => editor.set_cost(sensor, *cost).map(|()| None),
+        Edit::MixNoise => editor.mix_noise().map(|()| None),
         Edit::SetBudget { budget } => editor.set_budget(*budget).map(|()| None),
         Edit::SetSensorShape { sensor, shape } => editor.set_sensor_shape(sensor, shape).map(|()| None),
         Edit::SetBox { table, name, shape } => editor.set_box(*table, name, shape).map(|()| None),

@@ -78,6 +78,8 @@ pub enum Edit {
         /// Its cost.
         cost: f64,
     },
+    /// Sensors of known and of unknown noise may be in the study together.
+    MixNoise,
     /// What a set of sensors may cost.
     SetBudget {
         /// The budget; none takes it away.

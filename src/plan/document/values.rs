@@ -10,12 +10,23 @@ use super::edit::{BoxTable, ShapeEdit};
 use super::group;
 use super::number::number;
 use super::path::Path;
+use super::span::own_end;
 
 impl Editor<'_> {
     pub(super) fn set_cost(&mut self, sensor: &str, cost: f64) -> Result<()> {
         check_amount("cost", cost)?;
         let at = group::sensor(self.source, sensor)?;
         self.source.set_number(&at, "cost", cost)
+    }
+
+    pub(super) fn mix_noise(&mut self) -> Result<()> {
+        let (root, key) = (Path::default(), "mixed_noise");
+        let has_keys = self.source.get(&root).and_then(Item::as_table).and_then(own_end).is_some();
+        match has_keys {
+            true => self.source.set(&root, key, "true"),
+            // Behind the first header it would be a key of that table.
+            false => self.source.splice(vec![(0..0, format!("{key} = true\n"))]),
+        }
     }
 
     pub(super) fn set_budget(&mut self, budget: Option<f64>) -> Result<()> {

@@ -28,6 +28,8 @@ pub enum FindEvent {
     },
     /// A set.
     Point(FoundPoint),
+    /// All sets of the answer, in place of those that were reported on the way.
+    Front(Vec<FoundPoint>),
     /// The end, in words.
     Done(String),
     /// It was stopped before its end: what is known so far, in words.

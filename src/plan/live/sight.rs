@@ -4,6 +4,7 @@ use glam::DVec3;
 use perirobot_decide::view::why::Sighting;
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::error::Issue;
+use perirobot_march::lengths::describe_place;
 use perirobot_march::voxel::Grid;
 use perirobot_march::{Error, Result};
 use perirobot_page::report::describe_cause;
@@ -47,7 +48,8 @@ impl Live {
         let world = &worlds[moment];
         let voxel = Grid::voxel_of(world.grid.position_q16(at_m));
         if !world.grid.window().contains(voxel) {
-            return Err(Error::from(Issue::says(format!("the place at {at_m} m is outside of the grid"))));
+            let what = format!("the place at {} is outside of the grid", describe_place(at_m));
+            return Err(Error::from(Issue::says(what)));
         }
         let mut sensors: Vec<SensorSight> = problems
             .into_iter()

@@ -66,9 +66,11 @@ function hear(line) {
     const { part, cost, score } = line.point, isOlder = one => part === null ? one.cost === cost && one.score === score : one.part === part;
     found.points = [...found.points.filter(one => !isOlder(one)), { ...line.point, version: found.version }];
   }
+  if (line.front) found.points = line.front.map(point => ({ ...point, version: found.version }));
   if (line.search) found.words = line.search;
   if (line.bound) found.bound = line.bound;
   if (line.stage) found.words = `${line.stage.words}: ${grouped(line.stage.done)} of ${grouped(line.stage.total)}`;
+  if (line.error) line.error = plainError(line.error);
   for (const name of ["done", "stopped", "error"]) if (line[name] !== undefined) found.words = typeof line[name] === "string" ? line[name] : line[name].words ?? (name === "done" ? "Done." : name === "stopped" ? "Stopped: this was found so far." : "It cannot be found.");
   showFound();
 }

@@ -29,7 +29,7 @@ function showFront() {
   const unit = hasCost ? `cost${planner.state.currency ? ` in ${planner.state.currency}` : ""}` : "sensors";
   const nodes = [shape("path", { d: `M${left} 8V${floor}H${width - 8}`, class: "frame" }), word(left, height - 4, unit), word(x(most / 1.08), floor + 13, grouped(most / 1.08), { "text-anchor": "middle" }), word(left, floor + 13, "0", { "text-anchor": "middle" })];
   if (isScore) nodes.push(word(4, y({ score: high }) + 4, high.toFixed(2)), word(4, y({ score: low }) + 4, low.toFixed(2)));
-  if (isScore && isKnown(bound?.score)) nodes.push(shape("path", { d: `M${left} ${px(y(bound))}H${width - 8}`, class: "bound" }), word(width - 10, y(bound) - 4, `no set is above ${bound.score.toFixed(3)}`, { "text-anchor": "end" }));
+  if (isScore && isKnown(bound?.score)) nodes.push(shape("path", { d: `M${left} ${px(y(bound))}H${width - 8}`, class: "bound" }), word(left + 4, y(bound) - 4, `no set is above ${bound.score.toFixed(3)}`));
   if (!isScore && hasCost && isKnown(bound?.cost)) nodes.push(shape("path", { d: `M${px(x(bound.cost))} 8V${floor}`, class: "bound", title: `No set that passes costs less than ${money(bound.cost)}` }), word(Math.min(x(bound.cost) + 4, width - 90), 12, `none below ${grouped(bound.cost)}`));
   drawn.forEach(point => nodes.push(shape("circle", { cx: px(x(acrossOf(point))), cy: px(y(point)), r: 5.5, class: point.is_proven ? "proven" : "open", title: `${isKnown(point.cost) ? `${money(point.cost)}, ` : ""}${point.words ?? ""}`, onclick: () => takeFound(point) })));
   if (ownDrawn) {

@@ -131,11 +131,12 @@ function regionBoxes(box, { x, y, unit }) {
 const cornersOf = ({ min_m, max_m, center_m, radius_m }) => center_m ? [center_m.map(x => x - radius_m), center_m.map(x => x + radius_m)] : [min_m, max_m];
 
 /** Names and corners of regions and entries; a corner resizes, a name moves. */
-function boxHandles({ x, y }) {
+function boxHandles({ x, y, width }) {
   if (!layerOf("region").isOn) return [];
   return planBoxes().flatMap(one => {
     const { center_m: middle, radius_m: radius } = one.shape, [low, high] = cornersOf(one.shape), can = one.editable && mayEdit() ? " drags" : "";
-    const label = word(x(low[0]) + 5, y(high[1]) + 15, one.label, { class: `of-${one.look}${can}` });
+    // A name that would leave the picture ends at the right corner.
+    const isWide = x(low[0]) + 5 + [...one.label].length * 7.6 > width, label = word(isWide ? x(high[0]) - 5 : x(low[0]) + 5, y(high[1]) + 15, one.label, { class: `of-${one.look}${can}`, "text-anchor": isWide ? "end" : "start" });
     label.dragged = can ? { ...one, corner: null } : null;
     const corners = can ? (middle ? [[2, 2]] : [[0, 0], [0, 1], [1, 0], [1, 1]]).map(([i, j]) => {
       const [a, b] = middle ? [middle[0] + radius, middle[1]] : [[low, high][i][0], [low, high][j][1]];

@@ -10,7 +10,7 @@ const tell = name => (heard.get(name) ?? []).forEach(listener => listener());
 
 /** An answer that is not the wanted one, in the program's words. */
 class Refusal extends Error {
-  constructor(status, answer) { super(answer.error ?? `The planner answered ${status}.`); this.status = status; this.answer = answer; }
+  constructor(status, answer) { super(answer.error ? plainError(answer.error) : `The planner answered ${status}.`); this.status = status; this.answer = answer; }
 }
 
 /** Sends a request; throws a `Refusal`, or whatever `fetch` throws when the program is gone. */

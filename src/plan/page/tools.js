@@ -26,6 +26,16 @@ function arm(what) {
   canvas.focus();
   ghost(scene.stage.hit(canvas.clientWidth / 2, canvas.clientHeight / 2, isMount));
 }
+/** Asks before a device of unknown noise is held beside sensors whose noise is known. */
+function armMixed(what) {
+  const device = what.model && planner.state.catalogue.find(one => one.model === what.model);
+  if (!device?.mixes_noise) { arm(what); return; }
+  openDialog(`Add ${device.model}?`, [
+    made("p", {}, "The noise of some sensors is known and that of others is not. A sensor of unknown noise is counted as if it had none, so it looks better than it is beside the others."),
+    made("p", { class: "soft" }, "The study gets mixed_noise = true. To compare them fairly, write the noise of the device into the study as text instead.")],
+    [["Add it all the same", () => { closeDialog(); arm({ ...what, mixesNoise: true }); }, true, "mix-noise"]]);
+}
+
 function disarm() {
   if (!planner.armed) return;
   planner.armed = null;
@@ -55,10 +65,11 @@ const needsCost = () => (planner.state?.sensors ?? []).length > 0 && planner.sta
 async function placeGhost() {
   const { armed, draft } = planner;
   if (!armed || draft?.index !== null || !draft) return;
-  const { sensor, model } = armed;
+  const { sensor, model, mixesNoise } = armed, gesture = nextGesture();
   planner.armed = null;
   draft.isSettling = true;
-  const isDone = await edit({ edit: "add", ...(sensor ? { sensor } : { model, ...costOfModel() }), at: written(draft.at) });
+  if (mixesNoise) edit({ edit: "mix_noise" }, gesture);
+  const isDone = await edit({ edit: "add", ...(sensor ? { sensor } : { model, ...costOfModel() }), at: written(draft.at) }, gesture);
   if (!isDone) dropDraft(draft);
   ["armed", "tool"].forEach(tell);
 }
@@ -147,16 +158,16 @@ function showCatalogue() {
         notify("Every sensor of this study has a cost: write first what one of the catalogue's devices costs.", "bad");
         return;
       }
-      arm(what);
+      armMixed(what);
     });
     return button;
   };
   const isWanted = (...texts) => !wanted || texts.join(" ").toLowerCase().includes(wanted);
-  const own = sensors.filter(one => one.rays || one.grounds?.length || listed(one).length).filter(one => isWanted(one.name, one.model ?? "", one.kind));
-  const models = catalogue.filter(one => isWanted(one.model, one.kind, one.words));
+  const own = sensors.filter(one => one.rays || one.grounds?.length || listed(one).length).filter(one => isWanted(one.name, one.model ?? "", one.kind, kindInWords(one.kind)));
+  const models = catalogue.filter(one => isWanted(one.model, one.kind, kindInWords(one.kind), one.words));
   element("models").replaceChildren(
-    ...(own.length ? [made("h3", {}, "Sensors of this study")] : []), ...own.map(one => row(one.name, [one.kind, one.model].filter(x => x).join(", "), one.cost, { sensor: one.name })),
-    ...(models.length ? [made("h3", {}, "Catalogue")] : []), ...models.map(one => row(one.model, [one.kind, one.words].filter(x => x).join(", "), one.cost, { model: one.model })),
+    ...(own.length ? [made("h3", {}, "Sensors of this study")] : []), ...own.map(one => row(one.name, [kindInWords(one.kind), one.model].filter(x => x).join(", "), one.cost, { sensor: one.name })),
+    ...(models.length ? [made("h3", {}, "Catalogue")] : []), ...models.map(one => row(one.model, [kindInWords(one.kind), one.words].filter(x => x).join(", "), one.cost, { model: one.model })),
     ...(own.length + models.length ? [] : [made("p", { class: "soft" }, "No sensor has this in its name or kind.")]));
 }
 

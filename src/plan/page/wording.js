@@ -28,6 +28,19 @@ function explained(words) {
   return words.split(terms).filter(part => part).map(part => explanationOf(part) ? explainedWord(part) : part);
 }
 
+/** Kinds of sensors that are not called by an English word. */
+const KINDS_IN_WORDS = { rgbd: "RGB-D camera", rgb: "colour camera", lidar: "LIDAR", pad: "pressure mat", gate: "light curtain", cover: "proximity cover", rays: "rays of its own", recorded: "recorded map" };
+const kindInWords = kind => KINDS_IN_WORDS[kind] ?? kind.replaceAll("_", " ");
+
+/** Fields of the page by the keys of the study that an error names. */
+const FIELDS_OF_KEYS = { "choose.budget": "Budget", "choose.at_most": "At most", "choose.always": "Placed sensors" };
+
+/** An error of the program without the path of the study, which the page shows, and with the names of the page's fields. */
+function plainError(words) {
+  const bare = words.replaceAll(`${planner.state?.path}: `, "");
+  return Object.entries(FIELDS_OF_KEYS).reduce((text, [key, name]) => text.replace(new RegExp(`${escaped(key)} = ([^:]*): `), `${name} $1 `), bare);
+}
+
 const escaped = text => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
 
 /** A sentence with sensors of the plan as "B (camera)" in place of "camera:planned/1". */

@@ -8,6 +8,7 @@ mod bones;
 mod hierarchy;
 mod motion;
 
+use perirobot_march::lengths::describe_place;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -99,7 +100,7 @@ impl Bvh {
         let keypoints = keypoints.map(|joint| joint.map(|joint| z_up(joint, file.up)));
         if let Some(far) = keypoints.iter().flatten().find(|joint| joint.abs().max_element() > FARTHEST_M) {
             let rule = format!("must be within {FARTHEST_M} m of the origin: is its unit right?");
-            return Err(Issue::says(format!("has a joint at {far} m")).with_advice(rule));
+            return Err(Issue::says(format!("has a joint at {}", describe_place(*far))).with_advice(rule));
         }
         if file.centred { centre(&keypoints).ok_or_else(unknown) } else { Ok(keypoints) }
     }

@@ -17,6 +17,7 @@ mod mesh;
 mod near;
 mod rows;
 
+use perirobot_march::lengths::describe_length;
 use std::sync::Arc;
 
 use super::objects::{ObjectVoxels, RobotReach, Truth};
@@ -212,7 +213,7 @@ fn ball(center_m: DVec3, radius_m: f64, truth: &Truth) -> Result<Ball, Issue> {
         return Err(Issue::value(
             "radius_m",
             radius_m,
-            format!("at most 2047 voxels ({} m)", 2047.0 * voxel_size_m),
+            format!("at most 2047 voxels ({})", describe_length(2047.0 * voxel_size_m)),
         ));
     }
     Ok(Ball::new(truth.grid.position_q16(center_m), radius_q16))

@@ -2,6 +2,7 @@
 
 mod odd;
 
+use perirobot_march::lengths::describe_place;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -179,8 +180,9 @@ fn lattice(object: &Object, voxel_size_m: f64) -> Result<Lattice> {
                     overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
                         let farthest = FARTHEST_VOXEL as f64 * voxel_size_m;
                         let what = format!(
-                            "a corner at {vertex} m is more than {farthest:.0} m away: is it in \
-                                    millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?"
+                            "a corner at {} is more than {farthest:.0} m away: is it in \
+                                    millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?",
+                            describe_place(vertex)
                         );
                         Error::input(place(), what)
                     })

@@ -1,6 +1,7 @@
 //! Numbers that look as if they were written in another unit: radians where degrees are wanted, millimetres or
 //! centimetres where metres are. They are warned of, and used as written.
 
+use perirobot_march::lengths::describe_length;
 use std::f64::consts::PI;
 
 use toml::de::DeTable;
@@ -154,7 +155,8 @@ fn not_metres(key: &str, numbers: &[f64]) -> Option<String> {
     };
     let largest = numbers.iter().copied().reduce(|a, b| if b.abs() > a.abs() { b } else { a });
     let largest = largest.filter(|largest| largest.abs() >= least && largest.is_finite())?;
-    let in_metres = |unit: &str, per_m: f64| format!("{largest} {unit} are {} m", largest / per_m);
+    let in_metres =
+        |unit: &str, per_m: f64| format!("{largest} {unit} are {}", describe_length(largest / per_m));
     let [mm, cm] = [in_metres("mm", 1e3), in_metres("cm", 1e2)];
     Some(match largest.abs() {
         // In centimetres it would be farther than any cell, or than anything that a sensor has.

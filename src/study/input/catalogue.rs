@@ -10,6 +10,8 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use crate::diagnostics::{Place, read};
+use crate::sensor::SaidOfNoise;
+use crate::sensor::kinds::shared::range::noise_in;
 use perirobot_march::{Error, Result};
 
 /// A device of the catalogue.
@@ -60,6 +62,11 @@ impl DeviceModel {
     /// The kind of sensor that it is.
     pub fn kind(&self) -> &str {
         self.keys.get("kind").and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// What its sources say of its noise.
+    pub fn noise(&self) -> SaidOfNoise {
+        noise_in(&self.keys)
     }
 
     /// The first of the two numbers of a key.

@@ -9,6 +9,7 @@ use crate::input::Study;
 use crate::sensor::{Sensor, Setting, Stance, Station};
 use perirobot_march::Result;
 use perirobot_march::error::{Issue, Site};
+use perirobot_march::lengths::describe_place;
 use perirobot_march::voxel::Grid;
 use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::Truth;
@@ -64,8 +65,9 @@ impl World {
     /// What is wrong with a place outside of the grid.
     fn misplaced_issue(&self, at: DVec3) -> Issue {
         let [low, high] = [[0; 3], self.grid.size.map(|n| n as i32)].map(|voxel| self.grid.corner_m(voxel));
-        Issue::says(format!("is at {at} m, outside of the voxels of scene {:?}", self.name))
-            .with_advice(format!("they go from {low} to {high} m"))
+        let [at, low, high] = [at, low, high].map(describe_place);
+        Issue::says(format!("is at {at}, outside of the voxels of scene {:?}", self.name))
+            .with_advice(format!("they go from {low} to {high}"))
     }
 
     /// Whether a sensor of the study, mounted as a planned pose is, may stand at another as its candidate of this

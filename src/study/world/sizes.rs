@@ -1,5 +1,6 @@
 //! Warns of objects and positions that look as if their unit were another one.
 
+use perirobot_march::lengths::describe_length;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -116,7 +117,7 @@ pub(super) fn guess_unit(at: DVec3, [low, high]: [DVec3; 2]) -> Option<String> {
     })?;
     let each = far.iter().map(|&axis| {
         let (name, value) = (["x", "y", "z"][axis], at[axis]);
-        format!("{name} {value} {unit} are {} m", value / per_m)
+        format!("{name} {value} {unit} are {}", describe_length(value / per_m))
     });
     let each: Vec<String> = each.collect();
     Some(format!("looks like {units}, and metres are wanted: {}, which is inside the cell", each.join(", ")))

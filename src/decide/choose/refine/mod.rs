@@ -21,7 +21,7 @@ use super::report::{FrontReport, RefinedReport};
 use crate::choose::{problem_of, wanted_counts};
 use perirobot_cover::{FrontAnswer, Problem, SetLimits, Worth, best_within, overlaps, polish};
 use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
-use perirobot_march::progress::{Fault, Progress};
+use perirobot_march::progress::{Fault, Progress, SearchState};
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Choose, Study};
 use perirobot_study::world::World;
@@ -147,7 +147,9 @@ impl Refining<'_> {
             false => Some(polish(&problem, refined.limits, None, centre.clone(), &stops)),
         };
         let Some(better) = better.filter(|better| better.worth > centre.worth) else { return Ok(false) };
-        self.progress.show_search(&refined.limits.state(Some(better.worth.value())));
+        let state = refined.limits.state(Some(&better));
+        // Its candidates are those around the set, not the study's.
+        self.progress.show_search(&SearchState { set: Vec::new(), ..state });
         refined.spots = better.set.iter().map(|&item| spots[item]).collect();
         refined.worth = Some(better.worth);
         Ok(true)

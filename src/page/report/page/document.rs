@@ -34,6 +34,7 @@ impl Document<'_> {
                     (PreEscaped(self.patterns))
                     header {
                         h1 { (self.title) }
+                        @if let Some(summary) = &self.sections.summary { p.summary { (summary) } }
                         @if let Some(note) = self.note { p.warning { (note) } }
                         (self.sections.links())
                     }

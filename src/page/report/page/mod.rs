@@ -11,6 +11,7 @@
 mod approaches;
 mod cells;
 mod data;
+mod device;
 mod document;
 mod judged;
 mod leaders;

@@ -2,6 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
+use super::device::describe_device;
 use super::sketch;
 use super::surroundings::{Surroundings, WAYS};
 use crate::letters::letter;
@@ -22,7 +23,7 @@ pub(super) struct MountSheet {
     pub(super) lines: Vec<(String, String)>,
     /// Plan and elevation of what is mounted in the cell.
     pub(super) sketches: Vec<String>,
-    /// What the study says of the sensor.
+    /// The device, as one orders it.
     pub(super) device: String,
 }
 
@@ -112,7 +113,7 @@ fn sheet(
             lines
         }
     };
-    let device = keys_of(study, &sensor.name);
+    let device = describe_device(study, &sensor.name);
     Some(MountSheet {
         letter,
         sensor: sensor.name.clone(),
@@ -131,20 +132,4 @@ fn describe_tilt(tilt_deg: f64) -> String {
         _ if tilt_deg < 0.0 => format!("{degrees} down"),
         _ => format!("{degrees} up"),
     }
-}
-
-/// What the text of a study says of a sensor besides its name, its kind and where it may stand.
-pub(super) fn keys_of(study: &Study, name: &str) -> String {
-    let written: toml::Table = toml::from_str(&study.text).unwrap_or_default();
-    let all = written.get("sensor").and_then(toml::Value::as_array).into_iter().flatten();
-    let mut tables = all.filter_map(toml::Value::as_table);
-    let table = tables.find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name));
-    let told =
-        table.into_iter().flatten().filter(|(key, _)| !["name", "kind", "poses"].contains(&key.as_str()));
-    let cost = study.sensors.iter().find(|sensor| sensor.name == name).and_then(|sensor| sensor.terms.cost);
-    let value = |key: &str, value: &toml::Value| match cost {
-        Some(cost) if key == "cost" => cost.to_text(study.currency.as_deref()),
-        _ => value.to_string(),
-    };
-    told.map(|(key, said)| format!("{key} = {}", value(key, said))).collect::<Vec<_>>().join(", ")
 }

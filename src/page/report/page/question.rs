@@ -92,7 +92,13 @@ fn join_words<S: AsRef<str>>(names: &[S]) -> String {
 
 /// The title of the page, as a sentence.
 pub(super) fn title(sweep: &ReportedSweep) -> String {
-    let names: Vec<&str> = sweep.study.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+    // Those that were swept: a study may list more.
+    let is_swept = |name: &str| {
+        let mut members = sweep.results.combinations.iter().flat_map(|one| &one.members);
+        members.any(|member| member.sensor == name)
+    };
+    let names = sweep.study.sensors.iter().map(|sensor| sensor.name.as_str());
+    let names: Vec<&str> = names.filter(|name| is_swept(name)).collect();
     let sensors = if names.len() > MOST_NAMED {
         format!("{} sensors", names.len())
     } else {

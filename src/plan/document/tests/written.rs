@@ -218,6 +218,17 @@ fn numbers_are_changed_where_they_stand() {
 }
 
 #[test]
+fn noise_may_be_mixed_by_a_key_of_the_whole_file() {
+    let bare = "# ours\n[[sensor]]\nname = \"camera\"\n";
+    assert_eq!(edited(bare, &cell(), &[Edit::MixNoise]), format!("mixed_noise = true\n{bare}"));
+    let keyed = "voxel_size_m = 0.05 # fine\n\n[[sensor]]\nname = \"camera\"\n";
+    let expected = keyed.replace("# fine\n", "# fine\nmixed_noise = true\n");
+    assert_eq!(edited(keyed, &cell(), &[Edit::MixNoise]), expected);
+    let said = "mixed_noise = false\n\n[[sensor]]\nname = \"camera\"\n";
+    assert_eq!(edited(said, &cell(), &[Edit::MixNoise]), said.replace("false", "true"));
+}
+
+#[test]
 fn the_budget_of_a_study_that_looks_for_nothing_is_refused() {
     let edit = Edit::SetBudget { budget: Some(5.0) };
     let error = Document::new(STUDY.into()).apply(&edit, None, &cell()).unwrap_err().to_string();

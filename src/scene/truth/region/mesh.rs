@@ -1,6 +1,7 @@
 //! The voxels whose centre is inside a watertight mesh: a ray along x through each row of centres counts the
 //! triangles it passes, and a centre is inside where those behind it face one way more often than the other.
 
+use perirobot_march::lengths::describe_place;
 use std::ops::Range;
 
 use crate::objects::Mesh;
@@ -79,7 +80,7 @@ impl MeshRows {
 fn corners(mesh: &Mesh, voxel_size_m: f64) -> Result<Vec<Corner>, Issue> {
     let corner = |&vertex| {
         overlap::corner(vertex, voxel_size_m).ok_or_else(|| {
-            Issue::says(format!("has a corner at {vertex} m, too far away"))
+            Issue::says(format!("has a corner at {}, too far away", describe_place(vertex)))
                 .with_advice("is it in millimetres (unit = \"mm\") or centimetres (unit = \"cm\")?")
         })
     };

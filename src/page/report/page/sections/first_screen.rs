@@ -17,7 +17,7 @@ use answer::PurchaseAnswer;
 use perirobot_decide::approach::Way;
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
-use tile::{BigNumber, tiles};
+use tile::{BigNumber, blind_share, cost_of, tiles};
 
 /// The first screen.
 #[derive(Debug)]
@@ -32,7 +32,11 @@ pub(super) struct FirstScreen {
     pub(super) set: String,
     /// Of what the recommended choice is the best.
     why: String,
-    sensors: Vec<RecommendedSensor>,
+    pub(super) sensors: Vec<RecommendedSensor>,
+    /// What they cost, if that is known.
+    pub(super) cost: Option<String>,
+    /// The share of the first plan's floor that nothing watches.
+    pub(super) blind_floor: String,
     /// Which of them cast fewer rays than their devices.
     thinned: Vec<String>,
     /// In which region, and over what.
@@ -44,7 +48,7 @@ pub(super) struct FirstScreen {
 
 /// A sensor of the recommended choice.
 #[derive(Debug)]
-struct RecommendedSensor {
+pub(super) struct RecommendedSensor {
     /// As in the plan.
     letter: String,
     name: String,
@@ -106,6 +110,8 @@ impl FirstScreen {
             set: format!("{} ({})", combination.name, combination.name_of(choice)),
             why: recommended.why.clone(),
             sensors: sensors.collect(),
+            cost: cost_of(study, series.combination).map(|cost| cost.to_text(currency)),
+            blind_floor: blind_share(plans[0].0.floor_m2),
             counted: format!(
                 "The numbers are those of {}; all but floor and cost: {} in region {}, over {}",
                 combination.name,

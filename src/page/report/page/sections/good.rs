@@ -136,6 +136,18 @@ impl Good {
         text
     }
 
+    /// How many requirements are met, in some words; nothing if there are none.
+    pub(super) fn summary(&self) -> Option<String> {
+        let [met, missed, open] = self.counts();
+        let all = self.required.len();
+        match [missed, open] {
+            _ if all == 0 => None,
+            [0, 0] => Some(format!("passes {met} of {all}")),
+            [0, _] => Some(format!("{open} of {all} requirements not judged yet")),
+            _ => Some(format!("fails {missed} of {all}")),
+        }
+    }
+
     /// How many requirements are met, missed and open.
     fn counts(&self) -> [usize; 3] {
         ["PASS", "FAIL", "OPEN"]

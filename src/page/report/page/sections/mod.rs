@@ -7,6 +7,7 @@ mod good;
 mod instead;
 mod money;
 mod run;
+mod summary;
 mod whereabouts;
 
 use maud::{Markup, html};
@@ -21,10 +22,13 @@ use money::Money;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use run::Run;
+use summary::summary;
 use whereabouts::Whereabouts;
 
 /// All of them: words, drawings and tables that need no script. They are what a printed report holds.
 pub(super) struct Sections<'a> {
+    /// What is recommended, in a line; nothing if nothing is.
+    pub(super) summary: Option<String>,
     first_screen: Option<FirstScreen>,
     instead: Instead<'a>,
     whereabouts: Whereabouts<'a>,
@@ -39,12 +43,14 @@ impl<'a> Sections<'a> {
     /// Of what was found; `picture` is the address of what is recommended at its worst moment.
     pub(super) fn new(findings: &Findings<'a>, picture: Option<String>) -> Result<Sections<'a>> {
         let money = Money::new(findings)?;
+        let (first_screen, good) = (FirstScreen::from_recommended(findings)?, Good::new(findings)?);
         Ok(Sections {
-            first_screen: FirstScreen::from_recommended(findings)?,
+            summary: first_screen.as_ref().map(|first| summary(findings, first, &good)),
+            first_screen,
             instead: Instead::new(findings)?,
             whereabouts: Whereabouts::new(findings),
             blind: Blind::new(findings, picture),
-            good: Good::new(findings)?,
+            good,
             compare: Compare::new(findings, money.as_ref().is_some_and(Money::has_maxima)),
             run: Run::new(&findings.sweep),
             money,

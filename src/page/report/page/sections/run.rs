@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use crate::report::page::mount::keys_of;
+use crate::report::page::device::keys_of;
 use crate::report::page::plain_table::{Titled, plain};
 use crate::report::page::{ReportedSweep, now};
 use crate::report::table::{NONE, Table};

@@ -8,6 +8,8 @@ use crate::report::page::{ReportedSweep, measure};
 use crate::report::table::number;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
+use perirobot_study::input::Study;
+use perirobot_study::sensor::Cost;
 use perirobot_sweep::results::Over;
 
 /// A large number.
@@ -109,22 +111,32 @@ fn meaning(score: Score, moments: usize) -> String {
     }
 }
 
+/// The share of a floor that nothing watches, of its area, the blind part and that of which less than half is watched.
+pub(super) fn blind_share([floor, blind, _]: [f64; 3]) -> String {
+    percent(blind / floor.max(f64::MIN_POSITIVE))
+}
+
 /// The share of a floor that nothing watches.
-fn blind_floor([floor, blind, _]: [f64; 3]) -> BigNumber {
+fn blind_floor([floor, blind, hardly]: [f64; 3]) -> BigNumber {
     BigNumber {
         name: "blind floor".into(),
-        value: percent(blind / floor.max(f64::MIN_POSITIVE)),
+        value: blind_share([floor, blind, hardly]),
         meaning: "of the whole plan: nobody is noticed there".into(),
         notes: vec![format!("{blind:.1} of {floor:.1} m²")],
     }
 }
 
+/// What the sensors of a combination cost, if all have a cost.
+pub(super) fn cost_of(study: &Study, combination: usize) -> Option<Cost> {
+    let members = study.combinations[combination].members.iter();
+    let costs = members.map(|member| study.sensors[member.sensor].terms.cost);
+    costs.reduce(|sum, cost| Some(sum?.plus(cost?))).flatten()
+}
+
 /// What the recommended choice costs, or that not all its sensors have a cost.
 fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> BigNumber {
-    let asked = &sweep.study.combinations[rankings[recommended.series].series.combination];
-    let costs = asked.members.iter().map(|member| sweep.study.sensors[member.sensor].terms.cost);
     let name = "cost".into();
-    let Some(sum) = costs.reduce(|sum, cost| Some(sum?.plus(cost?))).flatten() else {
+    let Some(sum) = cost_of(sweep.study, rankings[recommended.series].series.combination) else {
         return BigNumber {
             name,
             value: "–".into(),
