@@ -114,6 +114,15 @@ fn lines_have_at_most_100_columns() {
     }
 }
 
+#[test]
+fn first_pages_are_short() {
+    for (page, most_lines, most_words) in [("README.md", 110, 900), ("CHANGELOG.md", 60, 600)] {
+        let text = read(page);
+        let (lines, words) = (text.lines().count(), text.split_whitespace().count());
+        assert!(lines <= most_lines && words <= most_words, "{page}: {lines} lines, {words} words");
+    }
+}
+
 /// The pages that users read.
 fn guide() -> impl Iterator<Item = String> {
     let is_guide = |page: &String| {
