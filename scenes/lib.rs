@@ -1,7 +1,7 @@
-//! What ships inside the program, as text: people, schemas, the files of a first study, and two pages of the guide, which
-//! has them as [`own_cell`] and [`every_key`].
+//! Files inside the program, as text: people, schemas, a first study, and two pages of the guide, [`own_cell`] and
+//! [`every_key`].
 
-/// Makes of each line the text of a file of this folder.
+/// Makes a constant of each file of this folder.
 macro_rules! texts {
     ($($name:ident = $file:literal;)*) => {
         $(
@@ -37,11 +37,14 @@ macro_rules! people {
 pub const PEOPLE: [Person; 8] =
     people!["standing", "reaching", "bent", "crouching", "kneeling", "lying", "small", "tall"];
 
-/// Makes a module of a page. It is read inside of the guide, so links lead to its other pages; of two definitions of a
-/// link the first counts, and on GitHub those at the end of the page do.
+/// Makes a module of a page. The guide shows it, so links lead to its other pages; of two definitions of a link the
+/// first counts, and on a forge those at the end of the page do.
 macro_rules! page {
-    ($name:ident, $file:literal) => {
+    ($name:ident, $file:literal, [$($subject:literal),*]) => {
+        $(#[doc(alias = $subject)])*
         #[doc = "[own cell]: ../own_cell/index.html"]
+        #[doc = "[plan a cell]: ../plan_a_cell/index.html"]
+        #[doc = "[results]: ../results/index.html"]
         #[doc = "[sensors]: ../sensors/index.html"]
         #[doc = "[choose]: ../choose/index.html"]
         #[doc = "[approach]: ../approach/index.html"]
@@ -55,5 +58,5 @@ macro_rules! page {
     };
 }
 
-page!(every_key, "README.md");
-page!(own_cell, "tutorial/README.md");
+page!(every_key, "README.md", ["keys", "region", "snapshots", "poses", "combination", "candidate"]);
+page!(own_cell, "tutorial/README.md", ["tutorial", "glTF", "URDF", "STL"]);

@@ -1,13 +1,13 @@
-//! Scores where to put the sensors of a robot cell.
+//! Which sensors to buy for a robot cell, where to mount them, what they cost, whether that is enough, and what they
+//! still do not see.
 //!
-//! perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, writes what the
-//! sensor would claim (occupied, free, unknown), compares that with the truth inside regions of interest, and
-//! scores the pose with F1 and Cohen's κ. It implements and extends "perirobot space
-//! representation" by Rozlivek, Svarny and Hoffmann (IROS 2023). The counts behind the scores are integers,
-//! and the same on every CPU and GPU.
+//! perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, labels voxels as the sensor
+//! would (occupied, free, unknown), compares the labels with the truth inside regions of interest, and scores the pose
+//! with F1 and Cohen's κ. It implements and extends the perirobot space representation of Rozlivek, Svarny and
+//! Hoffmann (IROS 2023). The counts behind the scores are the same integers on every CPU and GPU.
 //!
-//! Most people use the program: `perirobot sweep study.toml`; the [`guide`] is for them. A Rust program needs
-//! ten names: `Study`, `Cell`, `Role`, `DepthCamera`, `Pose`, `Device`, `Scored`, `Confusion`, `Error` and
+//! Most people use the program: `perirobot choose study.toml`; the [`guide`] is for them. A Rust program needs ten
+//! names: `Study`, `Cell`, `Role`, `DepthCamera`, `Pose`, `Device`, `Scored`, `Confusion`, `Error` and
 //! `Result`.
 //!
 //! # From files
@@ -32,7 +32,7 @@
 //!
 //! # Without any file
 //!
-//! The voxels of a cell can also come from a function or an array. Of each pose come the counts of each region:
+//! The voxels of a cell can also come from a function or an array. Each pose returns the counts of each region:
 //!
 //! ```
 //! # fn main() -> perirobot::Result<()> {
@@ -60,7 +60,7 @@
 //!
 //! # How it is built
 //!
-//! The way of the data (an arrow is "becomes" or "goes into"):
+//! The data flow:
 //!
 //! ```text
 //! scene.toml, meshes ─► scene ─► truth ─► world ──┐
@@ -70,20 +70,20 @@
 //!                                                      backend ┘  oracle, cpu or gpu: cast, carve, fuse, count
 //! ```
 //!
-//! Each floor is a crate in a folder of `src/`, which may use the crates above it in this table. Its README says what
-//! goes in, what comes out and where to begin.
+//! Each floor is a crate in a folder of `src/`, which may use the crates above it in this table. Its README lists input,
+//! output and where to begin.
 //!
 //! | crate | modules |
 //! |---|---|
 //! | `perirobot-march` in `src/march` | `march`: the integer arithmetic of a ray (the rules are in [`guide::rules`]); `voxel`: grids, bit planes, solids; `backend`: cast, carve, fuse and count as oracle, CPU and GPU, with the kernels in the top folder `shaders/`; `metrics`: counts and scores; `progress`: how a long job reports and stops; [`error`] |
-//! | `perirobot-scene` in `src/scene` | `source`: the one door to files; `pose`; `ros`: messages and bags; `objects`: with roles, a file a format; `truth`: what is where, in voxels; `recording`: recorded maps and clouds; `spelling`, `shell` |
-//! | `perirobot-study` in `src/study` | `input`: the keys of study and scene files, checked, with defaults, among them `[stopping]` of ISO 13855; `diagnostics`: how a wrong value is reported; `sensor`: what each kind casts and claims, a file a kind; `world`: scenes in voxels with regions and placed sensors |
-//! | `perirobot-sweep` in `src/sweep` | `scoring`: what is cast and scored in which order, failing devices; `results`: journal, manifest, tables |
-//! | `perirobot-cover` in `src/cover` | the best sets of candidates by exact branch and bound, with bounds by cuts; knows no sensor and uses the marcher only |
-//! | `perirobot-decide` in `src/decide` | `choose`: the best sets of sensors, with a proof; `judge`: requirements; `approach`: how near a body comes unnoticed; `view`: one choice of poses, voxel by voxel |
-//! | `perirobot-page` in `src/page` | `render`: pictures; `export`: files for other programs, a file a format; `report`: tables, the page, figures |
+//! | `perirobot-scene` in `src/scene` | `source`: all access to files; `pose`; `ros`: messages and bags; `objects`: with roles, a file for each format; `truth`: the cell in voxels; `recording`: recorded maps and clouds; `spelling`, `shell` |
+//! | `perirobot-study` in `src/study` | `input`: the keys of study and scene files, checked, with defaults, among them `[stopping]` of ISO 13855; `diagnostics`: how a wrong value is reported; `sensor`: rays and claims, a file for each kind; `world`: scenes in voxels with regions and placed sensors |
+//! | `perirobot-sweep` in `src/sweep` | `scoring`: the order of casting and scoring, failing devices; `results`: journal, manifest, tables |
+//! | `perirobot-cover` in `src/cover` | the best sets of candidates by exact branch and bound, with bounds by cuts; independent of sensors, uses only the marcher |
+//! | `perirobot-decide` in `src/decide` | `choose`: the best sets of sensors, with a proof; `judge`: requirements; `approach`: how close a body gets before any sensor detects it; `view`: one choice of poses, voxel by voxel |
+//! | `perirobot-page` in `src/page` | `render`: pictures; `export`: files for other programs, a file for each format; `report`: tables, the page, figures |
 //! | `perirobot-plan` in `src/plan` | the planner: edits of the study's text, warm counts, a local server and its page |
-//! | `perirobot` in `src` | `front`: [`Cell`], [`DepthCamera`], [`Device`], [`Scored`], [`Study`]; [`cli`]: the command line, a file a command; `cluster`: scripts, a file an engine; [`guide`] |
+//! | `perirobot` in `src` | `front`: [`Cell`], [`DepthCamera`], [`Device`], [`Scored`], [`Study`]; [`cli`]: the command line, a file for each command; `cluster`: scripts, a file for each engine; [`guide`] |
 //!
 //! The Python package (`src/python`) uses these crates; `perirobot` only for the command in its wheel. Files that ship inside the program are the crate
 //! `perirobot-shipped` in `scenes/`. What a change touches, file by file, is in [`guide::change_it`]; which file of
@@ -111,23 +111,23 @@
 //! | return | an end at a surface within range | endpoint (OctoMap) |
 //! | carve | to mark as free what returning rays passed | free cells of `computeUpdate` (OctoMap) |
 //! | packet | 64 rays that are cast together; a tile is a packet of 8 × 8 pixels | ray packet |
-//! | evidence | what one candidate tells: three bit planes, occupied, free and hits | |
+//! | evidence | what one candidate reports: three bit planes, occupied, free and hits | |
 //! | hit | a voxel in which a ray truly ended; with noise its return may be read in another voxel, which is then called occupied | |
 //! | slot | the number under which a backend keeps the evidence of one candidate | |
 //! | fuse | to give each voxel one label from several sensors' evidence | integrate (OctoMap) |
-//! | label | what is claimed of a voxel: occupied, free or unknown | the same (OctoMap) |
+//! | label | the claim about a voxel: occupied, free or unknown | the same (OctoMap) |
 //! | counts | labels against truth: true and false positives and negatives, unknown though occupied (UO), unknown though free (UF) | confusion matrix (paper) |
-//! | journal | the finished rows of a sweep on disk, or what `choose` has cast, from which it goes on | checkpoint |
+//! | journal | the finished rows of a sweep on disk, or the poses cast by `choose`, from which a run resumes | checkpoint |
 //! | cut | an upper bound for what sets cover, as a sum over their candidates; `shown_by` in `choose.json` | Benders cut |
 //!
 //! These words have no equivalent elsewhere:
 //!
 //! | word | meaning | why it stays |
 //! |---|---|---|
-//! | step | all sets of at most so many sensors that cost no more than a limit: a row of `front.csv` | a point of a front is one set; a bound belongs to all |
+//! | step | all sets of at most N sensors within a cost limit: a row of `front.csv` | a point of a front is one set; a bound belongs to all |
 //! | bound | a score that no set of a step exceeds; *proven* if the best set has it | an optimality gap is a difference of scores |
 //! | worth | the number by which sets are compared: an exact fraction, or a mean of scores | a printed score is rounded |
-//! | gain | by how much a set is better than the best smaller one, or than the set that was refined | |
+//! | gain | the improvement over the best smaller set, or over the set before refining | |
 //! | moment | one snapshot, in one repeat if sensors have noise | counts exist for each repeat |
 //! | case | a set as a condition of `judge` changes it: dead sensor, shifted mount, posture | a condition has several |
 //! | unnoticed | of a body in `approach`: too few of its voxels are watched | detection is scored for people in the scene only |

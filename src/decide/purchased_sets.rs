@@ -1,4 +1,4 @@
-//! The sets of `cheapest.json` by their poses, for rooms that the search for them builds on.
+//! The sets of `cheapest.json` by their poses, for modules below the search for them.
 
 use std::path::Path;
 

@@ -42,3 +42,14 @@ pub(crate) fn blocks(name: &str, document: &str) -> Vec<Block> {
     assert!(open.is_none(), "{name}: a block has no end");
     blocks
 }
+
+/// The lines outside of blocks.
+pub(crate) fn prose(text: &str) -> Vec<&str> {
+    let mut is_block = false;
+    let is_prose = |line: &&str| {
+        let fence = line.trim_start().starts_with("```");
+        is_block ^= fence;
+        !is_block && !fence
+    };
+    text.lines().filter(is_prose).collect()
+}

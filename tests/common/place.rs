@@ -29,6 +29,29 @@ pub(crate) fn read(document: &str) -> String {
     fs::read_to_string(root(document)).unwrap_or_else(|e| panic!("{document}: {e}"))
 }
 
+/// Every Markdown file of the project, by its path.
+pub(crate) fn pages() -> Vec<String> {
+    fn below(folder: &Path, found: &mut Vec<String>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if path.is_dir() && !["target", ".git", "node_modules"].contains(&name.as_str()) {
+                below(&path, found);
+            } else if name.ends_with(".md") {
+                let page = path.strip_prefix(root("")).unwrap();
+                found.push(page.to_string_lossy().into_owned());
+            }
+        }
+    }
+    let mut found = Vec::new();
+    for folder in ["benches", "scenes", "src", "tests"] {
+        below(&root(folder), &mut found);
+    }
+    found.extend(["README.md", "CHANGELOG.md"].map(String::from));
+    assert!(found.len() > 25, "{found:?}");
+    found
+}
+
 /// A folder with what ships and a study of one's own, `my.toml`, where commands are run.
 pub(crate) struct Place(tempfile::TempDir);
 

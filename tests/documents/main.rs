@@ -17,3 +17,5 @@ mod purchase;
 mod render;
 mod report;
 mod versions;
+#[cfg(unix)]
+mod words;

@@ -1,77 +1,203 @@
-//! Speeds on pages are those of `benches/measured.csv`. `PERIROBOT_REGENERATE=1` writes the table of RESULTS.md again.
+//! `benches/RESULTS.md` is made from `benches/results.toml`, and pages quote the values of that file.
+//! `PERIROBOT_REGENERATE=1 cargo test --test documents measured` writes RESULTS.md.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use serde::Deserialize;
 
-use crate::common::place::{read, root};
+use crate::common::place::{pages, read, root};
 
 const RESULTS: &str = "benches/RESULTS.md";
-const BEGIN: &str = "<!-- measured.csv -->\n";
-const END: &str = "<!-- end -->\n";
 
-/// A row of the file: the best of some runs.
 #[derive(Deserialize)]
-struct Measurement {
+#[serde(deny_unknown_fields)]
+struct Measurements {
+    title: String,
+    begin: String,
+    end: String,
+    /// Names of machines, described.
+    machines: BTreeMap<String, String>,
+    table: Vec<Table>,
+    run: Vec<Run>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
     name: String,
-    what: String,
-    device: String,
-    seconds: f64,
+    title: String,
+    /// Whether another page has it.
+    #[serde(default)]
+    is_elsewhere: bool,
+    /// Heading of the first column.
+    first: String,
+    rows: Vec<String>,
+    /// The row to which the others are also given as a ratio.
+    ratio: Option<String>,
+}
+
+/// A run of a command, which fills a column of a table, or a part of one.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Run {
+    table: String,
+    column: String,
+    /// By row.
+    values: BTreeMap<String, f64>,
+    unit: String,
+    /// How often it was run; a value is the best.
     runs: u32,
+    machine: String,
+    commit: String,
     date: String,
     command: String,
 }
 
-fn measurements() -> Vec<Measurement> {
-    let mut table = csv::Reader::from_path(root("benches/measured.csv")).unwrap();
-    let all: Vec<Measurement> = table.deserialize().map(|row| row.unwrap()).collect();
-    assert!(all.len() >= 8, "{} measurements", all.len());
-    all
+impl Run {
+    /// A value as pages show it: seconds with two digits, all else as it is in the file.
+    fn shown(&self, row: &str) -> Option<String> {
+        let value = *self.values.get(row)?;
+        Some(match self.unit.as_str() {
+            "s" if value >= 10.0 => format!("{value:.0} s"),
+            "s" if value >= 1.0 => format!("{value:.1} s"),
+            "" => format!("{value}"),
+            unit => format!("{value} {unit}"),
+        })
+    }
+
+    /// Where a command ran, as a comment above it.
+    fn origin(&self, machines: &BTreeMap<String, String>) -> String {
+        format!("# {}, {}, {}\n", self.date, self.commit, machines[&self.machine])
+    }
+
+    /// The command for any size of voxels.
+    fn any_size(&self) -> String {
+        let mut words: Vec<&str> = self.command.split(' ').collect();
+        if let Some(at) = words.iter().position(|word| *word == "--voxel-size") {
+            words[at + 1] = "SIZE";
+        }
+        words.join(" ") + "\n"
+    }
 }
 
-/// Seconds as pages have them: two digits.
-fn seconds(seconds: f64) -> String {
-    if seconds < 10.0 { format!("{seconds:.1} s") } else { format!("{seconds:.0} s") }
+impl Measurements {
+    fn load() -> Measurements {
+        let all: Measurements = toml::from_str(&read("benches/results.toml")).unwrap();
+        for run in &all.run {
+            let table = all.table.iter().find(|table| table.name == run.table);
+            let table = table.unwrap_or_else(|| panic!("results.toml: no table {}", run.table));
+            for row in run.values.keys() {
+                assert!(table.rows.contains(row), "results.toml: {} has no row {row}", run.table);
+            }
+            let is_whole = !run.command.is_empty() && run.commit.len() >= 7 && run.runs > 0;
+            assert!(is_whole, "results.toml: {}/{}", run.table, run.column);
+        }
+        all
+    }
+
+    fn value(&self, table: &str, column: &str, row: &str) -> Option<(f64, String)> {
+        let runs = self.run.iter().filter(|run| run.table == table && run.column == column);
+        let mut found = runs.filter_map(|run| Some((*run.values.get(row)?, run.shown(row)?)));
+        let value = found.next();
+        assert!(found.next().is_none(), "results.toml: {table}/{column}/{row} is there twice");
+        value
+    }
+
+    fn table(&self, table: &Table) -> String {
+        let runs: Vec<&Run> = self.run.iter().filter(|run| run.table == table.name).collect();
+        let mut columns: Vec<&str> = Vec::new();
+        for run in &runs {
+            if !columns.contains(&run.column.as_str()) {
+                columns.push(&run.column);
+            }
+        }
+        let mut text = format!("## {}\n\n", table.title);
+        text += &format!("| {} | {} |\n", table.first, columns.join(" | "));
+        text += &format!("|---|{}\n", "---:|".repeat(columns.len()));
+        for row in &table.rows {
+            let cell = |column: &&str| {
+                let (value, shown) = self.value(&table.name, column, row)?;
+                let base = table.ratio.as_ref().filter(|base| *base != row);
+                let base = base.and_then(|base| self.value(&table.name, column, base));
+                Some(base.map_or(shown.clone(), |(base, _)| format!("{shown}, {:.0} ×", base / value)))
+            };
+            let cells: Vec<String> = columns.iter().map(|c| cell(c).unwrap_or_default()).collect();
+            text += &format!("| {row} | {} |\n", cells.join(" | "));
+        }
+        text += "\n```sh\n";
+        let (mut last, mut all) = (String::new(), BTreeSet::new());
+        for run in &runs {
+            let (from, command) = (run.origin(&self.machines), run.any_size());
+            if !all.insert((from.clone(), command.clone())) {
+                continue;
+            }
+            // The same command with other origins stands once, below all of them.
+            if last != from {
+                let is_again = text.ends_with(&command);
+                text.truncate(text.len() - if is_again { command.len() } else { 0 });
+                text += &from;
+            }
+            text += &command;
+            last = from;
+        }
+        text + "```\n"
+    }
+
+    fn page(&self) -> String {
+        let tables: Vec<String> =
+            self.table.iter().filter(|t| !t.is_elsewhere).map(|t| self.table(t)).collect();
+        format!("# {}\n\n{}\n{}\n{}", self.title, self.begin, tables.join("\n"), self.end)
+    }
 }
 
 #[test]
-fn the_table_of_results_is_the_file() {
-    let mut table = String::from("| what | device | time | runs | date |\n|---|---|---:|---:|---|\n");
-    let mut commands = String::from("```sh\n");
-    for Measurement { what, device, seconds: s, runs, date, command, .. } in measurements() {
-        table += &format!("| {what} | {device} | {} | {runs} | {date} |\n", seconds(s));
-        if !commands.contains(&command) {
-            commands += &format!("{command}\n");
-        }
-    }
-    let expected = format!("{table}\n{commands}```\n");
-    let page = read(RESULTS);
-    let (before, rest) = page.split_once(BEGIN).expect("RESULTS.md marks where its table begins");
-    let (shown, after) = rest.split_once(END).expect("and where it ends");
+fn results_are_those_of_the_file() {
+    let page = Measurements::load().page();
     if std::env::var_os("PERIROBOT_REGENERATE").is_some() {
-        fs::write(root(RESULTS), format!("{before}{BEGIN}{expected}{END}{after}")).unwrap();
+        fs::write(root(RESULTS), page).unwrap();
         return;
     }
-    assert_eq!(shown, expected, "PERIROBOT_REGENERATE=1 cargo test --test documents measured::");
+    assert!(read(RESULTS) == page, "PERIROBOT_REGENERATE=1 cargo test --test documents measured");
+    let lines = page.lines().count();
+    assert!(lines <= 140, "{RESULTS} has {lines} lines");
 }
 
 #[test]
 fn the_speeds_of_the_readme_are_in_the_file() {
-    let all = measurements();
-    let of = |name: &str| {
-        let found = all.iter().find(|m| m.name == name);
-        seconds(found.unwrap_or_else(|| panic!("measured.csv has no {name}")).seconds)
-    };
-    let expected = format!(
-        "On two cores and no GPU the paper's Experiment 1 (2,580 cameras of 921,600 rays) takes {} at 5 cm, {} at 2 cm; on \
-         16 cores {} and {}, on an H100 beside them {} and {} (`--verify 0`).",
-        of("exp1-5cm-2-cores"),
-        of("exp1-2cm-2-cores"),
-        of("exp1-5cm-16-cores"),
-        of("exp1-2cm-16-cores"),
-        of("exp1-5cm-h100"),
-        of("exp1-2cm-h100"),
-    );
-    let readme = read("README.md").split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(readme.contains(&expected), "README.md must say: {expected}");
+    let all = Measurements::load();
+    let readme = read("README.md");
+    for (device, column) in [
+        ("2 x86-64 cores with AVX-512", "2 cores"),
+        ("16 Xeon cores with AVX-512", "16 cores"),
+        ("NVIDIA H100 80GB", "H100"),
+    ] {
+        let [at_5_cm, at_2_cm] = ["5 cm", "2 cm"]
+            .map(|size| all.value("experiments", column, &format!("Experiment 1 at {size}")).unwrap().1);
+        let expected = format!("| {device} | {at_5_cm} | {at_2_cm} |");
+        assert!(readme.lines().any(|line| line == expected), "README.md must have: {expected}");
+    }
+}
+
+/// A page marks a value of the file as `12 s<!-- table/column/row -->`.
+#[test]
+fn values_that_pages_quote_are_those_of_the_file() {
+    let all = Measurements::load();
+    let mut quoted = 0;
+    for page in pages() {
+        let text = read(&page);
+        let mut rest = text.as_str();
+        while let Some((before, after)) = rest.split_once("<!-- ") {
+            let (comment, after) = after.split_once(" -->").expect("the end of a comment");
+            rest = after;
+            let [table, column, row] = comment.splitn(3, '/').collect::<Vec<_>>()[..] else { continue };
+            let Some((_, shown)) = all.value(table, column, row) else {
+                assert!(!all.table.iter().any(|known| known.name == table), "{page}: no {comment}");
+                continue;
+            };
+            assert!(before.ends_with(&shown), "{page}: {comment} must be {shown}");
+            quoted += 1;
+        }
+    }
+    assert!(quoted >= 6, "{quoted} values are quoted");
 }

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use crate::common::blocks::{Block, blocks};
+use crate::common::blocks::{Block, blocks, prose};
 use crate::common::place::{Place, read, root};
 use crate::common::program::{self, perirobot};
 use crate::common::python;
@@ -13,6 +13,12 @@ use jsonschema::error::ValidationErrorKind;
 use perirobot_study::input::schema;
 
 const README: &str = "README.md";
+const COMMANDS: &str = "src/guide/commands.md";
+const RESULTS: &str = "src/guide/results.md";
+const PLAN_A_CELL: &str = "src/guide/plan_a_cell.md";
+const INTEGRATOR: &str = "src/guide/integrator.md";
+const SAFETY_ENGINEER: &str = "src/guide/safety_engineer.md";
+const RESEARCHER: &str = "src/guide/researcher.md";
 const REFERENCE: &str = "scenes/README.md";
 const TUTORIAL: &str = "scenes/tutorial/README.md";
 const PALLETISER: &str = "scenes/palletiser/README.md";
@@ -30,8 +36,14 @@ const WHY_FAST: &str = "src/guide/why_fast.md";
 const WIDE_GPUS: &str = "src/guide/wide_gpus.md";
 const CHANGE_IT: &str = "src/guide/change_it.md";
 const CONTRIBUTING: &str = "src/guide/contributing.md";
-const DOCUMENTS: [&str; 18] = [
+const DOCUMENTS: [&str; 24] = [
     README,
+    COMMANDS,
+    RESULTS,
+    PLAN_A_CELL,
+    INTEGRATOR,
+    SAFETY_ENGINEER,
+    RESEARCHER,
     REFERENCE,
     TUTORIAL,
     PALLETISER,
@@ -50,6 +62,10 @@ const DOCUMENTS: [&str; 18] = [
     CHANGE_IT,
     CONTRIBUTING,
 ];
+
+/// Pages whose blocks of text are the output of the commands before.
+const SHOWS_OUTPUT: [&str; 7] =
+    [README, PLAN_A_CELL, SAFETY_ENGINEER, TUTORIAL, PALLETISER, CHOOSE, APPROACH];
 
 /// Languages of blocks that are there to be read.
 const READ: [&str; 2] = ["text", "csv"];
@@ -105,8 +121,8 @@ fn follow(document: &str, least: usize) {
                 place.has_files(&text, &at);
             }
             ("toml", _) => check_toml(document, &text, &at),
-            ("text", _) if [TUTORIAL, PALLETISER].contains(&document) => {
-                let missing = text.lines().find(|line| !printed.contains(line));
+            ("text", _) if SHOWS_OUTPUT.contains(&document) => {
+                let missing = text.split("\n\n").find(|paragraph| !is_printed(paragraph, &printed));
                 assert_eq!(missing, None, "{at}: is not what the commands before print:\n{printed}");
             }
             (language, _) => {
@@ -117,6 +133,24 @@ fn follow(document: &str, least: usize) {
         run += 1;
     }
     assert!(run + skipped >= least, "{document}: only {run} blocks were run");
+}
+
+/// Whether text is printed, apart from the number of spaces. A page may break a long line and indent the rest deeper.
+fn is_printed(shown: &str, printed: &str) -> bool {
+    let joined = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let (printed, mut lines) = (joined(printed), Vec::<String>::new());
+    let mut indent = 0;
+    for line in shown.lines() {
+        let deeper = line.len() - line.trim_start().len();
+        match lines.last_mut() {
+            Some(last) if deeper > indent && !printed.contains(&joined(line)) => *last += &format!(" {line}"),
+            _ => {
+                indent = deeper;
+                lines.push(line.into());
+            }
+        }
+    }
+    lines.iter().all(|line| printed.contains(&joined(line))) || printed.contains(&joined(shown))
 }
 
 /// Panics unless a block is spelled as files of its kind are; in the tutorial it is a piece of a file beside
@@ -139,20 +173,29 @@ fn check_toml(document: &str, text: &str, at: &str) {
 
 #[test]
 fn readme() {
-    follow(README, 1);
-    // The tables are those of the studies as they ship.
-    let out = tempfile::tempdir().unwrap();
-    let printed = [("choose", "cheapest"), ("sweep", "quick")].map(|(command, name)| {
-        let out = out.path().join(name);
-        perirobot(&[command, &format!("scenes/{name}.toml"), "--out", out.to_str().unwrap()]).stdout
-    });
-    let shown = blocks(README, &read(README));
-    let shown: Vec<&Block> = shown.iter().filter(|block| block.language == "text").collect();
-    assert_eq!(shown.len(), printed.len());
-    for (block, printed) in shown.iter().zip(&printed) {
-        let missing = block.text.lines().find(|line| !printed.contains(line));
-        assert_eq!(missing, None, "{}: is not what is printed:\n{printed}", block.place);
-    }
+    follow(README, 2);
+}
+
+#[test]
+fn commands() {
+    follow(COMMANDS, 1);
+}
+
+#[test]
+fn results() {
+    follow(RESULTS, 1);
+}
+
+#[test]
+fn plan_a_cell() {
+    follow(PLAN_A_CELL, 6);
+}
+
+#[test]
+fn pages_for_three_readers() {
+    follow(INTEGRATOR, 1);
+    follow(SAFETY_ENGINEER, 1);
+    follow(RESEARCHER, 1);
 }
 
 #[test]
@@ -239,6 +282,7 @@ fn files_that_the_guide_names_are_there() {
     let mut named = 0;
     for document in [
         FIRST_HOUR,
+        RESEARCHER,
         CHOOSE,
         APPROACH,
         REVIEW,
@@ -259,7 +303,7 @@ fn files_that_the_guide_names_are_there() {
 }
 
 /// The subcommands that `--help` lists.
-fn subcommands() -> Vec<String> {
+pub(super) fn subcommands() -> Vec<String> {
     let help = perirobot(&["--help"]).stdout;
     let (_, list) = help.split_once("Usage: ").unwrap();
     let rows = list.lines().skip(1).take_while(|line| *line != "Options:");
@@ -343,17 +387,6 @@ fn examples_of_help() {
     assert!(run > 30 && skipped == TOO_LONG.len(), "{run} run, {skipped} not");
 }
 
-/// The lines outside of blocks.
-fn prose(text: &str) -> Vec<&str> {
-    let mut is_block = false;
-    let is_prose = |line: &&str| {
-        let fence = line.trim_start().starts_with("```");
-        is_block ^= fence;
-        !is_block && !fence
-    };
-    text.lines().filter(is_prose).collect()
-}
-
 /// Text in backquotes, outside of blocks.
 fn inline_code(text: &str) -> Vec<String> {
     let of_line =
@@ -370,10 +403,10 @@ fn subcommands_and_options_are_those_of_the_program() {
         .flat_map(|help| help.split(|c: char| !c.is_ascii_alphanumeric() && c != '-'))
         .filter(|word| word.starts_with("--"))
         .collect();
-    let named: Vec<String> = inline_code(&read(README));
+    let named: Vec<String> = inline_code(&read(COMMANDS));
     for name in &subcommands {
         let is_named = |code: &String| code.split_whitespace().take(2).eq(["perirobot", name]);
-        assert!(named.iter().any(is_named), "{README} lacks `perirobot {name}`");
+        assert!(named.iter().any(is_named), "{COMMANDS} lacks `perirobot {name}`");
     }
     for document in DOCUMENTS {
         for code in inline_code(&read(document)) {

@@ -75,7 +75,7 @@ fn pages_name_the_version() {
 #[test]
 fn pages_name_the_oldest_rust() {
     let oldest = env!("CARGO_PKG_RUST_VERSION");
-    for page in ["README.md", "src/guide/python.md"] {
+    for page in ["README.md", "src/guide/first_hour.md", "src/guide/python.md"] {
         assert_eq!(between(&read(page), "Rust ", " or newer"), oldest, "{page}");
     }
 }

@@ -1,4 +1,4 @@
-"""The blocks of the guide that need the Python package run as they stand, each by itself, from the project's folder."""
+"""The blocks of the README and the guide that need the Python package run, each by itself, from the project's folder."""
 
 import os
 import pathlib
@@ -17,7 +17,7 @@ BLOCK = re.compile(r"^```python wheel\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 class Guide(unittest.TestCase):
     def test_blocks_run(self):
         run = 0
-        for page in sorted(ROOT.glob("src/guide/*.md")):
+        for page in [ROOT / "README.md", *sorted(ROOT.glob("src/guide/*.md"))]:
             for block in BLOCK.finditer(page.read_text()):
                 line = page.read_text()[: block.start()].count("\n") + 1
                 with self.subTest(page=page.name, line=line), tempfile.TemporaryDirectory() as folder:

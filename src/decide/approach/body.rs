@@ -1,10 +1,10 @@
 //! A body in voxels: what it covers at a place, and at which places it covers few enough voxels of a set.
 //!
 //! # Practice
-//! Sizes are whole voxels, rounded, and at least one. A body that is round holds the voxels whose centre is
-//! nearer to its middle than half its diameter. One that stands on the floor begins with the layer above that of the
-//! floor, and ends below its height above the floor: it has only layers that are wholly between, but at least one. It is kept as bars, boxes one voxel deep along y, so that the
-//! voxels of a set in a body are a few differences of running sums, whole numbers all of them.
+//! Sizes are whole voxels, rounded, and at least one. A round body contains the voxels whose centre is
+//! closer to its middle than half its diameter. A body on the floor begins with the layer above that of the floor and
+//! ends below its height above the floor: it has only whole layers, at least one. It is stored as bars, boxes one voxel
+//! deep along y, so that the voxels of a set in a body are a few differences of running sums, all integers.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! What `perirobot check` says of approaches before any sensor is looked at: what `approach` and `judge` refuse, and
-//! entries that begin too near.
+//! The part of `perirobot check` about approaches, without sensors: what `approach` and `judge` refuse, and entries that
+//! begin too close.
 
 use std::sync::Arc;
 

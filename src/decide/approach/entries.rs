@@ -1,4 +1,4 @@
-//! At which places bodies come in.
+//! The places at which bodies enter.
 
 use glam::DVec2;
 

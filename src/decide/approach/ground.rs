@@ -1,5 +1,5 @@
-//! A scene as bodies move through it, whatever the sensors: where they may be, where they come in, and what
-//! they must not come near to. All that can be wrong with what is asked is found here, before anything is cast.
+//! A scene as bodies move through it, without sensors: where they may be, where they enter, and the hazard. Every error
+//! of the question is found here, before anything is cast.
 
 use std::sync::Arc;
 

@@ -1,28 +1,27 @@
-//! How near a body can come to the robot without being noticed: the deepest undetected approach.
+//! How close a body gets to the robot before any sensor detects it: the deepest undetected approach.
 //!
 //! # Theory
 //! A body is a set of voxels that moves without turning. At a place it is *noticed* if at least `min_voxels` of
 //! its voxels are watched ([`perirobot_study::sensor::watch`]), and it may not be where one of them is solid: occupied, or
-//! inside of something. From the places at which it comes in, all that steps to the 26 neighbours reach
-//! unnoticed is flooded. The answer is the place from which the nearest voxel of the body to the hazard is the
-//! least away, between the centres of voxels; of equally deep places that with the shortest path, then the first
-//! along z, y and x. At those places of an entry at which the body has room and is noticed it has come as near as
-//! they are before anything tells: the least distance of them is said beside the deepest, and the lesser of both is
-//! held against what is needed.
+//! inside a body. Everything that steps to the 26 neighbours reach unnoticed from the places of an entry is flooded. The
+//! answer is the place with the smallest distance between voxel centres of the body and of the hazard; of equally deep
+//! places the one with the shortest path, then the first along z, y and x. If the body has room at places of an entry
+//! and is noticed there, the closest of them is how close it gets before any sensor detects it: this distance is
+//! reported beside the deepest, and the lesser of both is compared with the needed one.
 //!
-//! Each snapshot is asked by itself, and all of them at once, cautiously: what is not watched in some snapshot
-//! is not watched, what is not solid in some snapshot can be entered, and the robot is wherever it is in one.
-//! Each is asked with nobody else in the scene, and, where the scene has people, with them as cover: they are
-//! solid, and hide what is behind them.
+//! Each snapshot is answered by itself, and all of them at once, cautiously: a voxel that is not watched in one snapshot
+//! is not watched, one that is not solid in one snapshot can be entered, and the robot is everywhere it is in one. Each
+//! is answered without other people, and, if the scene has people, with them as cover: they are solid, and hide the space
+//! behind them.
 //!
-//! *The narrowest place* tells where the way can be closed. The places whose shortest paths are between k and
+//! *The narrowest place* is where the path can be closed. The places whose shortest paths are between k and
 //! k + 1 longest steps long form a front that every way to a place farther on must cross; the narrowest front
 //! between the entry and the deepest place has the fewest places, and the path crosses it at the narrowest
 //! place.
 //!
 //! # Practice
-//! Watched voxels are counted in a body by running sums, paths by whole numbers, distances by squares, all on
-//! the host: no device has a part in it, so all give the same answer.
+//! Watched voxels of a body are counted by running sums, paths by integers, distances by squares, all on the host, so the
+//! answer does not depend on a device.
 
 mod approach_json;
 mod body;

@@ -1,4 +1,4 @@
-//! What is asked of one scene, moment by moment and of all at once, and the answers in the order of the table.
+//! The questions about one scene, moment by moment and for all at once, and the answers in the order of the table.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

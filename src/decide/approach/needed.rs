@@ -1,4 +1,4 @@
-//! Whether a body stays away as far as people must be by `[stopping]`, in words. Squared distances decide.
+//! Text about whether a body keeps the distance that people need by `[stopping]`. Squared distances decide.
 
 use perirobot_march::voxel::{Grid, rounded_down, rounded_up, squared_voxels};
 use perirobot_study::input::{AtSpeed, Stopping};

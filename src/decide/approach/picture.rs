@@ -1,5 +1,5 @@
-//! The paths as a point cloud with edges (PLY), and the floor plan of a body (SVG): where it stands unnoticed,
-//! and how it comes to the deepest place.
+//! The paths as a point cloud with edges (PLY), and the floor plan of a body (SVG): where it is unnoticed,
+//! and its path to the deepest place.
 
 use std::fmt::Write;
 

@@ -1,22 +1,22 @@
-//! The answers as `approach.csv`, made for pandas, and in words.
+//! The answers as `approach.csv`, made for pandas, and as text.
 //!
 //! | column | |
 //! |---|---|
 //! | `combination`, `poses`, `representation` | which sensors, as in results.csv |
-//! | `case` | what of them is not as planned, in words; empty where nothing is |
+//! | `case` | what of them is not as planned; empty if nothing is |
 //! | `scene`, `snapshot` | which moment; `*` for all snapshots at once |
-//! | `people` | `absent`, or `cover`: the people of the scene stand in the way, and hide what is behind them |
+//! | `people` | `absent`, or `cover`: the people of the scene block paths, and hide the space behind them |
 //! | `body`, `entry` | by their names in the study |
-//! | `at_entry` | `open`: the body comes in unnoticed; `noticed` wherever it has room there; `no_room`: something solid is there, at all its places |
-//! | `deepest_m`, `deepest_squared` | how near the body comes to the hazard, between centres of voxels: in metres, and squared in voxels; empty unless the entry is open |
-//! | `noticed_m`, `noticed_squared` | how far the body is from the hazard, alike, at the nearest of those places of the entry at which it is noticed; empty where there is none |
-//! | `path_m` | how long its way is |
+//! | `at_entry` | `open`: the body enters unnoticed; `noticed`: wherever it has room; `no_room`: all its places are solid |
+//! | `deepest_m`, `deepest_squared` | how close the body gets to the hazard, between centres of voxels: in metres, and squared in voxels; empty unless the entry is open |
+//! | `noticed_m`, `noticed_squared` | its distance at the nearest place of the entry at which it is noticed; empty if there is none |
+//! | `path_m` | length of its path |
 //! | `needed_m`, `margin_m` | how far people must be at the highest listed speed of the robot, and how much farther the lesser of `deepest_m` and `noticed_m` is, below 0 where it is too near; empty without `[stopping]`, and `margin_m` where the body has no room |
 //! | `x_m`, `y_m`, `z_m` | the middle of the body at the deepest place |
 //! | `narrowest_x_m`, `narrowest_y_m`, `narrowest_z_m` | the middle of the body where the way is the narrowest |
 //! | `narrowest_places` | at how many places the body must be noticed there to close the way; a place is one position of the body |
-//! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty where none does |
-//! | `unnoticed_m2`, `joined_m2` | of a body on the floor, the area of the positions of its middle at which it stands unnoticed, and of those it comes to from the entry |
+//! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty if none does |
+//! | `unnoticed_m2`, `joined_m2` | of a body on the floor: the area of the positions of its middle at which it is unnoticed, and of those joined to the entry |
 
 use super::approach_json::{ApproachRow, Approaches, DIGITS};
 use super::ground::{Company, Ground};

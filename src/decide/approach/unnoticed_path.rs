@@ -1,5 +1,5 @@
-//! A path on which a body comes too near unnoticed, with few sensors that would notice it: sets that pass have one of
-//! these, so few are better.
+//! A path on which a body comes too close unnoticed, with few sensors that would notice it: a passing set has one of
+//! these, so fewer are better.
 //!
 //! # Theory
 //! Dijkstra's shortest paths (1959). The length of a step is the number of sensors that watch a voxel of the body at its

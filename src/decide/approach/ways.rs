@@ -1,4 +1,4 @@
-//! The ways by which bodies come nearest, in world metres, for pictures.
+//! The paths by which bodies get closest, in world metres, for pictures.
 
 use glam::DVec3;
 

@@ -1,9 +1,9 @@
-//! How much floor a set must watch so that little is left on which a body is unnoticed, as bits that the search counts.
+//! The floor that a set must watch so that little is left on which a body is unnoticed, as bits that the search counts.
 //!
 //! # Theory
-//! Where `n` sensors notice a body together, one of them watches at least an `n`-th of the voxels that this takes. A set
+//! If `n` sensors notice a body together, one of them watches at least an `n`-th of the voxels that this takes. A set
 //! leaves no more unnoticed places than are allowed only if its members cover all others in this sense. What is watched
-//! differs between the snapshots of a scene, and a body is noticed if it is in all of them, so the first one bounds it, too.
+//! differs between the snapshots of a scene, and a body is noticed if it is in all of them, so the first one also is a bound.
 
 use rayon::prelude::*;
 

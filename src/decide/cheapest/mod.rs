@@ -2,20 +2,19 @@
 //!
 //! # Theory
 //! Each requirement becomes what `perirobot_cover::cheapest` searches with. A score of counts is a *share*: under
-//! `one_sensor_dead` it must hold without any one member. How near bodies come becomes *demands*: a path on which a body
-//! comes too near and that no member notices fails every set whose members all miss it, so that a passing set has one of
-//! the other candidates, and one more for each sensor that may be dead. A demand is made larger than it need be in one
-//! place: candidates that together notice the path only with each other count as missing it as long as they do.
-//! What no bound tells (mounts that are off, other people, what a controller measures) is judged for the sets that pass
-//! everything else.
+//! `one_sensor_dead` it must hold without any one member. How close bodies get becomes *demands*: a path on which a body
+//! comes too close and that no member notices fails every set whose members all miss it, so that a passing set has one of
+//! the other candidates, and one more for each sensor that may be dead. A demand is larger than necessary in one
+//! case: candidates that notice the path only together count as missing it. Requirements without a bound (shifted mounts,
+//! other people, what a controller measures) are judged for the sets that pass everything else.
 //!
 //! # Practice
-//! `purchasing` runs the stages for the command line and Python. `terms` has the requirements as the search has them,
-//! also at a lower speed of the robot or without some of them, and `number` searches for sets that meet any of them;
-//! `passing` tests a set, with `ways` for bodies that come near, `areas` for floor that must be watched, and `remaining`
-//! for what is judged. `reporter` shows what is known while it runs. `reasons` says why nothing passes. `question` has what was asked, and `report` the answer, in names
-//! and numbers that are written and read as files; `outcome` scores its sets in the folder as a sweep. `verify` checks
-//! what was written.
+//! `purchasing` runs the stages for the command line and Python. `terms` has the requirements for the search,
+//! also at a lower speed of the robot or without some of them, and `number` searches for sets that meet N of them;
+//! `passing` tests a set, with `ways` for approaches, `areas` for floor that must be watched, and `remaining` for
+//! judgements. `reporter` reports progress. `reasons` explains why no set passes. `question` is the question, and
+//! `report` the answer, in names and numbers that are written and read as files; `outcome` scores its sets in the folder
+//! as a sweep. `verify` checks the files.
 
 mod areas;
 mod number;

@@ -1,4 +1,4 @@
-//! The cheapest set that meets at least so many requirements, whichever they are.
+//! The cheapest set that meets at least N requirements, any of them.
 //!
 //! # Theory
 //! A node is a family of sets: all that meet some requirements, while others are not counted. The cheapest set that meets

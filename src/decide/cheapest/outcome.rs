@@ -1,5 +1,5 @@
-//! The end of a search: the answer goes into a folder, with a sweep of its sets beside it, so that all commands that take
-//! the folder of a sweep take this one.
+//! The end of a search: the answer is written into a folder together with a sweep of its sets, so that every command that
+//! takes the folder of a sweep takes this one.
 
 use std::path::Path;
 

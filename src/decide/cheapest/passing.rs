@@ -1,4 +1,4 @@
-//! Whether a set passes: decided by the code of judge, from what was cast of each candidate.
+//! Whether a set passes: decided by the code of judge, from the evidence of each candidate.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,5 @@
-//! The search for the cheapest set that passes some terms, term by term: the solver is asked, and what no bound tells is judged.
+//! The search for the cheapest set that passes some terms: the solver proposes sets, and requirements without a bound are
+//! judged.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What a study asks for, as `cheapest.json` has it: a study that asks for something else later is noticed.
+//! The question of a study, as in `cheapest.json`: a later change of the study is noticed.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Why no set passes: the fewest requirements that cannot be met together, with what stands in the way of each.
+//! Why no set passes: the fewest requirements that cannot be met together, with the cause of each.
 
 use super::passing::{EntryTooNear, PassingTest};
 use super::report::ReasonReport;

@@ -1,4 +1,4 @@
-//! What no bound tells of sets: mounts that are off, other people, and what a controller measures. A set that passes
+//! Requirements without a bound: shifted mounts, other people, and what a controller measures. A set that passes
 //! everything else is judged, which casts its sensors again.
 
 use std::collections::BTreeMap;

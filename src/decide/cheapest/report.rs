@@ -1,5 +1,5 @@
-//! An answer in names and numbers: the cheapest set for each aim, what proves it, and why nothing passes where that is
-//! so. `cheapest.json` holds it; texts, tables and pages are made from it.
+//! An answer in names and numbers: the cheapest set for each aim, its proof, and the causes if no set passes.
+//! `cheapest.json` contains it; texts, tables and pages are made from it.
 
 use std::path::Path;
 

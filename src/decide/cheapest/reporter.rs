@@ -1,4 +1,4 @@
-//! What a search reports while it runs: the cheapest set so far, what no set costs less than, and how many sets were tested.
+//! Progress of a search: the cheapest set found, the bound, and the number of tested sets.
 
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! Bodies that come near: what each candidate watches, and which candidates a passing set must have some of.
+//! Approaches: what each candidate watches, and the candidates of which a passing set needs some.
 
 use std::sync::Arc;
 

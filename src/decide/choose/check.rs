@@ -1,5 +1,5 @@
-//! What a device cast is counted again on the CPU for its first candidates and then for a small share: a driver that
-//! casts wrongly is found before its evidence decides which set is the best.
+//! The CPU counts the first candidates of a device again, and then a small share: a driver that casts wrongly is found
+//! before its evidence decides which set is the best.
 
 use perirobot_cover::CandidateEvidence;
 use perirobot_cover::layout::WantedCounts;

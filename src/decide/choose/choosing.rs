@@ -1,5 +1,5 @@
-//! The stages of a search: evidence is cast, sets are searched and refined, and what was found is written or verified.
-//! A caller shows what a stage returns before the next one begins.
+//! The stages of a search: evidence is cast, sets are searched and refined, and the answer is written or verified. A
+//! caller shows the result of a stage before the next one begins.
 
 use std::path::Path;
 

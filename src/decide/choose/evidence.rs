@@ -1,5 +1,5 @@
-//! What every sensor says at every candidate, cast once: rows of bits for the solver, over the voxels of each region that
-//! is asked for in all scenes, snapshots and repeats. What is kept on disk serves any region.
+//! The evidence of every sensor at every candidate, cast once: rows of bits for the solver, over the voxels of each region that
+//! is asked for in all scenes, snapshots and repeats. The file on disk serves any region.
 
 mod casting;
 mod deciding;

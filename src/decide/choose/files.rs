@@ -1,4 +1,4 @@
-//! What an answer leaves in its folder: `front.csv`, `sets.csv` and `choose.json`, which is read back.
+//! The files of an answer: `front.csv`, `sets.csv` and `choose.json`, which is read back.
 
 use std::collections::BTreeMap;
 use std::path::Path;

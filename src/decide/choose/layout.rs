@@ -1,4 +1,4 @@
-//! Which voxels of a study the bits of the solver are: those of one region in each scene, snapshot and repeat.
+//! The voxels of a study that are the bits of the solver: one region in each scene, snapshot and repeat.
 
 use perirobot_cover::layout::{BitLayout, FALSE, FELT, MISSED, MomentBits, PLANES, PartBits, SPACE_OF};
 use perirobot_march::voxel::{BitGrid, Window};

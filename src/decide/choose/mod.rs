@@ -1,13 +1,13 @@
-//! Which set of sensors is the best, and how much better any other could be.
+//! The best set of sensors, and a bound on every other.
 //!
 //! Every candidate is cast once, and a set is scored without a ray: `perirobot-cover` has the theory and the search.
 //!
 //! # Practice
-//! `planes` are what a sensor says voxel by voxel, and `layout` which bits of a region they become. `evidence` has what each
-//! candidate says (`evidence/casting` casts it, `evidence/file` keeps it on disk for `evidence/deciding`, `check` counts some
-//! of it again), `problem` what is asked for, with `pairs` that no set may have. `report` has the answer
+//! `planes` are a sensor's evidence voxel by voxel, and `layout` maps them to bits of a region. `evidence` has those of
+//! each candidate (`evidence/casting` casts them, `evidence/file` stores them for `evidence/deciding`, `check` counts some
+//! again), `problem` is the question, with the `pairs` that no set may have. `report` has the answer
 //! in names and numbers, with `ties`, `files` writes and reads it, `sets` makes combinations of it, and `outcome` scores
-//! them in the folder as a sweep; `refine` looks between the listed poses, and `verify` checks what was written.
+//! them in the folder as a sweep; `refine` looks between the listed poses, and `verify` checks the files.
 //! `choosing` runs these stages for the command line and Python.
 
 mod check;

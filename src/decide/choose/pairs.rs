@@ -1,4 +1,4 @@
-//! Which two candidates a set may not have together: those that are too near, and those that disturb each other.
+//! Pairs of candidates that a set may not have together: too close, or disturbing each other.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! What a sensor says at a moment, voxel by voxel, whatever region is asked for later.
+//! The evidence of a sensor at a moment, voxel by voxel, for any region.
 
 use perirobot_cover::layout::PLANES;
 use perirobot_march::backend::Planes;

@@ -1,4 +1,4 @@
-//! What a study asks for, as a problem for the solver, and why it has no answer.
+//! The question of a study as a problem for the solver, and why it may have no answer.
 
 use super::layout::layout_of;
 use super::pairs::{PairTerms, forbidden_pairs};

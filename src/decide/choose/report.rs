@@ -1,5 +1,5 @@
 //! An answer in names and numbers: the front, what each sensor of a set is worth, and sets that are nearly as
-//! good but look different. Tables, texts and files are made from it, and `choose.json` holds it.
+//! good but different. Tables, texts and files are made from it, and `choose.json` contains it.
 
 use serde::{Deserialize, Serialize};
 

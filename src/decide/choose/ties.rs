@@ -1,4 +1,4 @@
-//! Sets that are nearly as good as the best one, but look different: someone may prefer their mounts.
+//! Sets that are nearly as good as the best one, but different: their mounts may be easier.
 
 use rayon::prelude::*;
 

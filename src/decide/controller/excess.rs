@@ -1,4 +1,4 @@
-//! How much farther one distance between voxels is than another, compared exactly: a difference of roots.
+//! The excess of one distance between voxels over another, compared exactly: a difference of roots.
 
 use std::cmp::Ordering;
 

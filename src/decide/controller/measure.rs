@@ -1,4 +1,4 @@
-//! What is measured of several sets of sensors at every moment.
+//! Measured distances for several sets of sensors at every moment.
 
 use super::separation::{MeasuredSurroundings, Separation};
 use crate::view::{Choice, Viewer};

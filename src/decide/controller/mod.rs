@@ -3,7 +3,7 @@
 //!
 //! # Theory
 //! A controller that reads labels measures the distance from the robot to the nearest voxel that may be a person, and
-//! stops the robot if that is less than people must be away. `separation` says which voxels may be one. A distance is a
+//! stops the robot if that is less than people must be away. `separation` selects the voxels that may be one. A distance is a
 //! root of whole voxels; the error of a measured distance is a difference of two roots, which `excess` compares
 //! exactly.
 //!

@@ -1,14 +1,13 @@
-//! What a controller would measure that stops the robot where people are too near, and reads that from the labels.
+//! The distance measured by a controller that stops the robot if people are too close, from the labels.
 //!
 //! # Theory
-//! It knows the environment and where the robot is. Whatever else is labelled occupied may be somebody: the distance
-//! that it measures is the least from any such voxel to the robot, and it stops the robot where that is less than
-//! what people must be away. Voxels that are not known it takes as free, and may then miss somebody, or as
-//! occupied, and may then stop in front of nobody.
+//! It has the environment and the pose of the robot. Every other voxel that is labelled occupied may be a person: the
+//! measured distance is the least from such a voxel to the robot, and the robot stops if it is less than the needed one.
+//! Unknown voxels are taken as free, which may miss a person, or as occupied, which may cause a needless stop.
 //!
 //! # Practice
-//! Distances are squared, in whole voxels, between centres, from the robot with the inside of its bodies; all of the
-//! grid is looked at. What belongs to the environment or to the robot is left out, even where somebody touches it.
+//! Distances are squared, in whole voxels, between centres, from the robot with the inside of its bodies, in the
+//! whole grid. Voxels of the environment or of the robot are left out, even if a person touches them.
 
 use perirobot_march::backend::Planes;
 use perirobot_march::voxel::{BitGrid, Distances, squared_voxels};

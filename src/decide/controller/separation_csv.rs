@@ -1,4 +1,4 @@
-//! `separation.csv`: what is measured at each moment, and what is done at each speed of the robot.
+//! `separation.csv`: measured distances at each moment, and the decision at each speed of the robot.
 
 use std::path::Path;
 

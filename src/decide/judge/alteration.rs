@@ -1,4 +1,4 @@
-//! What is different from what was planned in a case.
+//! The difference between a case and the plan.
 
 /// What is different from what was planned.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

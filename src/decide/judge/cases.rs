@@ -1,4 +1,4 @@
-//! The cases of a condition: what a choice of sensors counts in each, and how near bodies come.
+//! The cases of a condition: the counts of a choice of sensors in each, and its approaches.
 
 use super::alteration::Alteration;
 use crate::approach::{Company, NearestApproach};

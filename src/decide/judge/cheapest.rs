@@ -1,4 +1,4 @@
-//! Which of some sets is the cheapest.
+//! The cheapest of some sets.
 
 use perirobot_study::input::Study;
 use perirobot_study::sensor::Cost;

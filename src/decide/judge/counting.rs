@@ -1,10 +1,8 @@
-//! Counts choices of sensors when something is not as planned: with sensors left out, with mounts that are off, and with
-//! other people.
+//! Counts choices of sensors in altered cases: without some sensors, with shifted mounts, and with other people.
 //!
-//! What each sensor says is cast once for all cases of all choices with the same mounts and people, and fused anew for
-//! each. Unions of the sensors before and behind a dead one would save fusing, which is not where the time goes: six
-//! cameras at six moments with all their 21 sets without one or two took no longer than the six alone; and log-odds are no
-//! unions.
+//! The evidence of each sensor is cast once for all cases of all choices with the same mounts and people, and fused for
+//! each. Unions of the sensors before and behind a dead one would save fusing, which takes little time: six cameras at six
+//! moments with all their 21 sets without one or two took no longer than the six alone. Log-odds are not unions.
 
 use super::alteration::Alteration;
 use super::cases::{Case, Conditions};

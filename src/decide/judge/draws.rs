@@ -1,8 +1,8 @@
-//! Mounts that are not quite where they are planned: drawn from the study's mounting error, the same on every machine.
+//! Shifted mounts: drawn from the study's mounting error, the same on every machine.
 //!
-//! Each mount is drawn for itself, so that the draws of a sensor do not depend on which others are judged with it. The
-//! words that are hashed are the seed, a word of its own, sensor, candidate, draw and attempt. A draw that cannot be
-//! (outside the grid, inside a solid thing) is drawn again; a mount that finds no place so is as planned, which is told.
+//! Each mount is drawn separately, so the draws of a sensor do not depend on the sensors that are judged with it. The hashed
+//! words are the seed, a word of its own, sensor, candidate, draw and attempt. An impossible draw (outside the grid, inside
+//! a solid body) is drawn again; a mount without a place stays as planned, which is reported.
 
 use std::path::Path;
 

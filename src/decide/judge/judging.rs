@@ -1,5 +1,5 @@
-//! A whole judgement of choices of a sweep. All that is asked is checked before anything is counted or removed; then
-//! everything is counted; then the files are written.
+//! A whole judgement of choices of a sweep. The questions are checked before anything is counted or removed; then
+//! everything is counted, and the files are written.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

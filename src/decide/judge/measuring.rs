@@ -1,5 +1,4 @@
-//! What a controller would measure of a choice of sensors, as planned and in the cases in which something is required of
-//! it.
+//! Distances that a controller measures with a choice of sensors, as planned and in the cases with a requirement on it.
 
 use super::alteration::Alteration;
 use super::cases::{Case, Conditions};

@@ -1,5 +1,4 @@
-//! Whether a choice of sensors is good enough: requirements that pass or fail, as planned and when something is
-//! not as planned.
+//! Whether a choice of sensors is good enough: requirements that pass or fail, as planned and in altered cases.
 //!
 //! # Theory
 //! A condition has cases: one as planned, one for each sensor that may be dead, one for each draw of mounts, one for
@@ -8,17 +7,17 @@
 //! limit exactly.
 //!
 //! # Practice
-//! - Cases: `scope` has the conditions that a study asks for, `cases` the counts of each case, `alteration` what is
-//!   different in it. `what_if` is a choice, `counting` makes its cases by leaving sensors out, by `draws` of mounts and by
-//!   `postures` of people; `alter` makes one a study of its own. What choices have in common is done once.
-//! - What is added to each case: `near` adds how near bodies come, `measuring` what a [`controller`](crate::controller)
-//!   would measure.
+//! - Cases: `scope` has the conditions of a study, `cases` the counts of each case, `alteration` its difference to the plan.
+//!   `what_if` is a choice, `counting` makes its cases by leaving sensors out, by `draws` of mounts and by `postures` of
+//!   people; `alter` makes a case a study of its own. Work common to several choices is done once.
+//! - Added to each case: `near` adds approaches, `measuring` the distances that a [`controller`](crate::controller)
+//!   measures.
 //! - Verdicts: `value` compares scores, `verdict` decides, `speed` decides at each speed of the robot, `spread` sums up
-//!   how good scores are under a condition, `leaders` finds the choices that meet most requirements, `cheapest` the
-//!   cheapest. `judging` does all of it for the choices of a sweep, `alone`
-//!   for one set that was not swept.
+//!   the scores under a condition, `leaders` finds the choices that meet most requirements, `cheapest` the
+//!   cheapest. `judging` does all of this for the choices of a sweep, `alone` for one set that
+//!   was not swept.
 //! - Files: `judge_json` has verdicts and scores with their types, which the report reads; `table` and `junit` write them
-//!   for others. `tables` has the tables of the study by which a verdict was decided.
+//!   for other programs. `tables` has the tables of the study that decide a verdict.
 
 mod alone;
 mod alter;

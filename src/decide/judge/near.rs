@@ -1,6 +1,6 @@
-//! How near bodies come unnoticed in each case: each sensor is looked at once in each snapshot, and what they watch
-//! is put together anew for each case. All bodies are asked, also those that no requirement names, since conditions.csv
-//! tells of all. All of it is whole numbers, and computed on the host.
+//! Approaches in each case: what each sensor watches is computed once for each snapshot, and combined for each case. All
+//! bodies are included, named by a requirement or not, because conditions.csv has all of them. Everything is computed on
+//! the host in integers.
 
 use std::sync::Arc;
 

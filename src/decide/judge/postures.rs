@@ -1,4 +1,4 @@
-//! Studies in which somebody of `[postures]` stands at a spot, in the place of all people of the scenes.
+//! Studies in which a person of `[postures]` stands at a spot, instead of all people of the scenes.
 
 use glam::DVec3;
 

@@ -1,5 +1,4 @@
-//! Under which conditions a study asks for what: for counts, for how near bodies come, and for what a controller
-//! measures.
+//! The conditions of a study for counts, for approaches, and for what a controller measures.
 
 use perirobot_study::input::{Condition, Measure, Requirement, Study};
 

@@ -3,10 +3,10 @@
 //!
 //! # Theory
 //! A requirement whose region is a `separation` is judged in the region of each speed that belongs to the same entry
-//! of the study, all else the same. A robot that may run at a speed also runs slower, so that a speed is fast enough
-//! only where all requirements are met at it and at each slower speed that is listed. One that has no value at any
-//! moment (nobody is so near, say) decides nothing, and so no speed is fast enough by it. Where the study says which
-//! bodies come near, none may come nearer unnoticed than people must be away at the speed.
+//! of the study, all else the same. A robot that may run at a speed also runs slower, so a speed is allowed only
+//! if all requirements are met at it and at each slower listed speed. One without a value at any moment (for example
+//! without a person so close) decides nothing, and then no speed is allowed. If the study lists bodies that approach, none
+//! may come closer unnoticed than people need at the speed.
 
 use std::path::Path;
 

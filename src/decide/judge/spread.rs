@@ -1,4 +1,4 @@
-//! How good scores are under a condition: best, mean, the value that one in twenty is no better than, worst.
+//! Scores under a condition: best, mean, 5 % quantile, worst.
 
 use super::cases::{Case, Conditions};
 use super::verdict::{CasePart, Where, approach_value, controller_value};

@@ -1,5 +1,4 @@
-//! What a value rests on besides the sweep: tables of the study, as a hash by which a report notices that they have
-//! changed since.
+//! The tables of the study on which a value depends besides the sweep, as a hash by which a report notices a change.
 
 use super::spread::Summed;
 use perirobot_scene::objects::spec::SurfaceSpec;

@@ -1,4 +1,4 @@
-//! Whether a requirement is met under a condition, and where it is nearest to being missed.
+//! Whether a requirement is met under a condition, and where it is closest to being missed.
 
 use super::cases::{Case, Conditions};
 use super::value::Value;

@@ -1,4 +1,4 @@
-//! A choice of sensors that is judged, and who is in it when something is not as planned: `counting` counts these cases.
+//! A judged choice of sensors, and its members in each altered case: `counting` counts these cases.
 
 use super::draws::Draws;
 use crate::view::Choice;

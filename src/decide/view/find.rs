@@ -1,4 +1,4 @@
-//! Finds in a study what a user names as results.csv does: a choice of poses, a representation, a scene.
+//! Finds a choice of poses, a representation or a scene of a study by its name in results.csv.
 
 use super::Choice;
 use super::names::{ChoiceNames, find_choices, unknown};

@@ -1,11 +1,11 @@
 //! A view: one choice of poses in one scene at one moment, voxel by voxel, with each sensor's evidence, the
-//! fused labels, and whether they are right. Pictures, exports and reasons are made from views; sweeps count
-//! without them.
+//! fused labels, and whether they are right. Pictures, exports and reasons are made from views; sweeps do
+//! not need them.
 //!
 //! # Practice
-//! A view is made on the host from what a backend reads back. One over the whole grid, with the end of every
-//! ray, costs as much as some dozen scored poses. Where only the regions matter, many choices are cast at
-//! once, and only as far as a sweep casts them. Either way the counts in a region are those of the sweep.
+//! A view is made on the host from the data of a backend. One over the whole grid, with the end of every ray,
+//! costs as much as about a dozen scored poses. If only the regions matter, many choices are cast at once, as far
+//! as in a sweep. Either way the counts in a region are those of the sweep.
 
 mod find;
 pub mod names;

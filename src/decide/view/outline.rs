@@ -1,5 +1,5 @@
-//! Small figures that show which way a sensor looks: a pyramid for a camera, a cone for rays that go one way,
-//! the ground that pads and gates watch. Pictures and exports draw sensors with them.
+//! Small figures of a sensor's direction: a pyramid for a camera, a cone for rays in one direction, the ground
+//! that pads and gates watch. Pictures and exports draw sensors with them.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! A recorded map, looked at as a sensor of its own: what it says of one moment of a scene, and what that scores.
+//! A recorded map as a sensor of its own: its evidence at one moment of a scene, and its scores.
 
 mod overlooked;
 

@@ -1,5 +1,4 @@
-//! Makes views: what the sensors of a choice say by themselves, what a backend casts for them, and their
-//! labels.
+//! Makes views: evidence of the sensors of a choice, from the host and from a backend, and the labels.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, OnceLock};

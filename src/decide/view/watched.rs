@@ -1,5 +1,5 @@
-//! What a choice of poses watches at one moment of a scene, as it is or without its people, and which object
-//! stands before what it does not watch. [`perirobot_study::sensor::watch`] says what *watched* means.
+//! The voxels that a choice of poses watches at one moment of a scene, with or without its people, and the objects
+//! in front of the others. [`perirobot_study::sensor::watch`] defines *watched*.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

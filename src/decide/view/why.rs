@@ -1,5 +1,4 @@
-//! Finds why a voxel stays unknown: how the ray nearest to its centre ended, and which object stood in its
-//! way. `report` makes tables and advice from the reasons.
+//! Finds why a voxel stays unknown: how the ray nearest to its centre ended, and which object blocked it. `report` makes tables and advice from the reasons.
 //!
 //! # Theory
 //! The paper splits unknown space into what is monitored but occluded and what is not monitored. For a sensor
@@ -7,45 +6,44 @@
 //! the centre falls, for any other table the ray whose direction is nearest to that of the centre, the first
 //! of equals. The first reason that applies is the voxel's:
 //!
-//! | reason | holds where | monitored |
+//! | reason | condition | monitored |
 //! |---|---|---|
-//! | `out_of_view` | the centre is outside the field of view, and the ray does not cross the voxel; for a sensor without rays: the voxel is none of those that it speaks of | no |
+//! | `out_of_view` | the centre is outside the field of view, and the ray does not cross the voxel; for a sensor without rays: the voxel is outside its volume | no |
 //! | `out_of_range` | the ray enters the voxel beyond the longest range, or, if it misses it, the centre is beyond | no |
-//! | `silent` | a switch speaks of the voxel, is off, and that certifies nothing | yes |
+//! | `silent` | the voxel is in the volume of a switch that is off, which certifies nothing | yes |
 //! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
 //! | `hidden` | the ray returned from an object before it came to the voxel | yes |
-//! | `blind` | the ray ended, before or behind the voxel, in an object nearer than the shortest range | yes |
+//! | `blind` | the ray ended, before or behind the voxel, in an object closer than the shortest range | yes |
 //! | `no_return` | the ray ended in nothing, or its return was lost, and that certifies nothing | yes |
 //! | `misread` | the ray returned from the voxel or from behind it, and noise, or a mount that is off, had it read before it; a cover's noise read the voxel elsewhere | yes |
-//! | `cancelled` | some sensor knows the voxel, and the others' votes weigh exactly as much against it | yes |
+//! | `cancelled` | a sensor labels the voxel, and the votes of others cancel it | yes |
 //!
 //! The table is complete. A voxel is unknown if no sensor labels it, or if votes cancel. A sensor that casts
 //! leaves a voxel that the ray crosses without a label only if the ray was blind, was silent, or returned and
 //! was read before the voxel; in the last case its blocker lies before the voxel, or noise misread it.
-//! Keypoint volumes only add to what rays say. So the voxels of all reasons together are those that a sweep
+//! Keypoint volumes only add to labels of rays. So the voxels of all reasons together are those that a sweep
 //! counts as `uo` and `uf`.
 //!
-//! * Where a mount is off, rays are looked at as they are believed to go. What ended one is what the true ray
-//!   ended in; it lies before the voxel if it was nearer than the believed ray enters the voxel.
+//! * With a shifted mount, the believed rays count. A ray's blocker is that of the true ray; it is in front of the
+//!   voxel if its distance is less than that at which the believed ray enters the voxel.
 //! * A field of view ([`perirobot_study::sensor::FieldOfView`]) is a camera's image to the outer edges of its pixels;
 //!   of a LIDAR what lies within half a step of its outermost angles; of other tables what is as near to a
 //!   ray as the middle of four neighbours would be. A voxel that the ray crosses is in view wherever its
 //!   centre is: a scanner of one ring monitors all of its layer.
 //! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the
-//!   first in the scene's order. Tags and see-through objects end no ray. What hides may be the voxel's own
+//!   first in the scene's order. Tags and see-through objects end no ray. The blocker may be the voxel's own
 //!   object: its far side, or its inside.
-//! * Of several sensors, the voxel's reason is that of the sensor which came nearest to knowing it, that of
-//!   the latest row in the table; of equals, of the first to speak. So a switch that is silent takes no
-//!   reason from a ray that looked there, and a voxel is out of view only if it is so for all.
+//! * Of several sensors, the reason in the latest row of the table counts; of equals, that of the first sensor.
+//!   So a silent switch does not replace the reason of a ray, and a voxel is out of view only if it is so for all.
 //! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.
 //!
-//! A voxel is *watched* ([`perirobot_study::sensor::watch`]) if a body in it would be noticed: what is monitored, less
-//! what something stands before or blinds.
+//! A voxel is *watched* ([`perirobot_study::sensor::watch`]) if a body in it would be noticed: it is monitored,
+//! and neither hidden nor blinded.
 //!
 //! # Practice
-//! For each unknown voxel, as many closed forms as there are sensors; where a ray crosses the voxel within
-//! range, what ended it is searched again, in leaps. Voxels are looked at in parallel and each for itself, so
-//! that every machine finds the same.
+//! For each unknown voxel, as many closed forms as there are sensors; if a ray crosses the voxel within
+//! range, its blocker is searched again, in leaps. Voxels are processed in parallel and independently, so every
+//! machine finds the same.
 
 mod nearest;
 pub(super) mod sight;

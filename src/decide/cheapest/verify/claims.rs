@@ -1,5 +1,4 @@
-//! An answer as it is in its folder, compared with what the study asks: the question, which aims there are, which sets
-//! are allowed and what they cost.
+//! An answer in its folder, compared with the study: the question, the aims, the allowed sets and their costs.
 
 use std::path::{Path, PathBuf};
 

@@ -1,14 +1,14 @@
-//! Scores of counts in the plain way: what a set counts, and what sets that have some members count at best.
+//! Scores of counts in a plain way: of a set, and the best possible of sets with given members.
 //!
 //! # Theory
-//! More members never label fewer voxels, nor hit fewer of a person, and where one is wrong about a free voxel, no
-//! later one is right about it. So a set scores no better than the union of its members with all candidates that may
-//! join, of which only the members are wrong: F1 and κ of 0 or more rise with TP and TN, and fall with FP and FN.
-//! With t and f the truly occupied and truly free voxels and s = t + f, F1 ≥ p/q just if (2q − p)·TP + p·TN ≥ p·s;
-//! κ ≥ p/q ≥ 0 only if (f·q + t·p)·TP + (t·q + f·p)·TN ≥ p·s²; at most p/q is unknown just if q·(voxels with a
-//! label) ≥ (q − p)·s. What several candidates add is no more than the sum of what each adds.
+//! More members never label fewer voxels, nor hit fewer of a person, and if one labels a free voxel wrongly, no
+//! later one corrects it. So a set scores no better than the union of its members with all candidates that may
+//! join, of which only the members make errors: F1 and κ of 0 or more rise with TP and TN, and fall with FP and FN.
+//! With t and f the truly occupied and truly free voxels and s = t + f, F1 ≥ p/q if and only if (2q − p)·TP + p·TN ≥ p·s;
+//! κ ≥ p/q ≥ 0 only if (f·q + t·p)·TP + (t·q + f·p)·TN ≥ p·s²; at most p/q is unknown if and only if q·(voxels with a
+//! label) ≥ (q − p)·s. The gain of several candidates is at most the sum of their gains.
 //!
-//! Under log-odds others may outvote a member that is wrong, so that no false alarm is certain.
+//! Under log-odds others may outvote a wrong member, so no false alarm is certain.
 
 use std::ops::Range;
 

@@ -1,13 +1,11 @@
-//! An answer verified by other code than the search's. Of the search nothing is used but what is asked (`terms`) and what
-//! was cast of each candidate; of judge, how a value compares with a limit.
+//! An answer verified by other code than the search's. It uses only the question (`terms`) and the evidence of each
+//! candidate, and, of judge, how a value is compared with a limit.
 //!
 //! # Practice
 //! `claims` compares the question, the aims and the sets with the study. Each set is judged by the plain oracle
-//! (`judged`). Each way in is followed again (`ways`). That no cheaper set passes is searched again in a plain way (`plain`),
-//! with counts that use no vector instructions (`counted`). The reasons that nothing passes are shown by such a search,
-//! and their words made again (`reasons`).
-//! `tables` sweeps and judges the sets
-//! again. A search that would take too long is reported as open. How many sets the search tested is not checked.
+//! (`judged`). Each way in is followed again (`ways`). A plain search looks for cheaper sets (`plain`), with
+//! counts that use no vector instructions (`counted`). It also checks the reasons if no set passes, and their text is
+//! made again (`reasons`). `tables` sweeps and judges the sets again. A search that would take too long is reported as open. How many sets the search tested is not checked.
 
 mod claims;
 mod counted;

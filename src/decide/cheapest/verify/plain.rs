@@ -1,11 +1,11 @@
-//! That no set within some cost passes, searched again in a plain way.
+//! A plain search for a set that passes within some cost.
 //!
 //! # Theory
-//! A set that passes has so many of those who notice each way in that leads too near. So all sets are tried that have
-//! the first of them, then those that have the second and not the first, and so on, for a way that leaves the fewest
-//! choices; where all ways are noticed, all candidates are tried in order. A set is left if no more candidates are
-//! left than a way needs, if what ways without a common candidate need costs too much, or if scores of counts are out of
-//! reach (`counted`). What is left is counted, and at last judged.
+//! A passing set contains enough of the candidates that notice each way in. For the way with the fewest choices, all
+//! sets with the first of these are tried, then those with the second and without the first, and so on; if all ways are
+//! noticed, all candidates are tried in order. A branch ends if a way needs more candidates than are left, if ways
+//! without a common candidate cost too much, or if scores of counts are out of reach (`counted`). The remaining sets are
+//! counted, and finally judged.
 
 use super::ProofInput;
 use super::counted::{Bar, Reach, Tally, is_of_labels, value};

@@ -1,4 +1,4 @@
-//! The words of reasons, made again from what was found without the search.
+//! The text of reasons, made again without the search.
 
 use super::counted::Bar;
 use super::judged::{judge, restricted_study};

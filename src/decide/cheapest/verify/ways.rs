@@ -1,6 +1,6 @@
-//! The ways in of an answer, followed again step by step. What is shared with the search is what the study says (bodies,
-//! places of entries) and what one sensor watches in one snapshot; where nothing is solid, how near a body is and who
-//! together notices it are found here by trying all voxels.
+//! The ways in of an answer, followed again step by step. Shared with the search are the study (bodies, places of
+//! entries) and what one sensor watches in one snapshot; free space, distances of a body and the sensors that notice it
+//! together are found here by trying all voxels.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! How evidence comes to be: what the folder has is read, the rest is cast and kept, and what the question needs of
-//! both is held in memory if it fits.
+//! Evidence is read from the folder, the rest is cast and stored there, and what the question needs is held in memory if
+//! it fits.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

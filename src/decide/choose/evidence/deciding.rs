@@ -1,9 +1,9 @@
-//! What evidence depends on: its planes are over all voxels of the grid, whatever is counted in them.
+//! The inputs of evidence: its planes cover all voxels of the grid, for any question.
 //!
-//! | key of a study | what planes have of it |
+//! | key of a study | effect on planes |
 //! |---|---|
 //! | `seed`, `repeats` | the noise that is drawn, and how often |
-//! | `grid` | voxels, and what a ray hits that leaves them |
+//! | `grid` | voxels, and the end of a ray that leaves them |
 //! | `scene`, `candidate` | the surfaces that are hit |
 //! | `sensor` | rays, poses and noise; but not `cost`, `at_most` and `emits`, which are terms of sets |
 //! | `choose` | the `representation` of each sensor; the other keys ask about the same planes |

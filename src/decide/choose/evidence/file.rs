@@ -1,11 +1,10 @@
-//! `evidence.journal`: what each candidate says of the voxels of the grid, kept on disk from the moment it is cast, so
-//! that another question about the same study casts nothing, and a run that was ended goes on.
+//! `evidence.journal`: the evidence of each candidate for all voxels of the grid, stored as soon as it is cast, so that
+//! another question about the same study casts nothing, and a stopped run resumes.
 //!
 //! # Theory
 //! Records are appended as they come. Each has a checksum over itself and the fingerprint of all that decides the
-//! evidence, so that a record of another study, a damaged one or one that a crash has torn is never taken for what was
-//! cast; what it should have said is cast again. Evidence is whole numbers, so that the order of records and who cast
-//! them leave no trace in an answer.
+//! evidence, so that a record of another study, a damaged or a torn one is never used; its candidate is cast again.
+//! Evidence consists of integers, so the order of records and the device do not change an answer.
 //!
 //! # Practice
 //! All numbers are little-endian. Header, 60 bytes: magic, format version (u32), the length of what decides the evidence
@@ -13,7 +12,7 @@
 //! number of the candidate, of the world and of the repeat, and how many bytes each of the four planes takes (u32 each),
 //! checksum of the planes, checksum of all before (8 bytes each); then the planes: occupied, free, hits and felt, each a
 //! bit for each voxel of the grid in words (u32) of rows along x, packed by LZ4 (block format). A plane without a bit takes
-//! no room.
+//! no space.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};

@@ -1,4 +1,4 @@
-//! What candidates say of one region: rows of bits, in memory as far as they fit.
+//! The evidence of candidates in one region: rows of bits, in memory if they fit.
 
 use super::super::layout::{RegionPlaces, layout_in, may_have_bits};
 use super::super::planes::{SAID_OF, SaidPlanes};

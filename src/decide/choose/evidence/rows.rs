@@ -1,4 +1,4 @@
-//! The bits of candidates in the file of the folder, from which they are read each time that they are asked for.
+//! The bits of candidates in the file of the folder, from which they are read at each use.
 
 use std::borrow::Cow;
 use std::fs::File;

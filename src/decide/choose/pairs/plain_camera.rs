@@ -1,4 +1,4 @@
-//! When cameras disturb each other, from their angles, for tests.
+//! Whether cameras disturb each other, from their angles, for tests.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! What refining found, counted again with its poses among those of the study, as a sweep counts them.
+//! Refined sets, counted again with their poses among those of the study, like a sweep.
 
 use super::around::{Around, RefineSpot};
 use super::{Refined, Refinement};

@@ -1,14 +1,13 @@
 //! Finer positions and angles around the poses of the best sets.
 //!
 //! # Theory
-//! A lattice of poses stands for a stretch of wall and for all ways to turn a sensor there. Around each sensor of a
-//! set the poses half a step away in each way are cast, and the best set of all of these is searched; around that one
-//! again, until nothing is gained; then those a quarter of a step away, and so on. What is found is no best set of all
-//! that are possible: nothing is proven of it.
+//! A lattice of poses represents a part of a wall and all orientations there. Poses half a step away in each direction
+//! are cast around each sensor of a set, and the best set of all of these is searched, and again around that one, until
+//! there is no gain; then poses a quarter of a step away, and so on. The result has no proof.
 //!
 //! # Practice
-//! `around` has the poses around a set, this file casts and searches them, and `counted` counts what was found again,
-//! as a sweep of a study with these poses would.
+//! `around` has the poses around a set, this file casts and searches them, and `counted` counts the result again, like
+//! a sweep of a study with these poses.
 
 mod around;
 mod counted;

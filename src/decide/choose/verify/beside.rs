@@ -1,5 +1,4 @@
-//! What stands beside the scores of the best sets: what each step gains, where sensors are, what each is worth, sets
-//! that are nearly as good, and the tables.
+//! The values beside the scores of the best sets: gains, places, worth of each sensor, near-ties, and the tables.
 
 use super::counted::{recount, value};
 use super::tables::is_written;

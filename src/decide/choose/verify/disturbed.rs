@@ -1,4 +1,4 @@
-//! Which poses disturb each other, pair by pair from the definition.
+//! The poses that disturb each other, pair by pair from the definition.
 
 use rayon::prelude::*;
 

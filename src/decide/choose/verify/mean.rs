@@ -1,4 +1,4 @@
-//! What the mean of a set's scores is at most, added up in a plain way.
+//! An upper bound of the mean of a set's scores, added up in a plain way.
 //!
 //! # Theory
 //! With t and f the truly occupied and truly free voxels of a moment and s = t + f, F1 is at most

@@ -1,10 +1,9 @@
-//! A proof checked by other code than the one that found it: nothing is shared with the search but what each
-//! candidate says, and the loops that count bits, which run without vector instructions here. The sets are counted
-//! again by a backend of the caller's choice (`counted`), whether they are allowed is judged from the study
-//! (`allowed`), that none is better is searched again in a plain way (`plain`, `mean`), what no set is above is added
-//! up again (`check_cuts` of `perirobot-cover`), no size or step of cost may be missing (`whole`), and what stands beside the scores must follow
-//! from them (`beside`). What refining found is searched again (`refined`), and the sets are swept again for the tables
-//! (`tables`).
+//! A proof checked by other code than the one that found it. It shares with the search only the evidence of each
+//! candidate, and the loops that count bits, here without vector instructions. The sets are counted again by a backend
+//! of the caller's choice (`counted`); the study decides whether they are allowed (`allowed`); a plain search looks for
+//! better ones (`plain`, `mean`); bounds are added up again (`check_cuts` of `perirobot-cover`); no size or step of cost
+//! may be missing (`whole`); the values beside the scores must follow from them (`beside`). Refining is repeated
+//! (`refined`), and the sets are swept again for the tables (`tables`).
 
 mod allowed;
 mod beside;

@@ -1,10 +1,9 @@
-//! That no set is better, searched again in a plain way, without rounding.
+//! A plain search for a better set, without rounding.
 //!
 //! # Theory
-//! With t and f the truly occupied and truly free voxels and s = t + f, F1 > p/q just if
-//! (2q − p)·TP + p·TN − p·s > 0; κ > p/q only if (f·q + t·p)·TP + (t·q + f·p)·TN − p·s² > 0. What several
-//! candidates add to a union is no more than the sum of what each adds. A part is detected only if its best
-//! hits together are enough.
+//! With t and f the truly occupied and truly free voxels and s = t + f, F1 > p/q if and only if
+//! (2q − p)·TP + p·TN − p·s > 0; κ > p/q only if (f·q + t·p)·TP + (t·q + f·p)·TN − p·s² > 0. The gain of
+//! several candidates is at most the sum of their gains. A part is detected only if its best hits together suffice.
 
 use rayon::prelude::*;
 

@@ -1,5 +1,5 @@
-//! Refined sets of a proof: nothing is proven of them, but they are allowed, score what is said, and are what is found
-//! when the poses around the same sets are searched again.
+//! Refined sets of an answer have no proof, but they must be allowed, have the reported scores, and be found again around
+//! the same sets.
 
 use std::path::Path;
 

@@ -1,9 +1,9 @@
-//! That no size and no step of cost is missing.
+//! Checks that no size and no step of cost is missing.
 //!
 //! # Theory
-//! The best set of a step is the best of all sets that cost as much as it does, up to the budget of the step. Below,
-//! the next step begins, or no set is better than one of fewer sensors that costs as little: that is searched. If
-//! larger sets are told, smaller ones are missing only where none meets what is required.
+//! The best set of a step is the best of all sets that cost as much as it does, up to the budget of the step. Below
+//! it the next step begins, or no set is better than one of fewer sensors at that cost, which is searched. If larger
+//! sets are reported, smaller ones are missing only if none meets the requirements.
 
 use super::ProofInput;
 use super::allowed::{pose_name, thousandths};

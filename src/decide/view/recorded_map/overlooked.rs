@@ -1,21 +1,21 @@
-//! Why a recorded map does not call occupied what is there.
+//! Why a recorded map does not label an occupied voxel occupied.
 //!
 //! # Theory
-//! A map tells no rays, so its reasons are fewer than those of [`crate::view::why`]. A voxel that is occupied, and that the
-//! map does not call so, has the first that applies:
+//! A map has no rays, so there are fewer reasons than in [`crate::view::why`]. An occupied voxel without the label occupied
+//! has the first that applies:
 //!
-//! | reason | holds where |
+//! | reason | condition |
 //! |---|---|
-//! | `beside` | it is said to be free, and one of the 26 voxels around it to be occupied; or nothing is said of it, and one of those is called occupied that is free: the thing is in the map, a voxel off |
-//! | `said_free` | it is said to be free |
-//! | `hidden` | something stands before it, seen from each place where a sensor was |
-//! | `not_measured` | none of these: it was in sight and no point is there, or no place is known |
+//! | `beside` | labelled free, with an occupied label among its 26 neighbours; or without a label, with a free neighbour labelled occupied: the object is in the map, a voxel off |
+//! | `said_free` | labelled free |
+//! | `hidden` | something is in front of it, seen from each position of a sensor |
+//! | `not_measured` | none of these: in sight without a point, or no position is known |
 //!
-//! * The ray from the place to the voxel's centre marches as all rays do, its direction a unit vector in Q16. Something stands
-//!   before the voxel if this ray comes into a voxel that stops rays before it comes into this one. What hides may be the
-//!   voxel's own object: its far side, or its inside.
-//! * Of several places, the object before the first is to blame.
-//! * A ray marches 2047 voxels; what is farther is `not_measured`.
+//! * The ray from the place to the voxel's centre marches as all rays do, its direction a unit vector in Q16. Something is
+//!   in front of the voxel if this ray first enters another voxel that stops rays. It may be the voxel's own object: its
+//!   far side, or its inside.
+//! * Of several positions, the object in front of the first is named.
+//! * A ray marches 2047 voxels; farther voxels are `not_measured`.
 
 use std::collections::BTreeMap;
 

@@ -1,9 +1,9 @@
-//! Which direction of a table is nearest to one asked for, and how far the table's directions stand apart.
+//! The direction of a table nearest to a given one, and how far the table's directions are apart.
 //! Directions are unit vectors in Q15, distances the straight lines between their ends, squared.
 //!
 //! # Theory
-//! A k-d tree (Bentley 1975) in integers: each node is the median along one of the three axes in turn, and a
-//! branch is left out where the plane between lies farther away than what is found. Of equally near
+//! A k-d tree (Bentley 1975) in integers: each node is the median along one of the three axes alternately, and a
+//! branch is left out if the plane between is farther away than the best direction found. Of equally near
 //! directions the first counts, so the answer does not depend on how the tree was built.
 
 /// Up to this many directions are searched one by one.

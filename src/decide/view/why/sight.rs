@@ -1,8 +1,8 @@
-//! Which of a sensor's rays is nearest to a voxel's centre, and whether the sensor looks there at all.
+//! The ray of a sensor nearest to a voxel's centre, and whether the voxel is in view.
 //!
 //! # Practice
-//! A camera's pixel is found by projection, the ray of any other table by a search that goes no farther than
-//! a ray can be that crosses the voxel, or than tells whether the voxel is in view.
+//! A camera's pixel is found by projection, the ray of any other table by a search within the
+//! largest distance of a ray that crosses the voxel, or that decides whether the voxel is in view.
 
 use glam::DVec3;
 

@@ -23,12 +23,12 @@ impl KindFile for KnownRobotFile {
     const NAME: &'static str = "known_robot";
     #[cfg(test)]
     const PAGE: Page = Page {
-        what: "what the controller knows",
+        what: "the robot, as its controller knows it by the joint angles",
         keys: "",
         evidence: &[EvidenceWords {
             says: "",
-            occupied: "the robot's voxels, surface and inside, less what the truth calls free: with `interior = \"free\"` \
-        (or a leak) it says nothing of the inside, where it would be a false alarm",
+            occupied: "the robot's voxels, surface and inside, except where the truth is free: with \
+        `interior = \"free\"` (or a leak) the inside stays unknown, where it would be a false alarm",
             free: "nothing",
         }],
     };

@@ -99,7 +99,7 @@ impl KindFile for LidarFile {
     const NAME: &'static str = "lidar";
     #[cfg(test)]
     const PAGE: Page = Page {
-        what: "LIDAR or safety scanner; scored as `points`, or as a switch by a `field`",
+        what: "lidar or safety scanner, scored as `points`, or as a switch by a `field`",
         keys: "`fov_deg` (`[around the spin axis, across the rings]`; or `fov_deg?` around it alone, 360, with \
         `elevation_deg` or `rings_deg`), `resolution_deg` (the step) or `beams` and `rings` (numbers), \
         `range_m`, `mount?` (upright), `representations?`, `field = { polygon_m, height_m, otherwise? }?` \

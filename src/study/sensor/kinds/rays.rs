@@ -47,7 +47,7 @@ impl KindFile for RaysFile {
     const NAME: &'static str = "rays";
     #[cfg(test)]
     const PAGE: Page = Page {
-        what: "any set of rays: a ring of time-of-flight sensors, say",
+        what: "any set of rays, for example a ring of time-of-flight sensors",
         keys: "`directions` (a CSV with columns x, y, z in the sensor's link frame: x forward, y left, z up), \
         `range_m`",
         evidence: &[POINTS],

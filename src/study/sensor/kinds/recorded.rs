@@ -59,16 +59,16 @@ impl KindFile for RecordedFile {
     const NAME: &'static str = "recorded";
     #[cfg(test)]
     const PAGE: Page = Page {
-        what: "what a real sensor recorded, at some moments of the scenes: a map (OctoMap `.bt`, `.ot`; labels \
-        `.npz`), a point cloud (`.pcd`, `.ply`), or a ROS 2 bag of such (`.mcap`); see [recorded \
+        what: "a recording of a real sensor at some moments of the scenes: a map (OctoMap `.bt`, `.ot`; labels \
+        `.npz`), a point cloud (`.pcd`, `.ply`), or a ROS 2 bag (`.mcap`); see [recorded \
         maps][recorded]",
-        keys: "`[[sensor.recording]]`: `file`, `scene?`, `snapshot?` (needed where there are several), `position_m?` \
-        and `yaw_deg?` of its frame in the world (0), or `quaternion?` in place of the yaw for a cloud that \
-        is tilted; `sensor_m?` of a cloud: where the sensor was, in the recording's frame; `topic?` and \
+        keys: "`[[sensor.recording]]`: `file`, `scene?`, `snapshot?` (needed if there are several), `position_m?` \
+        and `yaw_deg?` of its frame in the world (0), or `quaternion?` instead of the yaw for a tilted \
+        cloud; `sensor_m?` of a cloud: the position of the sensor, in the recording's frame; `topic?` and \
         `message?` (a number) of a bag",
         evidence: &[EvidenceWords {
             says: "",
-            occupied: "voxels in which a part of an occupied voxel of a map lies; those of a cloud's points",
+            occupied: "voxels that contain a part of an occupied voxel of a map; those of a cloud's points",
             free: "voxels that free voxels of a map cover; those before a cloud's points",
         }],
     };

@@ -58,7 +58,7 @@ impl KindFile for RgbFile {
     const NAME: &'static str = "rgb";
     #[cfg(test)]
     const PAGE: Page = Page {
-        what: "RGB camera: a person whose joints it detects anywhere in its image makes its whole `zone` occupied",
+        what: "RGB camera; a person whose joints it detects anywhere in its image makes its whole `zone` occupied",
         keys: "`fov_deg`, `resolution_px`, `range_m`, `zone = { min_m, max_m }` (in the world), `min_keypoints?` \
         (1), `keypoint_tolerance_m?`, `otherwise?` (unknown)",
         evidence: &[EvidenceWords {

@@ -81,8 +81,8 @@ impl KindFile for RgbdFile {
     const NAME: &'static str = "rgbd";
     #[cfg(test)]
     const PAGE: Page = Page {
-        what: "RGB-D camera; scored as `points`, or with volumes around the keypoints it detects: `spheres`, \
-        `cylinders`, `box`",
+        what: "RGB-D camera, scored as `points`, or with volumes around detected keypoints: `spheres`, `cylinders`, \
+        `box`",
         keys: "`fov_deg`, `resolution_px`, `range_m`, `range_along?` (ray), `representations?` (points), \
         `spheres_radius_m?` (0.2), `cylinders_radius_m?` (0.25), `keypoint_tolerance_m?` (0.15)",
         evidence: &[
