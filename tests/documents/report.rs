@@ -390,9 +390,7 @@ fn verdicts_are_of_what_the_study_requires_now() {
     assert_eq!([pass + fail, open], [1, 0], "as planned it is decided by the sweep");
     let page = after(&folder, &["judge", "--pose", BOTH]);
     assert_eq!(verdicts(&page), [pass, fail, 0]);
-    assert!(
-        page.contains("at most 58\u{a0}% is required") && page.contains("As decided by perirobot judge")
-    );
+    assert!(page.contains("at most 58\u{a0}% is required") && page.contains("As decided by perirobot judge"));
     let others = "against other requirements";
     folder.edit("study.toml", "at_most = 0.58", "at_most = 0.99");
     let page = after(&folder, &[]);
