@@ -172,7 +172,7 @@ fn best<'a>(
         Some(Wanted::Best(choose)) => choose.at_most,
         _ => 0,
     };
-    listener.name((study, &worlds[0]), &evidence.items, at_most);
+    listener.set_names((study, &worlds[0]), &evidence.items, at_most);
     let Some(Found { outcome, ending }) = choosing.search(&evidence, &mut backends, listener)? else {
         listener.end(NOTHING_YET.into(), true);
         return Ok(());

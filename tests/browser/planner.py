@@ -413,6 +413,40 @@ def a_click_on_the_plan_aims(page):
     assert page.placed()[index] == before, page.placed()[index]
 
 
+def unknown_noise_is_asked_about(page):
+    """A device of unknown noise joins after a question; one undo takes it and the key of the study away."""
+    browser = page.browser
+    page.click("tab-plan")
+    model = next(one["model"] for one in page.known("state.catalogue") if one["mixes_noise"])
+    page.click("add")
+    type_number(page, "model-cost", 900)
+    browser.run("[...document.querySelectorAll('#models button')].find(one => one.querySelector('strong').textContent === arguments[0]).click()", model)
+    browser.until("return !!document.getElementById('mix-noise')", "the question", 30)
+    count = len(page.placed())
+    page.click("mix-noise")
+    browser.until("return !!document.body.planner.armed && !!document.body.planner.draft", "the device that is held", 30)
+    browser.press(ENTER)
+    browser.until(f"return document.body.planner.state.placed.length === {count + 1}", "the device", 60)
+    page.rest()
+    written = browser.run("return fetch('/text', { headers: { 'X-Perirobot-Token': location.hash.replace(/^#(token=)?/, '') } }).then(answer => answer.json()).then(({ text }) => text)")
+    assert "mixed_noise = true" in written, written[:600]
+    page.click("undo")
+    page.rest()
+    assert len(page.placed()) == count
+    assert not browser.run("return document.body.planner.state.sensors.some(one => one.model === arguments[0])", model)
+
+
+def errors_name_the_fields_of_the_page(page):
+    browser = page.browser
+    page.click("find")
+    browser.run("document.getElementById('find-keep').checked = false; document.getElementById('find-budget').value = '1'")
+    page.click("find-begin")
+    browser.until("return document.getElementById('find-words').textContent.startsWith('Budget 1 is below the ')", "the reason", 60)
+    assert page.known("state.path") not in text(page, "find-words"), text(page, "find-words")
+    page.click("find-close")
+    assert browser.run("return document.activeElement.id") == "find", "the focus goes back"
+
+
 def a_typed_place_is_asked_about(page):
     """Why, by the keyboard alone; its card is closed and the focus is where it was."""
     browser = page.browser
@@ -445,6 +479,8 @@ def found(address, folder=None):
         a_held_sensor_takes_the_pose_of_a_dot(page)
         a_click_on_the_plan_aims(page)
         a_typed_place_is_asked_about(page)
+        unknown_noise_is_asked_about(page)
+        errors_name_the_fields_of_the_page(page)
         said = [entry["message"] for entry in browser.log("browser") if entry["level"] == "SEVERE"]
         assert not said, said
 

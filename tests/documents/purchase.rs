@@ -54,6 +54,12 @@ fn the_page_begins_with_the_sentence_of_the_terminal() {
     let found = found(&page);
     assert!(found.starts_with(&format!("{sentence}.proven: no cheaper set of the 6 ")), "{found}");
     assert!(!found.contains("The study has other requirements"), "{found}");
+    let (_, summary) = page.split_once("<p class=\"summary\">").unwrap();
+    let facts: Vec<&str> = summary.split_once("</p>").unwrap().0.split(" · ").collect();
+    let set = &rows(&folder.path("out/cheapest.csv"))[0];
+    assert_eq!(facts[0].split(' ').next(), Some(set["sensors"].as_str()), "{facts:?}");
+    assert_eq!((facts[1], facts[3]), (set["cost"].as_str(), "the robot may run at 0.5 m/s"), "{facts:?}");
+    assert!(facts[2].starts_with("passes ") && facts[4].ends_with(" of the floor is blind"), "{facts:?}");
     // The rows are those of the table beside it.
     let (shown, written) = (front(&page), rows(&folder.path("out/cheapest.csv")));
     assert_eq!(shown.len(), 4);

@@ -245,6 +245,15 @@ fn the_page_stands_alone_and_says_what_it_is() {
         assert!(!page.contains(away), "{away:?} in the page");
     }
     assert!(page.len() < 400_000, "{} bytes", page.len());
+    // Each cell of the best placements has a header, each poses' name and place being one cell.
+    let (_, table) = page.split_once("<table class=\"best\">").unwrap();
+    let headers = table.split_once("</thead>").unwrap().0.matches("<th>").count();
+    let (_, row) = table.split_once("<td data-name=\"sensors\">").unwrap();
+    assert_eq!(row.split_once("</tr>").unwrap().0.matches("</td>").count(), headers);
+    // Keys as they are in the file are for the appendix, not for whom mounts the sensor.
+    let (_, sheet) = page.split_once("Mounting sheet A: ").unwrap();
+    let sheet = sheet.split_once("</table>").unwrap().0;
+    assert!(sheet.contains("range ") && !sheet.contains("range_m"), "{sheet}");
 }
 
 #[test]

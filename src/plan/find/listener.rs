@@ -111,8 +111,13 @@ impl<'a> FindListener<'a> {
         FindListener { emit, stop, stage, purchased: Mutex::default(), names: OnceLock::new() }
     }
 
-    /// Reports sets of a search for the best score by the names of these candidates.
-    pub(super) fn name(&self, (study, world): (&'a Study, &'a World), items: &[[usize; 2]], at_most: usize) {
+    /// Names the candidates of a search for the best score, so that its sets are reported.
+    pub(super) fn set_names(
+        &self,
+        (study, world): (&'a Study, &'a World),
+        items: &[[usize; 2]],
+        at_most: usize,
+    ) {
         let places = Places::new(study, world);
         let names = || Names { study, places, items: items.to_vec(), at_most, parts: Mutex::default() };
         self.names.get_or_init(names);

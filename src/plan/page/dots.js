@@ -20,7 +20,8 @@ function countDotsSoon() {
 
 async function countDots() {
   const sensor = sensorOfDots();
-  if (!sensor || sensor.carried || planner.draft || planner.isLost || planner.state.problems?.length) return;
+  // While an edit is on its way the program may have other sensors than the page; its answer begins this anew.
+  if (!sensor || sensor.carried || edits || planner.draft || planner.isLost || planner.state.problems?.length) return;
   const key = keyOfDots(sensor), known = dots.scores.get(key);
   if (known?.isWhole) return;
   dots.controller?.abort();

@@ -16,7 +16,7 @@ pub(super) fn keys_of(study: &Study, name: &str) -> String {
     told.map(|(key, said)| format!("{key} = {}", value(&key, &said))).collect::<Vec<_>>().join(", ")
 }
 
-/// A device as one orders it: its maker's name or its kind, its view and range, and its cost.
+/// A device as one orders it: its maker's name if the study names a model, its field of view, pixels and range, and its cost.
 pub(super) fn describe_device(study: &Study, name: &str) -> String {
     let written = table_of(study, name);
     let model = written.get("model").and_then(Value::as_str);

@@ -133,3 +133,14 @@ fn describe_tilt(tilt_deg: f64) -> String {
         _ => format!("{degrees} up"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::describe_tilt;
+
+    #[test]
+    fn a_tilt_is_up_down_or_level() {
+        let found = [-50.0, 12.34, 0.0, -0.04].map(describe_tilt);
+        assert_eq!(found, ["50.0° down", "12.3° up", "0.0°, level", "0.0°, level"]);
+    }
+}

@@ -16,13 +16,9 @@ use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;
 
-/// The columns of the table of a region: what is placed, then each score and its worst value.
+/// The columns of the table of a region: what is placed, then those of its scores.
 fn columns() -> Vec<String> {
-    let scores = Score::ALL.into_iter().flat_map(|score| {
-        let title = measure::title(score);
-        let worst = measure::has_worst(score).then(|| format!("worst {title}"));
-        [Some(title), worst].into_iter().flatten()
-    });
+    let scores = score_columns(&[None; SCORES]).into_iter().map(|(name, _)| name);
     ["sensors · representation", "poses"].map(String::from).into_iter().chain(scores).collect()
 }
 

@@ -111,16 +111,17 @@ fn meaning(score: Score, moments: usize) -> String {
     }
 }
 
-/// The share of a floor that nothing watches, of its area, the blind part and that of which less than half is watched.
+/// The share of a plan's floor that nothing watches.
 pub(super) fn blind_share([floor, blind, _]: [f64; 3]) -> String {
     percent(blind / floor.max(f64::MIN_POSITIVE))
 }
 
-/// The share of a floor that nothing watches.
-fn blind_floor([floor, blind, hardly]: [f64; 3]) -> BigNumber {
+/// The same as a large number.
+fn blind_floor(floor_m2: [f64; 3]) -> BigNumber {
+    let [floor, blind, _] = floor_m2;
     BigNumber {
         name: "blind floor".into(),
-        value: blind_share([floor, blind, hardly]),
+        value: blind_share(floor_m2),
         meaning: "of the whole plan: nobody is noticed there".into(),
         notes: vec![format!("{blind:.1} of {floor:.1} m²")],
     }
