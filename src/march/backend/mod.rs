@@ -334,6 +334,8 @@ pub struct StageTiming {
     pub dispatches: u64,
     /// Placements or jobs in all these dispatches; a part of one counts as one.
     pub rows: u64,
+    /// Invocations in all of them, those without work included.
+    pub lanes: u64,
 }
 
 /// A backend. Ray tables and a scene are loaded, evidence is cast or uploaded into slots, and fused from there any

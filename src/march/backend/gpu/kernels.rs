@@ -13,8 +13,8 @@ use Binding::{Part, Read, Uniform, Write};
 pub const SHADER_COMPLETION: &str = COMPLETION.text;
 
 /// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the
-/// invocations whose loops did.
-pub const DONE_WORDS: u32 = 2 * Stage::ALL.len() as u32;
+/// invocations whose loops did. Then of each the workgroups that the device asked for itself.
+pub const DONE_WORDS: u32 = 3 * Stage::ALL.len() as u32;
 
 /// How a kernel sees a buffer; bindings are numbered in the order given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

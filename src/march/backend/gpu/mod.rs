@@ -245,8 +245,9 @@ impl Backend for Gpu {
     fn timings(&self) -> Vec<StageTiming> {
         let done = Stage::ALL.into_iter().zip(self.queue.done_by).filter(|(_, done)| done.dispatches > 0);
         let timing = |(stage, done): (Stage, StageDone)| {
-            let StageDone { took, dispatches, rows } = done;
-            StageTiming { stage: stage.name(), took, dispatches, rows }
+            let StageDone { took, dispatches, rows, groups } = done;
+            let lanes = groups * u64::from(WORKGROUP);
+            StageTiming { stage: stage.name(), took, dispatches, rows, lanes }
         };
         done.map(timing).collect()
     }

@@ -46,6 +46,11 @@ pub(super) struct Dispatch {
 }
 
 impl Dispatch {
+    /// How many workgroups it has; none where the device decides.
+    pub(super) fn workgroups(&self) -> u64 {
+        self.groups.map(u64::from).iter().product()
+    }
+
     /// Which head of the list of what `carve_voxels` leaves tells its workgroups, if the device alone knows
     /// how many they are.
     pub(super) fn head(&self) -> Option<u32> {

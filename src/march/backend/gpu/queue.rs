@@ -46,11 +46,14 @@ pub(super) struct StageDone {
     /// Dispatches and their rows: placements or jobs, or parts of them.
     pub(super) dispatches: u64,
     pub(super) rows: u64,
+    /// Their workgroups. Of those that the device asked for itself it tells with its answers.
+    pub(super) groups: u64,
 }
 
 impl StageDone {
     fn add(&mut self, dispatch: &Dispatch) {
         self.dispatches += 1;
+        self.groups += dispatch.workgroups();
         self.rows += u64::from(dispatch.groups[1].max(1));
     }
 }
@@ -163,6 +166,9 @@ impl Queue {
         let InFlight { requested, launched, timed, work, asked } = asked;
         let mut words = self.device.receive(requested)?;
         launched.check(&words[0]).map_err(|e| self.device.at_fault(e))?;
+        for (done, &groups) in self.done_by.iter_mut().zip(&words[0][2 * Stage::ALL.len()..]) {
+            done.groups += u64::from(groups);
+        }
         let mut took = [TimedWork::default(); Stage::ALL.len()];
         for (TimedDispatch { stage, work }, stamps) in timed.iter().zip(words[1].chunks_exact(4)) {
             took[*stage as usize].add(*work, self.clock.time(stamps));
