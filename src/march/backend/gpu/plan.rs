@@ -14,7 +14,7 @@ use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
 use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
 use crate::backend::{Carving, VoxelScene};
 use crate::voxel::BitGrid;
-pub(super) use budget::fits;
+pub(super) use budget::{fits, rays_at_once};
 pub(super) use launched::Launched;
 pub(super) use sizes::{SceneSizes, TableSizes};
 
@@ -247,6 +247,12 @@ fn cut(rows: u32, items: Range<u32>, at_once: u32, per_group: u32) -> Vec<Span> 
         }
     }
     blocks
+}
+
+/// Cuts a list into batches of at most so many, all about as large.
+pub(super) fn batches<T>(list: &[T], most: usize) -> std::slice::Chunks<'_, T> {
+    let count = list.len().div_ceil(most).max(1);
+    list.chunks(list.len().div_ceil(count).max(1))
 }
 
 /// Groups dispatches into submissions, so that none may take longer than its largest dispatch may.

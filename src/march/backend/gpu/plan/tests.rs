@@ -295,6 +295,39 @@ fn placements_are_near_where_near_voxels_are() {
 }
 
 #[test]
+fn a_gpu_gets_large_batches_as_far_as_its_memory_goes() {
+    let scene = voxel(263, &[]);
+    let at_once = |table: &TableSizes, binding: u64| {
+        let adapter = adapter(binding, false);
+        (table.placements_at_once(&scene, &adapter), rays_at_once(&adapter))
+    };
+    let (small, large) = (1 << 27, 1 << 31);
+    // 2 GB, of which a kernel binds 128 MiB at once: 35 times 3.7 MB of ends.
+    assert_eq!(at_once(&camera(), small), (35, 1 << 26));
+    assert_eq!(at_once(&camera(), large), (72, 1 << 26), "as many as a sweep asks for");
+    assert_eq!(at_once(&table(33_475), small), (512, 1 << 26));
+    assert_eq!(at_once(&table(33_475), large), (512, 1 << 26));
+    let wide = SceneSizes { boxes: [30_000, 60_000], ..voxel(263, &[]) };
+    assert_eq!(camera().placements_at_once(&wide, &adapter(large, false)), 34, "2048 heads of 1024 boxes");
+    // All that a camera's batch holds besides evidence, and that.
+    let held = |table: &TableSizes| table.ends_bytes() + table.pyramid_bytes() + table.tiles_bytes();
+    assert!(72 * held(&camera()) < 512 << 20, "{}", 72 * held(&camera()));
+    let slots = scene.slots(&adapter(small, false), None) as u64;
+    assert!(35 * held(&camera()) + slots * 3 * scene.plane_bytes() < 1 << 29, "a quarter of 2 GB");
+}
+
+#[test]
+fn batches_are_about_as_large_as_each_other() {
+    let sizes =
+        |count: usize, most: usize| batches(&vec![0; count], most).map(<[i32]>::len).collect::<Vec<_>>();
+    assert_eq!(sizes(72, 72), [72]);
+    assert_eq!(sizes(72, 64), [36, 36]);
+    assert_eq!(sizes(73, 36), [25, 25, 23]);
+    assert_eq!(sizes(3, 1), [1, 1, 1]);
+    assert_eq!(sizes(0, 64), []);
+}
+
+#[test]
 fn batches_fit_the_binding_and_the_budget() {
     let (software, hardware) = (adapter(1 << 27, true), adapter(1 << 27, false));
     let voxel = voxel(263, &[]);
@@ -303,6 +336,7 @@ fn batches_fit_the_binding_and_the_budget() {
     assert_eq!(at_once(&table(0), &software), 64);
     let camera = table(921_600);
     assert_eq!(at_once(&camera, &software), 18, "18 times 3.7 MB of ends in 64 MiB");
+    assert_eq!(rays_at_once(&software), 1 << 24);
     assert_eq!(at_once(&camera, &hardware), 36, "36 times 3.7 MB of ends in 128 MiB");
     assert_eq!(at_once(&camera, &adapter(1 << 10, true)), 1);
     assert_eq!(
