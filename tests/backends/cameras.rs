@@ -4,7 +4,7 @@
 use crate::common::cases::{self, Case, case};
 use crate::common::{self, Random};
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::gpu::{Gpu, open, shader_source};
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{
     Backend, Carving, Evidence, Fusion, GridPose, Noise, OverTime, Rays, Reading, Shot, VoxelScene,
@@ -61,6 +61,19 @@ fn gpu() -> Option<Gpu> {
     Some(Gpu::new(&common::adapter()?).unwrap_or_else(|e| panic!("{e}")))
 }
 
+/// The adapter as it is, and with the large batches and the kernels of a GPU.
+fn gpus() -> Vec<Gpu> {
+    let Some(adapter) = common::adapter() else { return Vec::new() };
+    let open = || unwrap(open(&adapter));
+    [open(), open().treat_as_gpu()].map(|device| unwrap(Gpu::from_device(device, &shader_source))).into()
+}
+
+/// How often a kernel was dispatched so far, and over how many placements.
+fn dispatched(gpu: &Gpu, kernel: &str) -> [u64; 2] {
+    let timing = gpu.timings().into_iter().find(|timing| timing.stage == kernel);
+    timing.map_or([0; 2], |timing| [timing.dispatches, timing.rows])
+}
+
 #[track_caller]
 fn unwrap<T>(result: perirobot_march::Result<T>) -> T {
     result.unwrap_or_else(|e| panic!("{e}"))
@@ -111,15 +124,17 @@ fn same(case: &Case, expected: &(Vec<Evidence>, Vec<Vec<[u64; COUNTERS]>>), gpu:
 
 #[test]
 fn cameras_equal_the_oracle_either_way() {
-    let Some(mut gpu) = gpu() else { return };
+    let mut gpus = gpus();
     let one = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     let seeds = one.map_or(0..80, |seed: u64| seed..seed + 1);
     for seed in seeds {
         let case = seen(seed);
         let expected = said(&mut Oracle::default(), &case);
-        for carving in [Some(Carving::ByVoxel), Some(Carving::ByRay), None] {
-            gpu.carve_by(carving);
-            same(&case, &expected, &mut gpu, &format!("{carving:?}"));
+        for (gpu, number) in gpus.iter_mut().zip(0..) {
+            for carving in [Some(Carving::ByVoxel), Some(Carving::ByRay), None] {
+                gpu.carve_by(carving);
+                same(&case, &expected, gpu, &format!("{carving:?}, as a GPU: {}", number == 1));
+            }
         }
     }
 }
@@ -242,7 +257,7 @@ fn room(random: &mut Random) -> VoxelScene {
 /// before it. Some have many pixels a voxel, and some few; some are off, and what stands still may be known.
 #[test]
 fn rooms_equal_the_oracle() {
-    let Some(mut gpu) = gpu() else { return };
+    let mut gpus = gpus();
     let one = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     for seed in one.map_or(0..60, |seed: u64| seed..seed + 1) {
         let mut random = Random(seed ^ 0x4003);
@@ -292,11 +307,57 @@ fn rooms_equal_the_oracle() {
         let expected = counts(&mut Oracle::default());
         let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --test backends cameras::rooms");
         assert_eq!(counts(&mut unwrap(Cpu::new(Some(1)))), expected, "the CPU's counts, {rerun}");
-        for carving in [Some(Carving::ByVoxel), None] {
-            gpu.carve_by(carving);
-            assert_eq!(counts(&mut gpu), expected, "the GPU's counts, {carving:?}, {rerun}");
+        for (gpu, number) in gpus.iter_mut().zip(0..) {
+            for carving in [Some(Carving::ByVoxel), None] {
+                gpu.carve_by(carving);
+                let how = format!("{carving:?}, as a GPU: {}", number == 1);
+                assert_eq!(counts(gpu), expected, "the GPU's counts, {how}, {rerun}");
+            }
         }
     }
+    if one.is_none() {
+        gpus.iter().skip(1).for_each(|gpu| assert!(dispatched(gpu, "cast_listed")[1] > 100));
+    }
+}
+
+/// As many cameras as a GPU takes at once, in one batch and one dispatch of each kernel.
+#[test]
+fn a_batch_of_80_cameras_equals_the_cpu() {
+    let Some(mut gpu) = gpus().pop() else { return };
+    let mut random = Random(0x64);
+    let scene = (0..)
+        .map(|_| room(&mut random))
+        .find(|scene| scene.over_time.is_none() && scene.window.size.iter().all(|&n| (16..60).contains(&n)));
+    let scene = scene.expect("some room");
+    let camera = Camera { fov_rad: [1.5, 1.0], resolution_px: [170, 113] };
+    let gates = Gates { range_max_q16: 300 << 16, ..cases::open_gates() };
+    let noise = cases::noise(&mut random);
+    let rays = Rays { dirs_q15: camera.dirs_q15().into(), image: Some(camera.image()), gates, noise };
+    let shots = (0..80).map(|slot| {
+        let around = if slot % 2 == 0 { scene.blockers.window() } else { scene.window };
+        let origin_q16 = [0, 1, 2].map(|r| (around.min[r] << 16) + random.below(around.size[r] << 16) as i32);
+        let axis_q15 = cases::turned(&mut random);
+        Shot::once(slot, GridPose { origin_q16, axis_q15, truly: None, draws: slot })
+    });
+    let shots: Vec<_> = shots.collect();
+    let job =
+        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
+    let jobs: Vec<_> = shots.iter().map(job).collect();
+    let counts = |backend: &mut dyn Backend| {
+        unwrap(backend.tables(std::slice::from_ref(&rays)));
+        unwrap(backend.load(&scene));
+        assert!(backend.slots() >= shots.len());
+        unwrap(backend.sense(0, &shots));
+        let counts = unwrap(backend.score(Fusion::OccupiedWins, &jobs));
+        counts.iter().flatten().map(Confusion::counts).collect::<Vec<_>>()
+    };
+    let expected = counts(&mut unwrap(Cpu::new(Some(2))));
+    gpu.carve_by(Some(Carving::ByVoxel));
+    assert_eq!(counts(&mut gpu), expected, "the GPU's counts, then the CPU's");
+    for kernel in ["see_tiles", "cast_tiles", "cast_listed", "pyramid", "carve_boxes"] {
+        assert_eq!(dispatched(&gpu, kernel), [1, 80], "{kernel}");
+    }
+    assert!(expected.iter().filter(|c| c[3] > 100).count() > 20, "many see free voxels: {expected:?}");
 }
 
 /// Answers come in the order of the questions, each as of when it was asked.

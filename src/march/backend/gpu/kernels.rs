@@ -71,9 +71,11 @@ kernels! {
     /// Which of a camera's tiles see boxes of voxels that matter.
     SeeTiles = SEE_TILES, &[PLACEMENT, PROJECTION, TILES], WORKGROUP, [Uniform Part Uniform Read Read Write Write];
     /// How far a tile's rays go through nothing.
-    CastTiles = CAST_TILES, &[PLACEMENT, PROJECTION, LAYER, TILES], WORKGROUP, [Uniform Part Uniform Read Read Read Read Write Write];
+    CastTiles = CAST_TILES, &[PLACEMENT, PROJECTION, LAYER, TILES], WORKGROUP, [Uniform Part Uniform Read Read Read Read Write Write Write];
     /// How each ray ends, and the endpoints.
-    Cast = CAST, &[PLACEMENT, LAYER, FIRST_HIT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    Cast = CAST, &[PLACEMENT, LAYER, FIRST_HIT, TILES, RAY_END, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    /// The same of plain placements, from lists of the tiles that are open.
+    CastListed = CAST_LISTED, &[PLACEMENT, LAYER, FIRST_HIT, TILES, RAY_END], 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// What blocks of a camera's pixels free at least and at most.
     Pyramid = PYRAMID, &[BLOCKS, TILES], 1, [Uniform Part Uniform Read Write Write];
     /// Which boxes of voxels are decided by the pyramid alone.

@@ -53,6 +53,17 @@ pub(super) fn tiles_of_invocation(most: u32, voxels: u32) -> u32 {
     (ALLOWED / turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS))).min(most)
 }
 
+/// Workgroups of `cast_listed` that go through the open tiles of a placement: enough for the dispatches of few placements, and
+/// few enough for most to find some.
+const LEAST_GROUPS: u32 = 256;
+
+/// So many of them for an image of so many tiles, if no ray goes farther than so many voxels: each searches the blockers of a
+/// ray for each of its tiles.
+pub(super) fn groups_of_lists(tiles: u32, voxels: u32) -> u32 {
+    let turns = ALLOWED / (3 * voxels.min(MAX_RANGE_VOXELS) + 3);
+    tiles.div_ceil(turns).max(LEAST_GROUPS).min(tiles)
+}
+
 /// Most tiles that an invocation of `see_tiles` marks one by one.
 pub(super) const MOST_SEEING: u32 = 4096;
 

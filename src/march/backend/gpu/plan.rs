@@ -8,7 +8,7 @@ mod sizes;
 use std::ops::Range;
 
 use super::kernels::Stage;
-use super::loop_bounds::{TEAMS, tiles_of_invocation};
+use super::loop_bounds::{TEAMS, groups_of_lists, tiles_of_invocation};
 use super::pace::Pace;
 use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
 use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
@@ -71,6 +71,19 @@ pub(super) struct CastBatch {
     pub(super) whole_layer: bool,
     /// Whether no mount is off, and nothing is known of what rays hit.
     pub(super) plain: bool,
+    /// Whether `cast_tiles` lists the tiles that it leaves open.
+    pub(super) lists: bool,
+}
+
+/// A kernel that casts rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Caster {
+    /// For any placement.
+    Any,
+    /// For plain placements, tile by tile.
+    Plain,
+    /// For plain placements, from the lists of open tiles.
+    Listed,
 }
 
 impl CastBatch {
@@ -79,9 +92,13 @@ impl CastBatch {
         self.carving == Carving::ByVoxel
     }
 
-    /// Whether rays are cast by the kernel for plain placements, which only goes tile by tile.
-    pub(super) fn casts_plain(&self) -> bool {
-        self.plain && self.is_tiled()
+    /// The kernel that casts its rays.
+    pub(super) fn caster(&self) -> Caster {
+        match (self.plain && self.is_tiled(), self.lists) {
+            (true, false) => Caster::Plain,
+            (true, true) if !self.everything => Caster::Listed,
+            _ => Caster::Any,
+        }
     }
 }
 
@@ -108,7 +125,14 @@ impl SceneSizes {
         let every_ray = batch.everything as u32;
         let cast = Part { every_ray, tiles, ..Part::default() };
         let items = if batch.is_tiled() { 0..table.rays_of_tiles() } else { 0..table.rays };
-        out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
+        if batch.caster() == Caster::Listed {
+            let groups = groups_of_lists(table.tiles(), farthest);
+            let part = Part { tiles: groups, ..Part::default() };
+            let cost = (u64::from(items.end) * CAST_COST).div_ceil(u64::from(groups.max(1)));
+            out.extend(self.stage(Stage::CastListed, rows, 0..groups, cost, part, pace));
+        } else {
+            out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
+        }
         let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
@@ -210,7 +234,8 @@ pub(super) fn boxes(scene: &VoxelScene) -> (Vec<[u32; 3]>, u32) {
 
 /// Items of a row that one workgroup of a dispatch takes.
 fn per_group(stage: Stage, part: &Part) -> u32 {
-    stage.items_per_group() * part.tiles.max(1)
+    let tiles = if stage == Stage::CastListed { 1 } else { part.tiles.max(1) };
+    stage.items_per_group() * tiles
 }
 
 /// Some items of some rows.

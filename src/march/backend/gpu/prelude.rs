@@ -11,7 +11,9 @@ use super::loop_bounds::{
     MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
 use super::tiles::{BOX_BITS, BOX_EDGE, PYRAMID_LEVELS, TILE};
-use super::types::{ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PlacementWords, REGION_COUNTERS};
+use super::types::{
+    ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, MOST_PLACEMENTS, NO_SLOT, PlacementWords, REGION_COUNTERS,
+};
 use crate::backend::LOG_ODDS;
 use crate::march::{self, deviation};
 use crate::voxel::Bricks;
@@ -56,6 +58,7 @@ pub fn shader_prelude() -> String {
         ("ABREAST", ABREAST),
         ("HEADS", HEADS),
         ("HEAD_WORDS", HEAD_WORDS),
+        ("MOST_PLACEMENTS", MOST_PLACEMENTS),
         ("FARTHEST_READ_Q16", FARTHEST_READ_Q16),
     ];
     for (name, value) in constants {

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::backend::RAYS_AT_ONCE;
 use crate::backend::adapter::AdapterReport;
+use crate::backend::gpu::types::MOST_PLACEMENTS;
 use crate::error::{Argument, Issue, Words};
 
 /// Bytes in the processor's memory and in a GPU's: for the evidence that is kept, and for what a batch needs
@@ -15,7 +16,8 @@ pub(super) const FIRST_HIT_BYTES: DeviceBudget = DeviceBudget { software: 256 <<
 /// Rays and placements of a batch. A GPU works on more at a time than a processor, and launches it as one.
 pub(super) const RAYS_PER_BATCH: DeviceBudget =
     DeviceBudget { software: RAYS_AT_ONCE as u64, hardware: 1 << 26 };
-pub(super) const PLACEMENTS_PER_BATCH: DeviceBudget = DeviceBudget { software: 64, hardware: 512 };
+pub(super) const PLACEMENTS_PER_BATCH: DeviceBudget =
+    DeviceBudget { software: 64, hardware: MOST_PLACEMENTS as u64 };
 
 /// How much of something there may be, by where it is.
 pub(super) struct DeviceBudget {

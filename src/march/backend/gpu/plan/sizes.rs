@@ -11,7 +11,7 @@ use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::gpu::loop_bounds::{last_near_voxels, most_tiles};
 use crate::backend::gpu::tiles::{BOX_EDGE, PYRAMID_LEVELS, TILE, place_of_pixel};
-use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEADS};
+use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEADS, MOST_PLACEMENTS};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::voxel::Bricks;
 
@@ -105,6 +105,11 @@ impl TableSizes {
     /// Bytes of what the tiles of one placement see: two words of all, and of each.
     pub(in crate::backend::gpu) fn tiles_bytes(&self) -> u64 {
         (u64::from(self.tiles()) + 1) * 2 * 4
+    }
+
+    /// Bytes of the lists of tiles of some placements that are left open.
+    pub(in crate::backend::gpu) fn listed_bytes(&self, placements: u32) -> u64 {
+        (u64::from(2 * MOST_PLACEMENTS) + u64::from(placements) * u64::from(self.tiles())) * 4
     }
 
     /// Largest blocks of pixels of one placement's pyramid, which come two by two.

@@ -39,6 +39,7 @@ fn batch(placements: u32, carving: Carving) -> CastBatch {
         carving,
         whole_layer: true,
         plain: false,
+        lists: false,
     }
 }
 
@@ -216,13 +217,38 @@ fn rays_by_tiles_of_plain_placements_are_cast_as_plain() {
         [Carving::ByVoxel, Carving::ByRay].into_iter().flat_map(|c| [(c, false), (c, true)])
     {
         let batch = CastBatch { plain, ..batch(3, carving) };
-        assert_eq!(batch.casts_plain(), plain && carving == Carving::ByVoxel, "{batch:?}");
+        let expected = if plain && carving == Carving::ByVoxel { Caster::Plain } else { Caster::Any };
+        assert_eq!(batch.caster(), expected, "{batch:?}");
     }
     // Images that are not whole tiles are cast in whole ones.
     let image = Image { size_px: [1279, 717], focal_px: [674.4, 649.5] };
     let table = TableSizes { rays: 1279 * 717, image: Some(image), ..camera() };
     let dispatches = voxel(300, &[]).sensing(&table, &batch(3, Carving::ByVoxel), &pace(1));
     covers_once(&dispatches, &pace(1), &[(Stage::Cast, 3 * 921_600), (Stage::CarveRays, 921_600)]);
+}
+
+#[test]
+fn plain_placements_are_cast_from_lists_where_tiles_are_listed() {
+    let plain = CastBatch { plain: true, lists: true, ..batch(64, Carving::ByVoxel) };
+    for (batch, expected) in [
+        (plain, Caster::Listed),
+        (CastBatch { plain: false, ..plain }, Caster::Any),
+        (CastBatch { everything: true, ..plain }, Caster::Any),
+        (CastBatch { carving: Carving::ByRay, ..plain }, Caster::Any),
+    ] {
+        assert_eq!(batch.caster(), expected, "{batch:?}");
+    }
+    for pace in [pace(1), pace(1000)] {
+        let dispatches = voxel(300, &[]).sensing(&camera(), &plain, &pace);
+        covers_once(&dispatches, &pace, &[(Stage::CastListed, 64 * 256), (Stage::Cast, 0)]);
+        // All parts of a row go in the same steps.
+        let listed = dispatches.iter().filter(|d| d.stage == Stage::CastListed);
+        assert!(listed.clone().all(|d| d.part.tiles == 256), "{listed:?}");
+    }
+    let small = Image { size_px: [9, 9], focal_px: [1e3; 2] };
+    let small = TableSizes { rays: 81, image: Some(small), ..camera() };
+    let dispatches = voxel(300, &[]).sensing(&small, &plain, &pace(1));
+    covers_once(&dispatches, &pace(1), &[(Stage::CastListed, 64 * 4)]);
 }
 
 #[test]
@@ -410,18 +436,18 @@ fn a_missing_workgroup_is_noticed_and_named() {
     launched.add(&by_ray);
     let with_people = SceneSizes { body: 130, ..voxel(263, &[(0, 2048)]) };
     launched.add(&with_people.scoring(2, 1, &pace));
-    let groups = [0, 0, 0, 4, 0, 0, 0, 0, 4, 16, 4, 6];
-    let done = |groups: [u32; 12], whole: [u32; 12]| launched.check(&[groups, whole].concat());
+    let groups = [0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 16, 4, 6];
+    let done = |groups: [u32; 13], whole: [u32; 13]| launched.check(&[groups, whole].concat());
     let whole = groups.map(|groups| groups * WORKGROUP);
     assert_eq!(done(groups, whole), Ok(()));
-    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 3, 16, 4, 6], whole).unwrap_err();
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 0, 3, 16, 4, 6], whole).unwrap_err();
     assert!(missing.to_string().contains("3 of 4 workgroups of `carve_rays`"), "{missing}");
-    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 4, 15, 4, 6], whole).unwrap_err();
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 15, 4, 6], whole).unwrap_err();
     assert!(missing.to_string().contains("15 of 16 workgroups of `fuse`"), "{missing}");
-    assert!(done([0, 0, 0, 4, 0, 0, 0, 0, 4, 16, 5, 6], whole).is_err(), "too many is as wrong");
-    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 4, 16, 4, 5], whole).unwrap_err();
+    assert!(done([0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 16, 5, 6], whole).is_err(), "too many is as wrong");
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 16, 4, 5], whole).unwrap_err();
     assert!(missing.to_string().contains("5 of 6 workgroups of `detect`"), "{missing}");
-    let cut = [0, 0, 0, 4 * 64 - 1, 0, 0, 0, 0, 4 * 64, 16 * 64, 4 * 64, 6 * 64];
+    let cut = [0, 0, 0, 4 * 64 - 1, 0, 0, 0, 0, 0, 4 * 64, 16 * 64, 4 * 64, 6 * 64];
     let missing = done(groups, cut).unwrap_err();
     assert!(
         missing.to_string().contains("loops cut short: in 255 of 256 invocations of `cast`"),
