@@ -62,20 +62,20 @@ fn gpu() -> Option<Gpu> {
 }
 
 /// The adapter as it is, and with the large batches and the kernels of a GPU.
-fn gpus() -> Vec<Gpu> {
+pub(super) fn gpus() -> Vec<Gpu> {
     let Some(adapter) = common::adapter() else { return Vec::new() };
     let open = || unwrap(open(&adapter));
     [open(), open().treat_as_gpu()].map(|device| unwrap(Gpu::from_device(device, &shader_source))).into()
 }
 
 /// How often a kernel was dispatched so far, and over how many placements.
-fn dispatched(gpu: &Gpu, kernel: &str) -> [u64; 2] {
+pub(super) fn dispatched(gpu: &Gpu, kernel: &str) -> [u64; 2] {
     let timing = gpu.timings().into_iter().find(|timing| timing.stage == kernel);
     timing.map_or([0; 2], |timing| [timing.dispatches, timing.rows])
 }
 
 #[track_caller]
-fn unwrap<T>(result: perirobot_march::Result<T>) -> T {
+pub(super) fn unwrap<T>(result: perirobot_march::Result<T>) -> T {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -209,7 +209,7 @@ fn large_cameras_equal_the_cpu() {
 }
 
 /// A room with things in it and before its walls, and with windows and small holes in them, or none.
-fn room(random: &mut Random) -> VoxelScene {
+pub(super) fn room(random: &mut Random) -> VoxelScene {
     let more = random.of(&[40, 40, 200]);
     let grid = Window { min: [0; 3], size: [50, 40, 30].map(|n| n + random.below(more)) };
     let mut blockers = BitGrid::full(grid);
@@ -318,46 +318,6 @@ fn rooms_equal_the_oracle() {
     if one.is_none() {
         gpus.iter().skip(1).for_each(|gpu| assert!(dispatched(gpu, "cast_listed")[1] > 100));
     }
-}
-
-/// As many cameras as a GPU takes at once, in one batch and one dispatch of each kernel.
-#[test]
-fn a_batch_of_80_cameras_equals_the_cpu() {
-    let Some(mut gpu) = gpus().pop() else { return };
-    let mut random = Random(0x64);
-    let scene = (0..)
-        .map(|_| room(&mut random))
-        .find(|scene| scene.over_time.is_none() && scene.window.size.iter().all(|&n| (16..60).contains(&n)));
-    let scene = scene.expect("some room");
-    let camera = Camera { fov_rad: [1.5, 1.0], resolution_px: [170, 113] };
-    let gates = Gates { range_max_q16: 300 << 16, ..cases::open_gates() };
-    let noise = cases::noise(&mut random);
-    let rays = Rays { dirs_q15: camera.dirs_q15().into(), image: Some(camera.image()), gates, noise };
-    let shots = (0..80).map(|slot| {
-        let around = if slot % 2 == 0 { scene.blockers.window() } else { scene.window };
-        let origin_q16 = [0, 1, 2].map(|r| (around.min[r] << 16) + random.below(around.size[r] << 16) as i32);
-        let axis_q15 = cases::turned(&mut random);
-        Shot::once(slot, GridPose { origin_q16, axis_q15, truly: None, draws: slot })
-    });
-    let shots: Vec<_> = shots.collect();
-    let job =
-        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
-    let jobs: Vec<_> = shots.iter().map(job).collect();
-    let counts = |backend: &mut dyn Backend| {
-        unwrap(backend.tables(std::slice::from_ref(&rays)));
-        unwrap(backend.load(&scene));
-        assert!(backend.slots() >= shots.len());
-        unwrap(backend.sense(0, &shots));
-        let counts = unwrap(backend.score(Fusion::OccupiedWins, &jobs));
-        counts.iter().flatten().map(Confusion::counts).collect::<Vec<_>>()
-    };
-    let expected = counts(&mut unwrap(Cpu::new(Some(2))));
-    gpu.carve_by(Some(Carving::ByVoxel));
-    assert_eq!(counts(&mut gpu), expected, "the GPU's counts, then the CPU's");
-    for kernel in ["see_tiles", "cast_tiles", "cast_listed", "pyramid", "carve_boxes"] {
-        assert_eq!(dispatched(&gpu, kernel), [1, 80], "{kernel}");
-    }
-    assert!(expected.iter().filter(|c| c[3] > 100).count() > 20, "many see free voxels: {expected:?}");
 }
 
 /// Answers come in the order of the questions, each as of when it was asked.

@@ -69,7 +69,7 @@ kernels! {
     /// What each ray hits first in the still layer.
     StaticHits = STATIC_HITS, &[PLACEMENT, LAYER, FIRST_HIT], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
     /// Which of a camera's tiles see boxes of voxels that matter.
-    SeeTiles = SEE_TILES, &[PLACEMENT, PROJECTION, TILES], WORKGROUP, [Uniform Part Uniform Read Read Write Write];
+    SeeTiles = SEE_TILES, &[PLACEMENT, PROJECTION, TILES], 1, [Uniform Part Uniform Read Read Write Write];
     /// How far a tile's rays go through nothing.
     CastTiles = CAST_TILES, &[PLACEMENT, PROJECTION, LAYER, TILES], WORKGROUP, [Uniform Part Uniform Read Read Read Read Write Write Write];
     /// How each ray ends, and the endpoints.

@@ -8,7 +8,7 @@ mod sizes;
 use std::ops::Range;
 
 use super::kernels::Stage;
-use super::loop_bounds::{TEAMS, groups_of_lists, tiles_of_invocation};
+use super::loop_bounds::{TEAMS, boxes_of_group, groups_of_lists, tiles_of_invocation};
 use super::pace::Pace;
 use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
 use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
@@ -115,7 +115,8 @@ impl SceneSizes {
         // Rays go on together as long as they go through nothing, and only those of tiles that see something that matters.
         if batch.is_tiled() && !batch.everything {
             let seeing = 0..self.boxes[0];
-            out.extend(self.stage(Stage::SeeTiles, rows, seeing, SEE_TILES_COST, Part::default(), pace));
+            let part = Part { tiles: boxes_of_group(batch.lists), ..Part::default() };
+            out.extend(self.stage(Stage::SeeTiles, rows, seeing, SEE_TILES_COST, part, pace));
             let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
             out.extend(self.stage(Stage::CastTiles, rows, 0..table.tiles(), CAST_TILES_COST, part, pace));
         }

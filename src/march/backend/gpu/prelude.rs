@@ -10,7 +10,7 @@ use super::loop_bounds::{
     DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_PIXELS, MOST_ROWS, MOST_SECTIONS,
     MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
-use super::tiles::{BOX_BITS, BOX_EDGE, PYRAMID_LEVELS, TILE};
+use super::tiles::{BOX_BITS, BOX_EDGE, CUBES, PYRAMID_LEVELS, TILE};
 use super::types::{
     ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, MOST_PLACEMENTS, NO_SLOT, PlacementWords, REGION_COUNTERS,
 };
@@ -40,6 +40,7 @@ pub fn shader_prelude() -> String {
         ("NO_SLOT", NO_SLOT),
         ("BRICK_EDGE_LOG2", Bricks::EDGE_LOG2),
         ("BOX_EDGE", BOX_EDGE),
+        ("CUBES", CUBES),
         ("BOX_BITS", BOX_BITS),
         ("LEAST_LEVEL", *PYRAMID_LEVELS.start()),
         ("TILE", TILE),
