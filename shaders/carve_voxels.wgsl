@@ -123,6 +123,7 @@ fn leave(item: u32, number: u32) {
         atomicAdd(&left[head], 1u);
         atomicSub(&done[CARVE_CROWDED], ABREAST);
         atomicSub(&done[KERNELS + CARVE_CROWDED], WORKGROUP * ABREAST);
+        atomicAdd(&done[2u * KERNELS + CARVE_CROWDED], ABREAST);
     }
 }
 

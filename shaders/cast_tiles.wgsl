@@ -24,7 +24,16 @@
 // What `see_tiles` wrote.
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
 @group(0) @binding(7) var<storage, read_write> ends: array<u32>;
-@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
+// The tiles left open, for `cast_listed`.
+@group(0) @binding(8) var<storage, read_write> listed: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
+
+// Whether tiles are listed: on GPUs, whose lanes would wait for others while they look for the next open tile.
+override LISTS: bool = false;
+
+// Of both lists, how many tiles the workgroup adds, and where these begin.
+var<workgroup> added: array<atomic<u32>, 2>;
+var<workgroup> begins: array<u32, 2>;
 
 // Length in voxels of the sections of a cone that are held against blockers one by one.
 const SECTION = 4.0;
@@ -318,6 +327,25 @@ fn word_of(cone: Cone, seen: u32) -> u32 {
     return SENT | u32(clear * 65536.0);
 }
 
+// Lists an invocation's tile if it is open, for all invocations of a workgroup together.
+fn list_tile(row: u32, tile: u32, word: u32, local: u32) {
+    let is_open = (word & SENT) != 0u;
+    let of_layer = (word & SENT_TO_LAYER) != 0u;
+    let list = u32(of_layer);
+    var place = 0u;
+    if is_open {
+        place = atomicAdd(&added[list], 1u);
+    }
+    workgroupBarrier();
+    if local < 2u {
+        begins[local] = atomicAdd(&listed[head_of_lists(row) + local], atomicLoad(&added[local]));
+    }
+    workgroupBarrier();
+    if is_open {
+        atomicStore(&listed[word_of_list(row, begins[list] + place, of_layer)], tile);
+    }
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
@@ -330,6 +358,7 @@ fn main(
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
     let item = part.first + id.x;
+    var word = 0u;
     // No early return: `report` must see every invocation of the group.
     if item < part.end {
         let size = tiles_of_image();
@@ -337,7 +366,7 @@ fn main(
         let seen = max(tiles[start], tiles[start + 1u + item]);
         let tile = vec2<u32>(item % size.x, item / size.x);
         // Of a mount that is off, all rays are cast: they hit elsewhere than they are believed to go.
-        var word = SENT;
+        word = SENT;
         if placement.is_off == 0u {
             word = packed(End(BLIND, 0u));
             if seen != 0u {
@@ -345,6 +374,9 @@ fn main(
             }
         }
         ends[word_of_tile(row, item)] = word;
+    }
+    if LISTS {
+        list_tile(row, item, word, local);
     }
     report(CAST_TILES, local);
 }

@@ -27,6 +27,7 @@ shaders! {
     CARVE_RAYS = "carve_rays";
     CARVE_VOXELS = "carve_voxels";
     CAST = "cast";
+    CAST_LISTED = "cast_listed";
     CAST_TILES = "cast_tiles";
     COMPLETION = "completion";
     COUNT = "count";
@@ -40,6 +41,7 @@ shaders! {
     PLACEMENT = "placement";
     PROJECTION = "projection";
     PYRAMID = "pyramid";
+    RAY_END = "ray_end";
     RUNS = "runs";
     SEE_TILES = "see_tiles";
     STATIC_HITS = "static_hits";

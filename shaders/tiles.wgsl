@@ -36,6 +36,24 @@ fn place_in_tile(pixel: vec2<u32>) -> u32 {
     return (pixel.y >> 1u) * (2u * TILE) + (pixel.x >> 1u) * 4u + (pixel.y & 1u) * 2u + (pixel.x & 1u);
 }
 
+// The pixel of a tile that has a place there.
+fn pixel_at(place: u32) -> vec2<u32> {
+    return vec2<u32>(((place >> 2u) & 3u) * 2u + (place & 1u), (place >> 4u) * 2u + ((place >> 1u) & 1u));
+}
+
+// The word of `listed` with the number of tiles of a placement whose rays are searched for what they hit; the next has that
+// of tiles whose rays are sent to a layer.
+fn head_of_lists(row: u32) -> u32 {
+    return 2u * row;
+}
+
+// The word of `listed` with a tile of either list. They share the room of all tiles: one begins at its end.
+fn word_of_list(row: u32, place: u32, of_layer: bool) -> u32 {
+    let size = tiles_of_image();
+    let tiles = size.x * size.y;
+    return 2u * MOST_PLACEMENTS + row * tiles + select(place, tiles - 1u - place, of_layer);
+}
+
 // Where the ends of a block of two by two pixels are in `ends`, in fours.
 fn four_of_block(row: u32, block: vec2<u32>) -> u32 {
     let tile = block / (TILE / 2u);

@@ -62,7 +62,8 @@ struct Part {
     every_ray: u32,
     // Voxels entered later than that are not marked.
     until_q16: u32,
-    // Of how many tiles an invocation takes a column; 0 where rays do not go by tiles.
+    // Of how many tiles an invocation takes a column; 0 where rays do not go by tiles. In `see_tiles` how
+    // many boxes a workgroup takes, in `cast_listed` how many tiles there are from one of a workgroup to its next.
     tiles: u32,
     // Whether the layer that is bound holds all blockers.
     whole_layer: u32,

@@ -23,6 +23,9 @@ pub(super) struct BackendArgs {
     /// `software` for one that runs on the processor
     #[arg(long, value_name = "INDEX|NAME|software")]
     adapter: Option<AdapterChoice>,
+    /// Give a software adapter the large batches and the kernels of a GPU, to check them without one
+    #[arg(long)]
+    as_gpu: bool,
     /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may
     /// use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
@@ -111,6 +114,7 @@ impl BackendArgs {
             adapter: self.adapter.clone(),
             threads: self.threads.map(usize::from),
             memory_bytes: self.memory,
+            treat_as_gpu: self.as_gpu,
         }
     }
 

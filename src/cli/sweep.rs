@@ -177,13 +177,13 @@ fn tell(report: &RunReport, timings: bool) -> Result<()> {
     ))
 }
 
-/// A line a stage: milliseconds, dispatches, and the placements or jobs that a dispatch has on the mean.
+/// A line a stage: milliseconds, dispatches, the placements or jobs that a dispatch has on the mean, and the lanes of all.
 fn print_timings(timings: &[StageTiming]) {
     if timings.is_empty() {
         say!("this backend does not know what its stages took");
     }
-    for StageTiming { stage, took, dispatches, rows } in timings {
+    for StageTiming { stage, took, dispatches, rows, lanes } in timings {
         let (ms, a_dispatch) = (took.as_secs_f64() * 1e3, *rows as f64 / *dispatches as f64);
-        say!("{stage:>14} {ms:10.1} ms {dispatches:>7} dispatches of {a_dispatch:.1} rows");
+        say!("{stage:>14} {ms:10.1} ms {dispatches:>7} dispatches of {a_dispatch:.1} rows, {lanes} lanes");
     }
 }

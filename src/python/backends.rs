@@ -46,7 +46,7 @@ fn choice((backend, adapter, threads): &BackendWords) -> Result<BackendChoice> {
         return Err(Issue::value("threads", threads.to_string(), wanted).into());
     }
     let threads = threads.map(|threads| threads as usize);
-    Ok(BackendChoice { kind, adapter: adapter.transpose()?, threads, memory_bytes: None })
+    Ok(BackendChoice { kind, adapter: adapter.transpose()?, threads, ..BackendChoice::default() })
 }
 
 /// The backends of a study that were used last.

@@ -4,7 +4,7 @@
 use crate::common::cases::{self, Case, case};
 use crate::common::{self, Random};
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_march::backend::gpu::Gpu;
+use perirobot_march::backend::gpu::{Gpu, open, shader_source};
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{
     Backend, Carving, Evidence, Fusion, GridPose, Noise, OverTime, Rays, Reading, Shot, VoxelScene,
@@ -61,8 +61,21 @@ fn gpu() -> Option<Gpu> {
     Some(Gpu::new(&common::adapter()?).unwrap_or_else(|e| panic!("{e}")))
 }
 
+/// The adapter as it is, and with the large batches and the kernels of a GPU.
+pub(super) fn gpus() -> Vec<Gpu> {
+    let Some(adapter) = common::adapter() else { return Vec::new() };
+    let open = || unwrap(open(&adapter));
+    [open(), open().treat_as_gpu()].map(|device| unwrap(Gpu::from_device(device, &shader_source))).into()
+}
+
+/// How often a kernel was dispatched so far, and over how many placements.
+pub(super) fn dispatched(gpu: &Gpu, kernel: &str) -> [u64; 2] {
+    let timing = gpu.timings().into_iter().find(|timing| timing.stage == kernel);
+    timing.map_or([0; 2], |timing| [timing.dispatches, timing.rows])
+}
+
 #[track_caller]
-fn unwrap<T>(result: perirobot_march::Result<T>) -> T {
+pub(super) fn unwrap<T>(result: perirobot_march::Result<T>) -> T {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -111,15 +124,17 @@ fn same(case: &Case, expected: &(Vec<Evidence>, Vec<Vec<[u64; COUNTERS]>>), gpu:
 
 #[test]
 fn cameras_equal_the_oracle_either_way() {
-    let Some(mut gpu) = gpu() else { return };
+    let mut gpus = gpus();
     let one = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     let seeds = one.map_or(0..80, |seed: u64| seed..seed + 1);
     for seed in seeds {
         let case = seen(seed);
         let expected = said(&mut Oracle::default(), &case);
-        for carving in [Some(Carving::ByVoxel), Some(Carving::ByRay), None] {
-            gpu.carve_by(carving);
-            same(&case, &expected, &mut gpu, &format!("{carving:?}"));
+        for (gpu, number) in gpus.iter_mut().zip(0..) {
+            for carving in [Some(Carving::ByVoxel), Some(Carving::ByRay), None] {
+                gpu.carve_by(carving);
+                same(&case, &expected, gpu, &format!("{carving:?}, as a GPU: {}", number == 1));
+            }
         }
     }
 }
@@ -194,7 +209,7 @@ fn large_cameras_equal_the_cpu() {
 }
 
 /// A room with things in it and before its walls, and with windows and small holes in them, or none.
-fn room(random: &mut Random) -> VoxelScene {
+pub(super) fn room(random: &mut Random) -> VoxelScene {
     let more = random.of(&[40, 40, 200]);
     let grid = Window { min: [0; 3], size: [50, 40, 30].map(|n| n + random.below(more)) };
     let mut blockers = BitGrid::full(grid);
@@ -242,7 +257,7 @@ fn room(random: &mut Random) -> VoxelScene {
 /// before it. Some have many pixels a voxel, and some few; some are off, and what stands still may be known.
 #[test]
 fn rooms_equal_the_oracle() {
-    let Some(mut gpu) = gpu() else { return };
+    let mut gpus = gpus();
     let one = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     for seed in one.map_or(0..60, |seed: u64| seed..seed + 1) {
         let mut random = Random(seed ^ 0x4003);
@@ -292,10 +307,16 @@ fn rooms_equal_the_oracle() {
         let expected = counts(&mut Oracle::default());
         let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --test backends cameras::rooms");
         assert_eq!(counts(&mut unwrap(Cpu::new(Some(1)))), expected, "the CPU's counts, {rerun}");
-        for carving in [Some(Carving::ByVoxel), None] {
-            gpu.carve_by(carving);
-            assert_eq!(counts(&mut gpu), expected, "the GPU's counts, {carving:?}, {rerun}");
+        for (gpu, number) in gpus.iter_mut().zip(0..) {
+            for carving in [Some(Carving::ByVoxel), None] {
+                gpu.carve_by(carving);
+                let how = format!("{carving:?}, as a GPU: {}", number == 1);
+                assert_eq!(counts(gpu), expected, "the GPU's counts, {how}, {rerun}");
+            }
         }
+    }
+    if one.is_none() {
+        gpus.iter().skip(1).for_each(|gpu| assert!(dispatched(gpu, "cast_listed")[1] > 100));
     }
 }
 

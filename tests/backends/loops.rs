@@ -190,12 +190,17 @@ fn each_loop_that_is_cut_is_found_in_the_same_batch() {
     let cases: Vec<_> = (0..24).map(of_seed).chain(empty).chain(halls).collect();
     let of_oracle = |case: &Case| counts(&mut Oracle::default(), case).unwrap_or_else(|e| panic!("{e}"));
     let expected: Vec<_> = cases.iter().map(of_oracle).collect();
-    let mut gpu = Gpu::new(&adapter).unwrap_or_else(|e| panic!("{e}"));
-    for carving in [Carving::ByVoxel, Carving::ByRay] {
+    // Tiles are listed on a GPU only.
+    let opened = |listed: bool, source: &dyn Fn(Stage) -> String| {
+        let device = open(&adapter)?;
+        Gpu::from_device(if listed { device.treat_as_gpu() } else { device }, source)
+    };
+    for (carving, listed) in [(Carving::ByVoxel, false), (Carving::ByRay, false), (Carving::ByVoxel, true)] {
+        let mut gpu = opened(listed, &shader_source).unwrap_or_else(|e| panic!("{e}"));
         gpu.carve_by(Some(carving));
         for (case, expected) in cases.iter().zip(&expected) {
             let found = counts(&mut gpu, case).unwrap_or_else(|e| panic!("{e}"));
-            assert!(found == *expected, "case {}, {carving:?}: with whole loops", case.seed);
+            assert!(found == *expected, "case {}, {carving:?}, listed {listed}: with whole loops", case.seed);
         }
     }
     for stage in Stage::ALL {
@@ -204,7 +209,8 @@ fn each_loop_that_is_cut_is_found_in_the_same_batch() {
         for (number, head) in heads(&shader_source(stage)).into_iter().enumerate().skip(uncalled) {
             let place = format!("loop {number} of `{}`", stage.name());
             let source = |s: Stage| if s == stage { cut(&shader_source(s), head) } else { shader_source(s) };
-            let mut gpu = Gpu::with_sources(&adapter, &source).unwrap_or_else(|e| panic!("{place}: {e}"));
+            let listed = stage == Stage::CastListed;
+            let mut gpu = opened(listed, &source).unwrap_or_else(|e| panic!("{place}: {e}"));
             let mut found = 0;
             // Rays free voxels near a camera, by tiles, and where all is carved by them.
             let carvings = [Carving::ByVoxel, Carving::ByRay];

@@ -766,7 +766,7 @@ impl BackendFactory for Cutting {
             );
             assert_eq!(
                 cut != whole,
-                [Stage::StaticHits, Stage::Cast].contains(&stage),
+                [Stage::StaticHits, Stage::Cast, Stage::CastListed].contains(&stage),
                 "the loop of first hits"
             );
             cut.replace("var hit = NO_HIT;", "var hit = NO_HIT;\n    var turns = 0u;")

@@ -104,7 +104,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
         for of_sensor in wanted.chunk_by(|(a, _), (b, _)| a[0] == b[0]) {
             let [sensor, ..] = of_sensor[0].0;
             let rays = self.tables[sensor].as_ref().map_or(1, |table| table.dirs_q15.len().max(1));
-            let most = (BatchSize::FULL.rays / rays).clamp(1, self.backend.slots().max(1));
+            let most = (BatchSize::FULL.rays_on(self.backend) / rays).clamp(1, self.backend.slots().max(1));
             for some in of_sensor.chunks(most) {
                 let slots: Vec<Slot> = (0..some.len() as Slot).collect();
                 let shots =

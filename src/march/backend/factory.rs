@@ -36,6 +36,8 @@ pub struct BackendChoice {
     pub threads: Option<usize>,
     /// Memory for evidence and first hits; `None` for the backend's default.
     pub memory_bytes: Option<u64>,
+    /// Whether a software adapter gets the large batches and the kernels of a GPU, for checks.
+    pub treat_as_gpu: bool,
 }
 
 impl BackendChoice {
@@ -92,7 +94,12 @@ impl BackendChoice {
     fn gpu(&self) -> Result<Box<dyn Backend + Send>> {
         let adapter = self.adapter.as_ref().unwrap_or(&AdapterChoice::Hardware);
         // A driver that panics has failed.
-        let gpu = crate::error::catch_panic(|| Gpu::new(adapter)).map_err(|error| match error {
+        let opened = crate::error::catch_panic(|| {
+            let device = super::gpu::open(adapter)?;
+            let device = if self.treat_as_gpu { device.treat_as_gpu() } else { device };
+            Gpu::from_device(device, &super::gpu::shader_source)
+        });
+        let gpu = opened.map_err(|error| match error {
             Error::Bug(issue) => Error::Device(issue),
             other => other,
         })?;

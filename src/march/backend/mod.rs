@@ -323,6 +323,9 @@ pub const LOG_ODDS: std::ops::RangeInclusive<i32> = -2000..=3511;
 /// memory of any machine that sweeps. Half of it is for evidence.
 pub const MEMORY_BYTES: u64 = 512 << 20;
 
+/// Rays that a call of [`Backend::sense`] casts, as far as that keeps a processor busy: those of some twenty cameras.
+pub const RAYS_AT_ONCE: usize = 1 << 24;
+
 /// What a stage of a backend's work took so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StageTiming {
@@ -334,6 +337,8 @@ pub struct StageTiming {
     pub dispatches: u64,
     /// Placements or jobs in all these dispatches; a part of one counts as one.
     pub rows: u64,
+    /// Invocations in all of them, those without work included.
+    pub lanes: u64,
 }
 
 /// A backend. Ray tables and a scene are loaded, evidence is cast or uploaded into slots, and fused from there any
@@ -358,6 +363,11 @@ pub trait Backend {
 
     /// How many placements' first hits in the still layer can be kept at once; 0 if the scene has no such layer.
     fn first_hit_slots(&self) -> usize;
+
+    /// How many rays of one call of [`Backend::sense`] keep the device busy.
+    fn rays_at_once(&self) -> usize {
+        RAYS_AT_ONCE
+    }
 
     /// Casts a table's rays from placements; what each proves replaces what its slot held. No slot comes twice.
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()>;

@@ -21,16 +21,21 @@ use perirobot_study::world::World;
 pub struct BatchSize {
     /// Jobs: a choice in one representation is one.
     pub jobs: usize,
-    /// Rays to be cast.
+    /// Rays to be cast, or fewer if those keep the backend busy.
     pub rays: usize,
 }
 
 impl BatchSize {
-    /// Enough jobs to keep any device busy; rays of some twenty cameras, so that a progress bar moves.
-    pub const FULL: BatchSize = BatchSize { jobs: 4096, rays: 1 << 24 };
+    /// Enough to keep any device busy.
+    pub const FULL: BatchSize = BatchSize { jobs: 4096, rays: usize::MAX };
 
     /// For a device that failed at more: about one camera.
     pub const SMALL: BatchSize = BatchSize { jobs: 256, rays: 1 << 20 };
+
+    /// The rays of a batch on a backend.
+    pub fn rays_on(&self, backend: &dyn Backend) -> usize {
+        self.rays.min(backend.rays_at_once())
+    }
 }
 
 /// A sensor at a candidate, in one repeat; sensors without noise say the same in all of them.
@@ -104,6 +109,7 @@ impl<'a> Store<'a> {
         let mut wanted = HashSet::new();
         let (mut missing, mut count, mut room) = (Vec::new(), 0, self.slots);
         let (mut jobs, mut rays) = (0, 0);
+        let most_rays = self.batch.rays_on(backend);
         for pose_choice in pose_choices {
             let mut new: Vec<EvidenceKey> = self.keys(pose_choice, repeat).collect();
             new.retain(|key| !wanted.contains(key));
@@ -114,7 +120,7 @@ impl<'a> Store<'a> {
             let table =
                 |key: &EvidenceKey| self.tables[key.sensor].as_ref().map_or(0, |table| table.dirs_q15.len());
             rays += lacking().map(table).sum::<usize>();
-            if slots > room || (count > 0 && (jobs > self.batch.jobs || rays > self.batch.rays)) {
+            if slots > room || (count > 0 && (jobs > self.batch.jobs || rays > most_rays)) {
                 break;
             }
             room -= slots;

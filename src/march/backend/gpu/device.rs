@@ -20,8 +20,10 @@ const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
 /// An open adapter. Failures of the driver are kept as they come and reported by the next call that can fail.
 pub struct GpuDevice {
-    /// What was opened.
+    /// What was opened; of a software adapter that is treated as a GPU, that of such a GPU.
     pub report: AdapterReport,
+    /// What it is called in messages and manifests.
+    pub(super) label: String,
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     failure: Arc<Mutex<Option<String>>>,
@@ -85,7 +87,8 @@ pub fn open(choice: &AdapterChoice) -> Result<GpuDevice> {
         }
     });
     let closing = Closing(Some((device.clone(), queue.clone())));
-    Ok(GpuDevice { report: report.clone(), device, queue, failure, patience: PATIENCE, _closing: closing })
+    let (report, label) = (report.clone(), report.label());
+    Ok(GpuDevice { report, label, device, queue, failure, patience: PATIENCE, _closing: closing })
 }
 
 /// Keeps the first failure: those that follow are mostly its consequences.
@@ -96,6 +99,15 @@ fn keep(failure: &Mutex<Option<String>>, message: String) {
 }
 
 impl GpuDevice {
+    /// The same device, given the large batches and the kernels of a GPU even if it is a software adapter.
+    pub fn treat_as_gpu(mut self) -> Self {
+        if self.report.software {
+            self.report.software = false;
+            self.report.device_type = "DiscreteGpu".into();
+        }
+        self
+    }
+
     /// What went wrong since the last check, if anything.
     pub(crate) fn check(&self) -> Result<()> {
         let failed = self.failure.lock().map_or(None, |mut kept| kept.take());
@@ -109,7 +121,7 @@ impl GpuDevice {
 
     /// The same of what is known in more detail.
     pub(super) fn at_fault(&self, issue: Issue) -> Error {
-        Error::Device(issue.with_place(format!("adapter {}", self.report.label())))
+        Error::Device(issue.with_place(format!("adapter {}", self.label)))
     }
 
     /// A buffer of `bytes`; at least one word, since an empty one cannot be bound.

@@ -13,8 +13,8 @@ use Binding::{Part, Read, Uniform, Write};
 pub const SHADER_COMPLETION: &str = COMPLETION.text;
 
 /// Words that prove that kernels ran to their ends: of each stage, the workgroups that did, then of each the
-/// invocations whose loops did.
-pub const DONE_WORDS: u32 = 2 * Stage::ALL.len() as u32;
+/// invocations whose loops did. Then of each the workgroups that the device asked for itself.
+pub const DONE_WORDS: u32 = 3 * Stage::ALL.len() as u32;
 
 /// How a kernel sees a buffer; bindings are numbered in the order given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,11 +69,13 @@ kernels! {
     /// What each ray hits first in the still layer.
     StaticHits = STATIC_HITS, &[PLACEMENT, LAYER, FIRST_HIT], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write];
     /// Which of a camera's tiles see boxes of voxels that matter.
-    SeeTiles = SEE_TILES, &[PLACEMENT, PROJECTION, TILES], WORKGROUP, [Uniform Part Uniform Read Read Write Write];
+    SeeTiles = SEE_TILES, &[PLACEMENT, PROJECTION, TILES], 1, [Uniform Part Uniform Read Read Write Write];
     /// How far a tile's rays go through nothing.
-    CastTiles = CAST_TILES, &[PLACEMENT, PROJECTION, LAYER, TILES], WORKGROUP, [Uniform Part Uniform Read Read Read Read Write Write];
+    CastTiles = CAST_TILES, &[PLACEMENT, PROJECTION, LAYER, TILES], WORKGROUP, [Uniform Part Uniform Read Read Read Read Write Write Write];
     /// How each ray ends, and the endpoints.
-    Cast = CAST, &[PLACEMENT, LAYER, FIRST_HIT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    Cast = CAST, &[PLACEMENT, LAYER, FIRST_HIT, TILES, RAY_END, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
+    /// The same of plain placements, from lists of the tiles that are open.
+    CastListed = CAST_LISTED, &[PLACEMENT, LAYER, FIRST_HIT, TILES, RAY_END], 1, [Uniform Part Uniform Read Read Read Read Read Write Write Write];
     /// What blocks of a camera's pixels free at least and at most.
     Pyramid = PYRAMID, &[BLOCKS, TILES], 1, [Uniform Part Uniform Read Write Write];
     /// Which boxes of voxels are decided by the pyramid alone.

@@ -216,6 +216,8 @@ pub(super) struct BufferPool {
     pub(super) placements: GrowingBuffer,
     pub(super) ends: GrowingBuffer,
     pub(super) tiles: GrowingBuffer,
+    /// The tiles that `cast_tiles` leaves open.
+    pub(super) listed: GrowingBuffer,
     pub(super) pyramid: GrowingBuffer,
     pub(super) undecided: GrowingBuffer,
     /// What `carve_voxels` leaves to `carve_crowded`: heads, then voxels.
@@ -243,6 +245,7 @@ impl BufferPool {
             placements: GrowingBuffer::storage("placements"),
             ends: GrowingBuffer::storage("ends"),
             tiles: GrowingBuffer::storage("tiles"),
+            listed: GrowingBuffer::storage("listed"),
             pyramid: GrowingBuffer::storage("pyramid"),
             undecided: GrowingBuffer::storage("undecided"),
             left: GrowingBuffer::indirect("left"),

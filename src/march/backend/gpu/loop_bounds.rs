@@ -14,7 +14,7 @@
 //! `carve_boxes` and `count` make some hundred turns. What the others do is bounded below. That no loop was
 //! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
-use super::tiles::{BOX_EDGE, TILE};
+use super::tiles::{BOX_EDGE, CUBES, TILE};
 use crate::backend::Image;
 use crate::march::{MAX_RANGE_VOXELS, deviation};
 
@@ -53,11 +53,32 @@ pub(super) fn tiles_of_invocation(most: u32, voxels: u32) -> u32 {
     (ALLOWED / turns_of_tile(3 * voxels.min(MAX_RANGE_VOXELS))).min(most)
 }
 
-/// Most tiles that an invocation of `see_tiles` marks one by one.
-pub(super) const MOST_SEEING: u32 = 4096;
+/// Workgroups of `cast_listed` that go through the open tiles of a placement: enough for the dispatches of few placements, and
+/// few enough for most to find some.
+const LEAST_GROUPS: u32 = 256;
 
-// It marks those that see a box, then those that see near voxels of it, for which it asks the box's cubes of two.
-const _: () = assert!(2 * (MOST_SEEING + 1) + ((BOX_EDGE / 2).pow(3) + 1) <= ALLOWED);
+/// So many of them for an image of so many tiles, if no ray goes farther than so many voxels: each searches the blockers of a
+/// ray for each of its tiles.
+pub(super) fn groups_of_lists(tiles: u32, voxels: u32) -> u32 {
+    let turns = ALLOWED / (3 * voxels.min(MAX_RANGE_VOXELS) + 3);
+    tiles.div_ceil(turns).max(LEAST_GROUPS).min(tiles)
+}
+
+/// Boxes of a workgroup of `see_tiles`: all at once on a software adapter, which pays for each projection, and few on a GPU,
+/// so that there are enough workgroups.
+pub(super) const fn boxes_of_group(is_gpu: bool) -> u32 {
+    if is_gpu { 8 } else { WORKGROUP }
+}
+
+/// Most tiles of a rectangle that a workgroup of `see_tiles` marks one by one.
+pub(super) const MOST_SEEING: u32 = 2048;
+
+// All of its invocations together mark a rectangle of each box, and two of each of its cubes. Each asks the cubes of two of its
+// own cubes, in as many rounds.
+const _: () = assert!(
+    WORKGROUP * (1 + 2 * CUBES) * (MOST_SEEING / WORKGROUP + 2) + CUBES * ((BOX_EDGE / 4).pow(3) + 2)
+        < ALLOWED
+);
 
 /// What an invocation of `cast_tiles` does at most: leaps and sections of a cone, rows of a section, layers
 /// that may lie across it, and how many of them are looked at.

@@ -69,8 +69,13 @@ impl Gpu {
 
     /// The same with kernels from other sources, for tests.
     pub fn with_sources(choice: &AdapterChoice, source: &dyn Fn(Stage) -> String) -> Result<Gpu> {
+        Gpu::from_device(open(choice)?, source)
+    }
+
+    /// Compiles the kernels for a device that is open.
+    pub fn from_device(device: GpuDevice, source: &dyn Fn(Stage) -> String) -> Result<Gpu> {
         Ok(Gpu {
-            queue: Queue::new(open(choice)?, source)?,
+            queue: Queue::new(device, source)?,
             memory_bytes: None,
             room: BufferPool::new(),
             tables: Vec::new(),
@@ -120,7 +125,7 @@ impl Backend for Gpu {
     }
 
     fn device(&self) -> String {
-        self.queue.device.report.label()
+        self.queue.device.label.clone()
     }
 
     fn tables(&mut self, tables: &[Rays]) -> Result<()> {
@@ -165,15 +170,21 @@ impl Backend for Gpu {
         self.kept.held.len()
     }
 
+    fn rays_at_once(&self) -> usize {
+        plan::rays_at_once(&self.queue.device.report)
+    }
+
     fn sense(&mut self, table: usize, shots: &[Shot]) -> Result<()> {
         log::debug!("gpu: casts table of rays {table} from {} poses", shots.len());
         let report = self.queue.device.report.clone();
         let rays = &self.table(table)?.sizes;
         let voxel = &self.loaded.as_ref().ok_or_else(no_scene)?.sizes;
-        let at_once = rays.placements_at_once(voxel, &report);
+        let most = rays.placements_at_once(voxel, &report);
         let (kept, once): (Vec<Shot>, Vec<Shot>) = shots.iter().partition(|shot| shot.first_hits.is_some());
-        for batch in kept.chunks(at_once).chain(once.chunks(at_once)) {
-            self.sense_batch(table, batch, false)?;
+        for some in [kept, once] {
+            for batch in plan::batches(&some, most) {
+                self.sense_batch(table, batch, false)?;
+            }
         }
         self.queue.device.check()
     }
@@ -245,8 +256,9 @@ impl Backend for Gpu {
     fn timings(&self) -> Vec<StageTiming> {
         let done = Stage::ALL.into_iter().zip(self.queue.done_by).filter(|(_, done)| done.dispatches > 0);
         let timing = |(stage, done): (Stage, StageDone)| {
-            let StageDone { took, dispatches, rows } = done;
-            StageTiming { stage: stage.name(), took, dispatches, rows }
+            let StageDone { took, dispatches, rows, groups } = done;
+            let lanes = groups * u64::from(WORKGROUP);
+            StageTiming { stage: stage.name(), took, dispatches, rows, lanes }
         };
         done.map(timing).collect()
     }

@@ -8,13 +8,13 @@ mod sizes;
 use std::ops::Range;
 
 use super::kernels::Stage;
-use super::loop_bounds::{TEAMS, tiles_of_invocation};
+use super::loop_bounds::{TEAMS, boxes_of_group, groups_of_lists, tiles_of_invocation};
 use super::pace::Pace;
 use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
 use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
 use crate::backend::{Carving, VoxelScene};
 use crate::voxel::BitGrid;
-pub(super) use budget::fits;
+pub(super) use budget::{fits, rays_at_once};
 pub(super) use launched::Launched;
 pub(super) use sizes::{SceneSizes, TableSizes};
 
@@ -46,6 +46,11 @@ pub(super) struct Dispatch {
 }
 
 impl Dispatch {
+    /// How many workgroups it has; none where the device decides.
+    pub(super) fn workgroups(&self) -> u64 {
+        self.groups.map(u64::from).iter().product()
+    }
+
     /// Which head of the list of what `carve_voxels` leaves tells its workgroups, if the device alone knows
     /// how many they are.
     pub(super) fn head(&self) -> Option<u32> {
@@ -66,6 +71,19 @@ pub(super) struct CastBatch {
     pub(super) whole_layer: bool,
     /// Whether no mount is off, and nothing is known of what rays hit.
     pub(super) plain: bool,
+    /// Whether `cast_tiles` lists the tiles that it leaves open.
+    pub(super) lists: bool,
+}
+
+/// A kernel that casts rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Caster {
+    /// For any placement.
+    Any,
+    /// For plain placements, tile by tile.
+    Plain,
+    /// For plain placements, from the lists of open tiles.
+    Listed,
 }
 
 impl CastBatch {
@@ -74,9 +92,13 @@ impl CastBatch {
         self.carving == Carving::ByVoxel
     }
 
-    /// Whether rays are cast by the kernel for plain placements, which only goes tile by tile.
-    pub(super) fn casts_plain(&self) -> bool {
-        self.plain && self.is_tiled()
+    /// The kernel that casts its rays.
+    pub(super) fn caster(&self) -> Caster {
+        match (self.plain && self.is_tiled(), self.lists) {
+            (true, false) => Caster::Plain,
+            (true, true) if !self.everything => Caster::Listed,
+            _ => Caster::Any,
+        }
     }
 }
 
@@ -93,7 +115,8 @@ impl SceneSizes {
         // Rays go on together as long as they go through nothing, and only those of tiles that see something that matters.
         if batch.is_tiled() && !batch.everything {
             let seeing = 0..self.boxes[0];
-            out.extend(self.stage(Stage::SeeTiles, rows, seeing, SEE_TILES_COST, Part::default(), pace));
+            let part = Part { tiles: boxes_of_group(batch.lists), ..Part::default() };
+            out.extend(self.stage(Stage::SeeTiles, rows, seeing, SEE_TILES_COST, part, pace));
             let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
             out.extend(self.stage(Stage::CastTiles, rows, 0..table.tiles(), CAST_TILES_COST, part, pace));
         }
@@ -103,7 +126,14 @@ impl SceneSizes {
         let every_ray = batch.everything as u32;
         let cast = Part { every_ray, tiles, ..Part::default() };
         let items = if batch.is_tiled() { 0..table.rays_of_tiles() } else { 0..table.rays };
-        out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
+        if batch.caster() == Caster::Listed {
+            let groups = groups_of_lists(table.tiles(), farthest);
+            let part = Part { tiles: groups, ..Part::default() };
+            let cost = (u64::from(items.end) * CAST_COST).div_ceil(u64::from(groups.max(1)));
+            out.extend(self.stage(Stage::CastListed, rows, 0..groups, cost, part, pace));
+        } else {
+            out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
+        }
         let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
             let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
             let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
@@ -205,7 +235,8 @@ pub(super) fn boxes(scene: &VoxelScene) -> (Vec<[u32; 3]>, u32) {
 
 /// Items of a row that one workgroup of a dispatch takes.
 fn per_group(stage: Stage, part: &Part) -> u32 {
-    stage.items_per_group() * part.tiles.max(1)
+    let tiles = if stage == Stage::CastListed { 1 } else { part.tiles.max(1) };
+    stage.items_per_group() * tiles
 }
 
 /// Some items of some rows.
@@ -242,6 +273,12 @@ fn cut(rows: u32, items: Range<u32>, at_once: u32, per_group: u32) -> Vec<Span> 
         }
     }
     blocks
+}
+
+/// Cuts a list into batches of at most so many, all about as large.
+pub(super) fn batches<T>(list: &[T], most: usize) -> std::slice::Chunks<'_, T> {
+    let count = list.len().div_ceil(most).max(1);
+    list.chunks(list.len().div_ceil(count).max(1))
 }
 
 /// Groups dispatches into submissions, so that none may take longer than its largest dispatch may.

@@ -10,8 +10,10 @@ use super::loop_bounds::{
     DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_PIXELS, MOST_ROWS, MOST_SECTIONS,
     MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
-use super::tiles::{BOX_BITS, BOX_EDGE, PYRAMID_LEVELS, TILE};
-use super::types::{ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, NO_SLOT, PlacementWords, REGION_COUNTERS};
+use super::tiles::{BOX_BITS, BOX_EDGE, CUBES, PYRAMID_LEVELS, TILE};
+use super::types::{
+    ABREAST, FARTHEST_READ_Q16, HEAD_WORDS, HEADS, MOST_PLACEMENTS, NO_SLOT, PlacementWords, REGION_COUNTERS,
+};
 use crate::backend::LOG_ODDS;
 use crate::march::{self, deviation};
 use crate::voxel::Bricks;
@@ -38,6 +40,7 @@ pub fn shader_prelude() -> String {
         ("NO_SLOT", NO_SLOT),
         ("BRICK_EDGE_LOG2", Bricks::EDGE_LOG2),
         ("BOX_EDGE", BOX_EDGE),
+        ("CUBES", CUBES),
         ("BOX_BITS", BOX_BITS),
         ("LEAST_LEVEL", *PYRAMID_LEVELS.start()),
         ("TILE", TILE),
@@ -56,6 +59,7 @@ pub fn shader_prelude() -> String {
         ("ABREAST", ABREAST),
         ("HEADS", HEADS),
         ("HEAD_WORDS", HEAD_WORDS),
+        ("MOST_PLACEMENTS", MOST_PLACEMENTS),
         ("FARTHEST_READ_Q16", FARTHEST_READ_Q16),
     ];
     for (name, value) in constants {

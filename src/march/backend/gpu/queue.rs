@@ -18,8 +18,8 @@ use crate::Result;
 pub(super) struct Queue {
     /// A pipeline a stage.
     pipelines: Vec<Pipeline>,
-    /// `cast` once more, for plain placements.
-    plain_cast: Pipeline,
+    /// `cast` once more, for plain placements; none where tiles are listed.
+    plain_cast: Option<Pipeline>,
     /// Bytes from one dispatch's [`Part`] to the next.
     part_stride: u32,
     parts: GrowingBuffer,
@@ -46,11 +46,14 @@ pub(super) struct StageDone {
     /// Dispatches and their rows: placements or jobs, or parts of them.
     pub(super) dispatches: u64,
     pub(super) rows: u64,
+    /// Their workgroups. Of those that the device asked for itself it tells with its answers.
+    pub(super) groups: u64,
 }
 
 impl StageDone {
     fn add(&mut self, dispatch: &Dispatch) {
         self.dispatches += 1;
+        self.groups += dispatch.workgroups();
         self.rows += u64::from(dispatch.groups[1].max(1));
     }
 }
@@ -70,8 +73,13 @@ impl Queue {
         let compiled = |stage: Stage, overrides: &[(&str, f64)]| {
             Pipeline::new(&device, stage.name(), source(stage), stage.bindings(), overrides)
         };
-        let pipelines = Stage::ALL.into_iter().map(|stage| compiled(stage, &[])).collect::<Result<_>>()?;
-        let plain_cast = compiled(Stage::Cast, &[("PLAIN", 1.0)])?;
+        let lists = !device.report.software;
+        let usual = |stage: Stage| match stage {
+            Stage::CastTiles => compiled(stage, &[("LISTS", lists.into())]),
+            _ => compiled(stage, &[]),
+        };
+        let pipelines = Stage::ALL.into_iter().map(usual).collect::<Result<_>>()?;
+        let plain_cast = (!lists).then(|| compiled(Stage::Cast, &[("PLAIN", 1.0)])).transpose()?;
         let alignment = device.device.limits().min_uniform_buffer_offset_alignment;
         Ok(Queue {
             part_stride: alignment.max(size_of::<Part>() as u32),
@@ -104,9 +112,15 @@ impl Queue {
         self.bind(stage, &self.pipelines[stage as usize], uniforms, storage)
     }
 
-    /// The pass of `cast` for plain placements, over the same buffers as for others.
+    /// Whether `cast_tiles` lists the tiles that it leaves open.
+    pub(super) fn lists(&self) -> bool {
+        self.plain_cast.is_none()
+    }
+
+    /// The pass of `cast` for plain placements, if there is one, over the same buffers as for others.
     pub(super) fn plain_cast(&self, uniforms: &[&wgpu::Buffer], storage: &[&wgpu::Buffer]) -> Pass {
-        self.bind(Stage::Cast, &self.plain_cast, uniforms, storage)
+        let usual = &self.pipelines[Stage::Cast as usize];
+        self.bind(Stage::Cast, self.plain_cast.as_ref().unwrap_or(usual), uniforms, storage)
     }
 
     fn bind(
@@ -163,6 +177,9 @@ impl Queue {
         let InFlight { requested, launched, timed, work, asked } = asked;
         let mut words = self.device.receive(requested)?;
         launched.check(&words[0]).map_err(|e| self.device.at_fault(e))?;
+        for (done, &groups) in self.done_by.iter_mut().zip(&words[0][2 * Stage::ALL.len()..]) {
+            done.groups += u64::from(groups);
+        }
         let mut took = [TimedWork::default(); Stage::ALL.len()];
         for (TimedDispatch { stage, work }, stamps) in timed.iter().zip(words[1].chunks_exact(4)) {
             took[*stage as usize].add(*work, self.clock.time(stamps));

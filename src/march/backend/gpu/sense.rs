@@ -44,6 +44,7 @@ impl Gpu {
             carving: carving.filter(|_| table.sizes.has_tiles()).unwrap_or(sizes.carving(&table.sizes)),
             whole_layer: others.is_none(),
             plain: shots.iter().all(|shot| shot.first_hits.is_none() && shot.placement.truly.is_none()),
+            lists: queue.lists(),
         };
         let dispatches = sizes.sensing(&table.sizes, &batch, &queue.pace);
         let words: Vec<_> = near.into_iter().chain(far).map(PlacementWords::from).collect();
@@ -53,13 +54,13 @@ impl Gpu {
         let layer = others.unwrap_or(&loaded.blockers);
         let passes = SensePasses { queue, uniforms, loaded, table, layer, rays: &rays };
         let passes = match batch.carving {
-            Carving::ByRay => vec![passes.cast(batch.casts_plain()), passes.carve_rays()],
+            Carving::ByRay => vec![passes.cast(batch.caster()), passes.carve_rays()],
             Carving::ByVoxel => {
                 let voxels = VoxelBuffers::new(&passes, room, &mut encoder, &dispatches);
                 vec![
                     passes.see_tiles(),
                     passes.cast_tiles(),
-                    passes.cast(batch.casts_plain()),
+                    passes.cast(batch.caster()),
                     passes.carve_rays(),
                     passes.build_pyramid(&voxels),
                     passes.carve_boxes(&voxels),

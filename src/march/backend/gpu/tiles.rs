@@ -4,6 +4,9 @@
 /// Voxels along the edge of the boxes that are decided whole; a row of one is in one word of a plane.
 pub(super) const BOX_EDGE: u32 = 8;
 
+/// Cubes of a box that are looked for in an image, half as large on each axis.
+pub(super) const CUBES: u32 = 8;
+
 /// Bits of a box's number, a third of them an axis: 1023 voxels are 128 boxes.
 pub(super) const BOX_BITS: u32 = 21;
 

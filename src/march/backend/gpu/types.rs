@@ -16,6 +16,9 @@ pub const HEADS: u32 = 2048;
 /// Words of a head: the workgroups that `carve_crowded` needs (x, y, z), and the voxels that are left.
 pub const HEAD_WORDS: u32 = 4;
 
+/// Most placements of a batch.
+pub const MOST_PLACEMENTS: u32 = 512;
+
 /// Most boxes of a dispatch of `carve_voxels`: the list of what it leaves holds all of their voxels.
 pub const BOXES_AT_ONCE: u32 = 16_320;
 
@@ -157,7 +160,8 @@ pub struct Part {
     pub every_ray: u32,
     /// Voxels entered later than that are not marked.
     pub until_q16: u32,
-    /// Of how many tiles an invocation takes a column; 0 where rays do not go by tiles.
+    /// Of how many tiles an invocation takes a column; 0 where rays do not go by tiles. In `see_tiles` how
+    /// many boxes a workgroup takes, in `cast_listed` how many tiles there are from one of a workgroup to its next.
     pub tiles: u32,
     /// Whether the layer that is bound holds all blockers.
     pub whole_layer: u32,

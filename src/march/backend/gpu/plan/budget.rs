@@ -1,7 +1,9 @@
 //! How much an adapter holds at once.
 
 use crate::Result;
+use crate::backend::RAYS_AT_ONCE;
 use crate::backend::adapter::AdapterReport;
+use crate::backend::gpu::types::MOST_PLACEMENTS;
 use crate::error::{Argument, Issue, Words};
 
 /// Bytes in the processor's memory and in a GPU's: for the evidence that is kept, and for what a batch needs
@@ -11,6 +13,12 @@ pub(super) const BATCH_BYTES: DeviceBudget = DeviceBudget { software: 64 << 20, 
 /// The same of first hits in a still layer.
 pub(super) const FIRST_HIT_BYTES: DeviceBudget = DeviceBudget { software: 256 << 20, hardware: 4 << 30 };
 
+/// Rays and placements of a batch. A GPU works on more at a time than a processor, and launches it as one.
+pub(super) const RAYS_PER_BATCH: DeviceBudget =
+    DeviceBudget { software: RAYS_AT_ONCE as u64, hardware: 1 << 26 };
+pub(super) const PLACEMENTS_PER_BATCH: DeviceBudget =
+    DeviceBudget { software: 64, hardware: MOST_PLACEMENTS as u64 };
+
 /// How much of something there may be, by where it is.
 pub(super) struct DeviceBudget {
     pub(super) software: u64,
@@ -18,7 +26,7 @@ pub(super) struct DeviceBudget {
 }
 
 impl DeviceBudget {
-    fn limit(&self, adapter: &AdapterReport) -> u64 {
+    pub(super) fn limit(&self, adapter: &AdapterReport) -> u64 {
         if adapter.software { self.software } else { self.hardware }
     }
 
@@ -27,6 +35,11 @@ impl DeviceBudget {
         let largest = bytes.iter().max().copied().unwrap_or(0);
         (self.limit(adapter) / bytes.iter().sum::<u64>().max(1)).min(binding(adapter) / largest.max(1))
     }
+}
+
+/// How many rays a batch may have.
+pub(in crate::backend::gpu) fn rays_at_once(adapter: &AdapterReport) -> usize {
+    RAYS_PER_BATCH.limit(adapter) as usize
 }
 
 /// The largest buffer that an adapter binds.

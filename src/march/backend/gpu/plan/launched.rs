@@ -14,7 +14,7 @@ impl Launched {
     /// Dispatches were submitted.
     pub(in crate::backend::gpu) fn add(&mut self, dispatches: &[Dispatch]) {
         for dispatch in dispatches {
-            self.0[dispatch.stage as usize] += dispatch.groups[0] as u64 * dispatch.groups[1] as u64;
+            self.0[dispatch.stage as usize] += dispatch.workgroups();
         }
     }
 

@@ -2,21 +2,21 @@
 
 use std::ops::Range;
 
-use super::budget::{BATCH_BYTES, DeviceBudget, EVIDENCE_BYTES, FIRST_HIT_BYTES, fits};
+use super::budget::{
+    BATCH_BYTES, DeviceBudget, EVIDENCE_BYTES, FIRST_HIT_BYTES, PLACEMENTS_PER_BATCH, RAYS_PER_BATCH, fits,
+};
 use super::{CARVE_BOXES_COST, CARVE_VOXELS_COST, PYRAMID_COST};
 use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::gpu::loop_bounds::{last_near_voxels, most_tiles};
 use crate::backend::gpu::tiles::{BOX_EDGE, PYRAMID_LEVELS, TILE, place_of_pixel};
-use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEADS};
+use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEADS, MOST_PLACEMENTS};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::voxel::Bricks;
 
 /// Pixels of whole tiles beyond which rays are numbered past what floats hold.
 const MOST_IMAGE_PIXELS: u64 = 1 << 24;
-/// Placements of a batch: more would not make the dispatches any larger.
-const PLACEMENTS_PER_BATCH: u64 = 64;
 /// Boxes that a dispatch of `carve_voxels` can be given on any adapter.
 const LEAST_BOXES: u32 = 1024;
 /// Jobs of a batch.
@@ -107,6 +107,11 @@ impl TableSizes {
         (u64::from(self.tiles()) + 1) * 2 * 4
     }
 
+    /// Bytes of the lists of tiles of some placements that are left open.
+    pub(in crate::backend::gpu) fn listed_bytes(&self, placements: u32) -> u64 {
+        (u64::from(2 * MOST_PLACEMENTS) + u64::from(placements) * u64::from(self.tiles())) * 4
+    }
+
     /// Largest blocks of pixels of one placement's pyramid, which come two by two.
     pub(super) fn largest_blocks(&self) -> u32 {
         4 * self.blocks(*PYRAMID_LEVELS.end() + 1)
@@ -120,7 +125,7 @@ impl TableSizes {
     }
 
     /// How many placements go in a batch: as many as the budget and a binding hold the ends of, and the
-    /// boxes, at least one.
+    /// boxes, and no more rays than keep the device busy; at least one.
     pub(in crate::backend::gpu) fn placements_at_once(
         &self,
         scene: &SceneSizes,
@@ -130,7 +135,9 @@ impl TableSizes {
         let bytes = self.ends_bytes().max(pyramid).max(scene.undecided_bytes(1));
         // On a slow adapter a dispatch takes few boxes, and there are so many dispatches at most.
         let boxes = (HEADS * LEAST_BOXES) as u64 / u64::from(scene.boxes[1].max(1));
-        BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).clamp(1, PLACEMENTS_PER_BATCH) as usize
+        let rays = RAYS_PER_BATCH.limit(adapter) / u64::from(self.rays.max(1));
+        let most = PLACEMENTS_PER_BATCH.limit(adapter);
+        BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).min(rays).clamp(1, most) as usize
     }
 
     /// How many placements' first hits in a still layer are kept.

@@ -39,6 +39,7 @@ fn batch(placements: u32, carving: Carving) -> CastBatch {
         carving,
         whole_layer: true,
         plain: false,
+        lists: false,
     }
 }
 
@@ -216,13 +217,38 @@ fn rays_by_tiles_of_plain_placements_are_cast_as_plain() {
         [Carving::ByVoxel, Carving::ByRay].into_iter().flat_map(|c| [(c, false), (c, true)])
     {
         let batch = CastBatch { plain, ..batch(3, carving) };
-        assert_eq!(batch.casts_plain(), plain && carving == Carving::ByVoxel, "{batch:?}");
+        let expected = if plain && carving == Carving::ByVoxel { Caster::Plain } else { Caster::Any };
+        assert_eq!(batch.caster(), expected, "{batch:?}");
     }
     // Images that are not whole tiles are cast in whole ones.
     let image = Image { size_px: [1279, 717], focal_px: [674.4, 649.5] };
     let table = TableSizes { rays: 1279 * 717, image: Some(image), ..camera() };
     let dispatches = voxel(300, &[]).sensing(&table, &batch(3, Carving::ByVoxel), &pace(1));
     covers_once(&dispatches, &pace(1), &[(Stage::Cast, 3 * 921_600), (Stage::CarveRays, 921_600)]);
+}
+
+#[test]
+fn plain_placements_are_cast_from_lists_where_tiles_are_listed() {
+    let plain = CastBatch { plain: true, lists: true, ..batch(64, Carving::ByVoxel) };
+    for (batch, expected) in [
+        (plain, Caster::Listed),
+        (CastBatch { plain: false, ..plain }, Caster::Any),
+        (CastBatch { everything: true, ..plain }, Caster::Any),
+        (CastBatch { carving: Carving::ByRay, ..plain }, Caster::Any),
+    ] {
+        assert_eq!(batch.caster(), expected, "{batch:?}");
+    }
+    for pace in [pace(1), pace(1000)] {
+        let dispatches = voxel(300, &[]).sensing(&camera(), &plain, &pace);
+        covers_once(&dispatches, &pace, &[(Stage::CastListed, 64 * 256), (Stage::Cast, 0)]);
+        // All parts of a row go in the same steps.
+        let listed = dispatches.iter().filter(|d| d.stage == Stage::CastListed);
+        assert!(listed.clone().all(|d| d.part.tiles == 256), "{listed:?}");
+    }
+    let small = Image { size_px: [9, 9], focal_px: [1e3; 2] };
+    let small = TableSizes { rays: 81, image: Some(small), ..camera() };
+    let dispatches = voxel(300, &[]).sensing(&small, &plain, &pace(1));
+    covers_once(&dispatches, &pace(1), &[(Stage::CastListed, 64 * 4)]);
 }
 
 #[test]
@@ -295,6 +321,39 @@ fn placements_are_near_where_near_voxels_are() {
 }
 
 #[test]
+fn a_gpu_gets_large_batches_as_far_as_its_memory_goes() {
+    let scene = voxel(263, &[]);
+    let at_once = |table: &TableSizes, binding: u64| {
+        let adapter = adapter(binding, false);
+        (table.placements_at_once(&scene, &adapter), rays_at_once(&adapter))
+    };
+    let (small, large) = (1 << 27, 1 << 31);
+    // 2 GB, of which a kernel binds 128 MiB at once: 35 times 3.7 MB of ends.
+    assert_eq!(at_once(&camera(), small), (35, 1 << 26));
+    assert_eq!(at_once(&camera(), large), (72, 1 << 26), "as many as a sweep asks for");
+    assert_eq!(at_once(&table(33_475), small), (512, 1 << 26));
+    assert_eq!(at_once(&table(33_475), large), (512, 1 << 26));
+    let wide = SceneSizes { boxes: [30_000, 60_000], ..voxel(263, &[]) };
+    assert_eq!(camera().placements_at_once(&wide, &adapter(large, false)), 34, "2048 heads of 1024 boxes");
+    // All that a camera's batch holds besides evidence, and that.
+    let held = |table: &TableSizes| table.ends_bytes() + table.pyramid_bytes() + table.tiles_bytes();
+    assert!(72 * held(&camera()) < 512 << 20, "{}", 72 * held(&camera()));
+    let slots = scene.slots(&adapter(small, false), None) as u64;
+    assert!(35 * held(&camera()) + slots * 3 * scene.plane_bytes() < 1 << 29, "a quarter of 2 GB");
+}
+
+#[test]
+fn batches_are_about_as_large_as_each_other() {
+    let sizes =
+        |count: usize, most: usize| batches(&vec![0; count], most).map(<[i32]>::len).collect::<Vec<_>>();
+    assert_eq!(sizes(72, 72), [72]);
+    assert_eq!(sizes(72, 64), [36, 36]);
+    assert_eq!(sizes(73, 36), [25, 25, 23]);
+    assert_eq!(sizes(3, 1), [1, 1, 1]);
+    assert_eq!(sizes(0, 64), []);
+}
+
+#[test]
 fn batches_fit_the_binding_and_the_budget() {
     let (software, hardware) = (adapter(1 << 27, true), adapter(1 << 27, false));
     let voxel = voxel(263, &[]);
@@ -303,6 +362,7 @@ fn batches_fit_the_binding_and_the_budget() {
     assert_eq!(at_once(&table(0), &software), 64);
     let camera = table(921_600);
     assert_eq!(at_once(&camera, &software), 18, "18 times 3.7 MB of ends in 64 MiB");
+    assert_eq!(rays_at_once(&software), 1 << 24);
     assert_eq!(at_once(&camera, &hardware), 36, "36 times 3.7 MB of ends in 128 MiB");
     assert_eq!(at_once(&camera, &adapter(1 << 10, true)), 1);
     assert_eq!(
@@ -376,18 +436,18 @@ fn a_missing_workgroup_is_noticed_and_named() {
     launched.add(&by_ray);
     let with_people = SceneSizes { body: 130, ..voxel(263, &[(0, 2048)]) };
     launched.add(&with_people.scoring(2, 1, &pace));
-    let groups = [0, 0, 0, 4, 0, 0, 0, 0, 4, 16, 4, 6];
-    let done = |groups: [u32; 12], whole: [u32; 12]| launched.check(&[groups, whole].concat());
+    let groups = [0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 16, 4, 6];
+    let done = |groups: [u32; 13], whole: [u32; 13]| launched.check(&[groups, whole].concat());
     let whole = groups.map(|groups| groups * WORKGROUP);
     assert_eq!(done(groups, whole), Ok(()));
-    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 3, 16, 4, 6], whole).unwrap_err();
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 0, 3, 16, 4, 6], whole).unwrap_err();
     assert!(missing.to_string().contains("3 of 4 workgroups of `carve_rays`"), "{missing}");
-    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 4, 15, 4, 6], whole).unwrap_err();
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 15, 4, 6], whole).unwrap_err();
     assert!(missing.to_string().contains("15 of 16 workgroups of `fuse`"), "{missing}");
-    assert!(done([0, 0, 0, 4, 0, 0, 0, 0, 4, 16, 5, 6], whole).is_err(), "too many is as wrong");
-    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 4, 16, 4, 5], whole).unwrap_err();
+    assert!(done([0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 16, 5, 6], whole).is_err(), "too many is as wrong");
+    let missing = done([0, 0, 0, 4, 0, 0, 0, 0, 0, 4, 16, 4, 5], whole).unwrap_err();
     assert!(missing.to_string().contains("5 of 6 workgroups of `detect`"), "{missing}");
-    let cut = [0, 0, 0, 4 * 64 - 1, 0, 0, 0, 0, 4 * 64, 16 * 64, 4 * 64, 6 * 64];
+    let cut = [0, 0, 0, 4 * 64 - 1, 0, 0, 0, 0, 0, 4 * 64, 16 * 64, 4 * 64, 6 * 64];
     let missing = done(groups, cut).unwrap_err();
     assert!(
         missing.to_string().contains("loops cut short: in 255 of 256 invocations of `cast`"),

@@ -3,10 +3,10 @@
 use crate::backend::gpu::kernels::Stage;
 use crate::backend::gpu::loaded::{BufferPool, DeviceScene, DeviceTable};
 use crate::backend::gpu::pass::Pass;
-use crate::backend::gpu::plan::Dispatch;
+use crate::backend::gpu::plan::{Caster, Dispatch};
 use crate::backend::gpu::queue::Queue;
 use crate::backend::gpu::tiles::BOX_EDGE;
-use crate::backend::gpu::types::{ABREAST, HEADS, PlacementWords};
+use crate::backend::gpu::types::{ABREAST, HEADS, MOST_PLACEMENTS, PlacementWords};
 
 /// What all passes of a batch share.
 pub(super) struct SensePasses<'a> {
@@ -31,6 +31,8 @@ pub(super) struct RayBuffers {
     pub(super) ends: wgpu::Buffer,
     /// What the tiles of images see.
     tiles: wgpu::Buffer,
+    /// The tiles that are left open.
+    listed: wgpu::Buffer,
 }
 
 /// What a batch needs besides to decide which voxels the pixels of cameras free.
@@ -58,6 +60,9 @@ impl RayBuffers {
             first_hits,
             ends: room.ends.hold(device, rows * table.sizes.ends_bytes()),
             tiles: room.tiles.hold(device, rows * table.sizes.tiles_bytes()),
+            listed: room
+                .listed
+                .hold(device, if queue.lists() { table.sizes.listed_bytes(rows as u32) } else { 0 }),
         }
     }
 }
@@ -73,6 +78,7 @@ impl VoxelBuffers {
         let SensePasses { queue, loaded, table, rays, .. } = passes;
         let (device, rows) = (&queue.device, u64::from(rays.count));
         encoder.clear_buffer(&rays.tiles, 0, Some(rows * table.sizes.tiles_bytes()));
+        encoder.clear_buffer(&rays.listed, 0, queue.lists().then_some(u64::from(2 * MOST_PLACEMENTS) * 4));
         let pyramid = room.pyramid.hold(device, rows * table.sizes.pyramid_bytes());
         // What no tile of the image writes is a block of pixels that free nothing.
         encoder.clear_buffer(&pyramid, 0, Some(rows * table.sizes.pyramid_bytes()));
@@ -94,18 +100,18 @@ impl SensePasses<'_> {
     }
 
     pub(super) fn cast_tiles(&self) -> Pass {
-        let RayBuffers { placements, ends, tiles, .. } = self.rays;
-        self.pass(Stage::CastTiles, &[placements, &self.table.dirs, self.layer, tiles, ends])
+        let RayBuffers { placements, ends, tiles, listed, .. } = self.rays;
+        self.pass(Stage::CastTiles, &[placements, &self.table.dirs, self.layer, tiles, ends, listed])
     }
 
-    /// By the kernel for plain placements, or for any.
-    pub(super) fn cast(&self, plain: bool) -> Pass {
-        let RayBuffers { placements, first_hits, ends, .. } = self.rays;
+    pub(super) fn cast(&self, caster: Caster) -> Pass {
+        let RayBuffers { placements, first_hits, ends, listed, .. } = self.rays;
         let DeviceTable { dirs, noise, .. } = self.table;
-        let storage = [placements, dirs, noise, self.layer, first_hits, ends, &self.loaded.ended];
-        match plain {
-            true => self.queue.plain_cast(&self.uniforms, &storage),
-            false => self.pass(Stage::Cast, &storage),
+        let over = |known| [placements, dirs, noise, self.layer, known, ends, &self.loaded.ended];
+        match caster {
+            Caster::Any => self.pass(Stage::Cast, &over(first_hits)),
+            Caster::Plain => self.queue.plain_cast(&self.uniforms, &over(first_hits)),
+            Caster::Listed => self.pass(Stage::CastListed, &over(listed)),
         }
     }
 
