@@ -63,6 +63,16 @@ impl BackendArgs {
         ChosenBackends::open(&self.check()?).map(warn_if_unused)
     }
 
+    /// Does other work while the backend is opened on a thread of its own. If that work fails, its error counts.
+    pub(super) fn backends_after<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<(T, ChosenBackends)> {
+        std::thread::scope(|threads| {
+            let opening = threads.spawn(|| ChosenBackends::open(&self.check()?));
+            let done = work();
+            let opened = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            Ok((done?, opened.map(warn_if_unused)?))
+        })
+    }
+
     /// What `bench` measures besides the oracle.
     pub(super) fn contenders(&self) -> Result<Vec<Contender>> {
         let contenders = bench::contenders(&self.choice())?;

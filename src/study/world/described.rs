@@ -1,7 +1,6 @@
 //! What the manifest says of a world: its grid, regions and baselines, and hashes of all that decides its
 //! counts, by which the same study is known again.
 
-use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -13,7 +12,7 @@ use crate::sensor::{self, Setting};
 use perirobot_march::backend::GridPose;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::objects::spec::SceneVariant;
-use perirobot_scene::source::sha256;
+use perirobot_scene::source::{little_endian, sha256};
 use perirobot_scene::truth::Truth;
 
 /// The entry of a world in the manifest. Values that are not needed to read a sweep back may be missing
@@ -211,17 +210,7 @@ pub(super) fn describe(study: &Study, world: &mut World, known: &KnownHashes) ->
 /// Hash of a plane: its window (min and size, little-endian i32) and its words.
 fn plane_sha256(plane: &BitGrid) -> String {
     let window = plane.window();
-    let corner: Vec<u8> = window.min.iter().flat_map(|m| m.to_le_bytes()).collect();
-    let size: Vec<u8> = window.size.iter().flat_map(|n| n.to_le_bytes()).collect();
-    sha256([corner.as_slice(), &size, &little_endian(plane.words())])
-}
-
-/// The bytes of words, as they are in the memory of most machines.
-fn little_endian(words: &[u32]) -> Cow<'_, [u8]> {
-    match cfg!(target_endian = "little") {
-        true => bytemuck::cast_slice(words).into(),
-        false => words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<_>>().into(),
-    }
+    sha256([&*little_endian(&window.min), &little_endian(&window.size), &little_endian(plane.words())])
 }
 
 /// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.
@@ -237,6 +226,5 @@ fn keypoints_sha256(truth: &Truth) -> String {
 
 fn placements_sha256(placements: impl Iterator<Item = GridPose>) -> String {
     let numbers = placements.flat_map(|p| p.origin_q16.into_iter().chain(p.axis_q15.into_iter().flatten()));
-    let bytes: Vec<u8> = numbers.flat_map(i32::to_le_bytes).collect();
-    sha256([bytes.as_slice()])
+    sha256([&*little_endian(&numbers.collect::<Vec<i32>>())])
 }

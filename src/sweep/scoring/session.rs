@@ -90,7 +90,8 @@ impl<'a> Session<'a> {
         }
         let folder = OutputFolder::open(path)?;
         folder.spare(&study.sources, &[])?;
-        let mut manifest = Manifest::new(study, worlds, shard, command);
+        let poses_csv = columns::poses_csv(study, &worlds[0]);
+        let mut manifest = Manifest::with_poses(study, worlds, &poses_csv, shard, command);
         let header = JournalHeader {
             fingerprint: manifest.fingerprint(),
             shard,
@@ -134,7 +135,7 @@ impl<'a> Session<'a> {
                 (locked.begin(header)?, Done::new(&layout, places.clone()), 0)
             }
         };
-        folder.write("poses.csv", &columns::poses_csv(study, &worlds[0]))?;
+        folder.write("poses.csv", &poses_csv)?;
         folder.write(MANIFEST, &manifest.bytes())?;
         let pose_choices = layout.all_choices().skip(places.start).take(places.len()).collect();
         Ok(Session { study, worlds, folder, layout, pose_choices, journal, manifest, done, damaged })

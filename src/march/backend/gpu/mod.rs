@@ -150,7 +150,7 @@ impl Backend for Gpu {
             (sizes, body_words),
             boxes,
             memory_bytes,
-            &self.kept,
+            &mut self.kept,
             &mut self.room,
         ));
         log::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());
