@@ -42,6 +42,32 @@ impl DeviceTable {
     }
 }
 
+/// What the host makes of a scene for the device.
+pub(super) struct HostScene {
+    /// The lowest voxels of the boxes that the window is decided in, those of the regions first.
+    pub(super) boxes: Vec<[u32; 3]>,
+    /// How many boxes are those of the regions.
+    pub(super) wanted: u32,
+    pub(super) body_words: BodyWords,
+    /// The words of the blockers that are not in the still layer; of all where there is none.
+    layer: Vec<u32>,
+}
+
+impl HostScene {
+    pub(super) fn new(scene: &VoxelScene) -> HostScene {
+        let (boxes, wanted) = super::plan::boxes(scene);
+        let layer = match scene.over_time.as_deref() {
+            None => layer_words(&scene.blockers),
+            Some(OverTime { always: still, .. }) => {
+                let mut moving = BitGrid::clone(&scene.blockers);
+                moving.remove(still);
+                layer_words(&moving)
+            }
+        };
+        HostScene { boxes, wanted, body_words: BodyWords::new(scene), layer }
+    }
+}
+
 /// A scene on the device.
 pub(super) struct DeviceScene {
     pub(super) window: Window,
@@ -72,24 +98,27 @@ pub(super) struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Uploads a scene of these sizes and boxes.
+    /// Uploads a scene of these sizes.
     pub(super) fn new(
         device: &GpuDevice,
         scene: &VoxelScene,
-        (sizes, body_words): (SceneSizes, BodyWords),
-        (boxes, wanted): (&[[u32; 3]], u32),
+        (sizes, HostScene { boxes, wanted, body_words, layer }): (SceneSizes, HostScene),
         memory_bytes: Option<u64>,
         kept: &mut FirstHitCache,
         room: &mut BufferPool,
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
-        let layers = |OverTime { always: still, .. }: &OverTime| {
-            let mut moving = BitGrid::clone(&scene.blockers);
-            moving.remove(still);
-            [kept.still_layer(device, still), device.upload("moving", &layer_words(&moving))]
+        let all = LazyLayer { blockers: scene.blockers.clone(), buffer: OnceCell::new() };
+        let layers = match scene.over_time.as_deref() {
+            None => {
+                all.buffer.get_or_init(|| device.upload("blockers", &layer));
+                None
+            }
+            Some(OverTime { always: still, .. }) => {
+                Some([kept.still_layer(device, still), device.upload("moving", &layer)])
+            }
         };
-        let layers = scene.over_time.as_deref().map(layers);
         let bits = BOX_BITS / 3;
         let number = |corner: &[u32; 3]| {
             let [x, y, z] = corner.map(|c| c / BOX_EDGE);
@@ -100,7 +129,7 @@ impl DeviceScene {
             window: scene.window,
             setup: GrowingBuffer::uniform("setup")
                 .fill(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
-            blockers: LazyLayer { blockers: scene.blockers.clone(), buffer: OnceCell::new() },
+            blockers: all,
             layers,
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
             corners: boxes[..wanted as usize].iter().map(in_grid).collect(),
