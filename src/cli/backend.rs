@@ -20,9 +20,9 @@ pub(super) struct BackendArgs {
     #[arg(long, value_enum, default_value = "auto")]
     backend: BackendWord,
     /// A Vulkan adapter for the GPU backend: its number or a part of its name (see `perirobot devices`), or
-    /// `software` for one that runs on the processor
-    #[arg(long, value_name = "INDEX|NAME|software")]
-    adapter: Option<AdapterChoice>,
+    /// `software` for one that runs on the processor. Several, with commas between them, share a sweep
+    #[arg(long, value_name = "INDEX|NAME|software,...")]
+    adapter: Vec<String>,
     /// Give a software adapter the large batches and the kernels of a GPU, to check them without one
     #[arg(long)]
     as_gpu: bool,
@@ -66,9 +66,20 @@ impl BackendArgs {
         ChosenBackends::open(&self.check()?).map(warn_if_unused)
     }
 
+    /// Does other work while the backend is opened on a thread of its own. If that work fails, its error counts.
+    /// Several adapters may be named.
+    pub(super) fn backends_after<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<(T, ChosenBackends)> {
+        std::thread::scope(|threads| {
+            let opening = threads.spawn(|| ChosenBackends::open(&self.choice()?));
+            let done = work();
+            let opened = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            Ok((done?, opened.map(warn_if_unused)?))
+        })
+    }
+
     /// What `bench` measures besides the oracle.
     pub(super) fn contenders(&self) -> Result<Vec<Contender>> {
-        let contenders = bench::contenders(&self.choice())?;
+        let contenders = bench::contenders(&self.choice()?.for_one_device()?)?;
         self.tell_of_gpu(contenders.iter().any(|contender| contender.backend.name() == "gpu"), "measured");
         Ok(contenders)
     }
@@ -87,7 +98,7 @@ impl BackendArgs {
 
     /// The CPU that checks what a device counts.
     pub(super) fn cpu_beside(&self) -> Result<Cpu> {
-        self.choice().cpu()
+        self.choice()?.cpu()
     }
 
     /// Bytes for evidence, if the user said how many.
@@ -102,20 +113,33 @@ impl BackendArgs {
         }
     }
 
-    fn choice(&self) -> BackendChoice {
+    /// The choice, if its arguments fit each other.
+    fn choice(&self) -> Result<BackendChoice> {
+        let mut adapters = self.adapter.iter().map(|names| AdapterChoice::parse_list(names));
+        let adapters = adapters.try_fold(Vec::new(), |all, names| Ok::<_, Error>([all, names?].concat()))?;
+        if matches!(self.backend, BackendWord::Cpu | BackendWord::Oracle) {
+            for (flag, is_given) in [("--adapter", !adapters.is_empty()), ("--as-gpu", self.as_gpu)] {
+                if is_given {
+                    return Err(Issue::says(format!("{flag} belongs to --backend gpu (or auto)")).into());
+                }
+            }
+        }
+
         let kind = match self.backend {
             BackendWord::Auto => BackendKind::Auto,
             BackendWord::Cpu => BackendKind::Cpu,
             BackendWord::Gpu => BackendKind::Gpu,
             BackendWord::Oracle => BackendKind::Oracle,
         };
-        BackendChoice {
+        let mut adapters = adapters.into_iter();
+        Ok(BackendChoice {
             kind,
-            adapter: self.adapter.clone(),
+            adapter: adapters.next(),
+            others: adapters.collect(),
             threads: self.threads.map(usize::from),
             memory_bytes: self.memory,
             treat_as_gpu: self.as_gpu,
-        }
+        })
     }
 
     /// The choice itself, for those who open it later.
@@ -124,12 +148,9 @@ impl BackendArgs {
         self.check()
     }
 
-    /// The choice, if its arguments fit each other.
+    /// The same of a command that works on one device.
     fn check(&self) -> Result<BackendChoice> {
-        if self.adapter.is_some() && matches!(self.backend, BackendWord::Cpu | BackendWord::Oracle) {
-            return Err(Issue::says("--adapter belongs to --backend gpu (or auto)").into());
-        }
-        Ok(self.choice())
+        self.choice()?.for_one_device()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Follows a job for the command line: shows it on standard error, and stops it on a signal or at `--max-time`.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::collections::HashSet;
 use std::sync::{Mutex, PoisonError};
 
 use perirobot_march::backend::Backend;
@@ -23,14 +23,14 @@ pub(super) enum Shown {
 pub(super) struct Onlooker<'a> {
     shown: Mutex<Shown>,
     stop: Option<&'a StopAt>,
-    /// Whether the next backend that begins is named: the first one, and one that is tried again.
-    names_backend: AtomicBool,
+    /// The devices that were named, each once until one fails; nothing where none is to be named.
+    named: Mutex<Option<HashSet<String>>>,
 }
 
 impl<'a> Onlooker<'a> {
     /// Nothing is done yet.
     pub(super) fn new(shown: Shown, stop: Option<&'a StopAt>, names_backend: bool) -> Onlooker<'a> {
-        Onlooker { shown: Mutex::new(shown), stop, names_backend: AtomicBool::new(names_backend) }
+        Onlooker { shown: Mutex::new(shown), stop, named: Mutex::new(names_backend.then(HashSet::new)) }
     }
 
     /// The job has ended, whether all is done or not.
@@ -57,13 +57,14 @@ impl Progress for Onlooker<'_> {
     }
 
     fn show_backend(&self, backend: &dyn Backend) {
-        if self.names_backend.swap(false, Ordering::Relaxed) {
+        let mut named = self.named.lock().unwrap_or_else(PoisonError::into_inner);
+        if named.as_mut().is_some_and(|named| named.insert(backend.device())) {
             suspend_bar(|| say!("running on {}: {}", backend.name(), backend.device()));
         }
     }
 
     fn show_fault(&self, Fault { what, scene, instead }: &Fault) {
-        self.names_backend.store(true, Ordering::Relaxed);
+        *self.named.lock().unwrap_or_else(PoisonError::into_inner) = Some(HashSet::new());
         let scene = if scene.is_empty() { String::new() } else { format!("scene {scene}: ") };
         let things = self.with_shown(|shown| match shown {
             Shown::Job(job) => job.what,

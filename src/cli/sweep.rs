@@ -86,9 +86,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out(""));
     let folder = part.map_or_else(|| out.clone(), |part| folder_of(&out, part));
     let shard = part.unwrap_or(Shard::WHOLE);
-    let (study, worlds) = args.study.load_unless(&|| stop.reason().map(|why| not_begun(&why)))?;
-    let subject = Subject::from_study(&study, &worlds);
-    let mut backends = args.backend.backends()?;
+    let load = || {
+        let (study, worlds) = args.study.load_unless(&|| stop.reason().map(|why| not_begun(&why)))?;
+        let subject = Subject::from_study(&study, &worlds);
+        Ok((study, worlds, subject))
+    };
+    let ((study, worlds, subject), mut backends) = args.backend.backends_after(load)?;
     let mut session = Session::open(&study, &worlds, &folder, shard, args.restart, &command())?;
     if session.damaged > 0 {
         say!("warning: {}: {} rows are damaged and are counted again", folder.display(), session.damaged);

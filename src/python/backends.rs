@@ -2,9 +2,10 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use perirobot_march::Result;
+use perirobot_march::backend::adapter::AdapterChoice;
 use perirobot_march::backend::factory::{BackendChoice, BackendKind, ChosenBackends, KeptBackends};
 use perirobot_march::error::Issue;
-use perirobot_march::{Error, Result};
 use pyo3::Python;
 
 use crate::process::OfProcess;
@@ -18,7 +19,16 @@ pub(crate) type BackendWords = (String, Option<String>, Option<i64>);
 
 /// The backend that is named, and its fallbacks; a warning if that is not the GPU that is there.
 pub(crate) fn open(words: &BackendWords, listener: &Listener) -> Result<ChosenBackends> {
-    let (backends, unused) = ChosenBackends::open(&choice(words)?)?;
+    open_choice(&choice(words)?.for_one_device()?, listener)
+}
+
+/// The same for a sweep, which several GPUs may share.
+pub(crate) fn open_all(words: &BackendWords, listener: &Listener) -> Result<ChosenBackends> {
+    open_choice(&choice(words)?, listener)
+}
+
+fn open_choice(choice: &BackendChoice, listener: &Listener) -> Result<ChosenBackends> {
+    let (backends, unused) = ChosenBackends::open(choice)?;
     if let Some(reason) = unused {
         listener.warns_of_device(format!("{reason}; using the CPU instead"));
     }
@@ -39,14 +49,15 @@ fn choice((backend, adapter, threads): &BackendWords) -> Result<BackendChoice> {
     if adapter.is_some() && matches!(kind, BackendKind::Cpu | BackendKind::Oracle) {
         return Err(Issue::says("adapter belongs to backend=\"gpu\" (or \"auto\")").into());
     }
-    let adapter =
-        adapter.as_ref().map(|name| name.parse().map_err(|e| Error::input("adapter", format!("{e}"))));
+    let adapters = adapter.as_ref().map(|names| AdapterChoice::parse_list(names)).transpose()?;
+    let mut adapters = adapters.into_iter().flatten();
     if let Some(threads) = threads.filter(|threads| !(1..=MOST_THREADS).contains(threads)) {
         let wanted = format!("must be from 1 to {MOST_THREADS}");
         return Err(Issue::value("threads", threads.to_string(), wanted).into());
     }
     let threads = threads.map(|threads| threads as usize);
-    Ok(BackendChoice { kind, adapter: adapter.transpose()?, threads, ..BackendChoice::default() })
+    let (adapter, others) = (adapters.next(), adapters.collect());
+    Ok(BackendChoice { kind, adapter, others, threads, ..BackendChoice::default() })
 }
 
 /// The backends of a study that were used last.

@@ -19,7 +19,7 @@ use perirobot_sweep::scoring;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::backends::{BackendWords, LastBackends, open};
+use crate::backends::{BackendWords, LastBackends, open, open_all};
 use crate::error::to_exception;
 use crate::origin::{FileOrigin, MemoryFile, table};
 use crate::recorded::{AskedWords, RecordedWords};
@@ -252,7 +252,7 @@ impl Study {
         let worlds = self.worlds(py)?;
         run(py, progress.as_ref(), |listener| {
             listener.begins("poses", jobs(&self.study));
-            let mut backends = open(&backend, listener)?;
+            let mut backends = open_all(&backend, listener)?;
             let rows = scoring::run_on(&self.study, worlds, &mut backends, listener)?;
             Ok(columns((&self.study).into(), &rows))
         })

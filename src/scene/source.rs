@@ -375,6 +375,14 @@ pub fn sha256<const N: usize>(parts: [&[u8]; N]) -> String {
     hex(&hash.finalize())
 }
 
+/// The bytes of 32-bit numbers in little-endian order, as they are in the memory of most machines.
+pub fn little_endian<T: bytemuck::NoUninit>(numbers: &[T]) -> Cow<'_, [u8]> {
+    match cfg!(target_endian = "little") {
+        true => bytemuck::cast_slice(numbers).into(),
+        false => bytemuck::cast_slice(numbers).iter().flat_map(|n: &u32| n.to_le_bytes()).collect(),
+    }
+}
+
 /// Bytes as hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()

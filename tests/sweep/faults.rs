@@ -33,7 +33,7 @@ use perirobot_sweep::scoring::{run, run_on};
 
 /// What a device is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Call {
+pub(crate) enum Call {
     Open,
     Load,
     Sense,
@@ -43,7 +43,7 @@ enum Call {
 
 /// What it does instead.
 #[derive(Clone, Copy)]
-enum Trouble {
+pub(crate) enum Trouble {
     Fails(&'static str),
     /// Is not there, or fits nothing: what would be the user's fault, had it not been there before.
     Gone,
@@ -60,7 +60,7 @@ enum Trouble {
 type Cue = Box<dyn FnMut(Call, Fallback, usize) -> Option<Trouble> + Send>;
 
 /// The cue, and the calls so far.
-struct Script {
+pub(crate) struct Script {
     cue: Cue,
     calls: Vec<(Call, Fallback)>,
 }
@@ -172,10 +172,10 @@ impl Backend for Actor {
 }
 
 /// The actor, and a CPU that steps in for it.
-struct Troupe(Arc<Mutex<Script>>);
+pub(crate) struct Troupe(Arc<Mutex<Script>>);
 
 impl Troupe {
-    fn new(cue: impl FnMut(Call, Fallback, usize) -> Option<Trouble> + Send + 'static) -> Troupe {
+    pub(crate) fn new(cue: impl FnMut(Call, Fallback, usize) -> Option<Trouble> + Send + 'static) -> Troupe {
         Troupe(Arc::new(Mutex::new(Script { cue: Box::new(cue), calls: Vec::new() })))
     }
 }
@@ -223,14 +223,14 @@ impl BackendFactory for Undoubted {
 }
 
 /// A study of 151 choices of poses in 2 scenes, each twice.
-struct Theatre {
+pub(crate) struct Theatre {
     folder: Folder,
-    study: Study,
-    worlds: Vec<World>,
+    pub(crate) study: Study,
+    pub(crate) worlds: Vec<World>,
 }
 
 impl Theatre {
-    fn new() -> Theatre {
+    pub(crate) fn new() -> Theatre {
         Theatre::of(142, 2)
     }
 
@@ -253,7 +253,7 @@ impl Theatre {
     }
 
     /// Sweeps into a folder of that name.
-    fn sweep(
+    pub(crate) fn sweep(
         &self,
         out: &str,
         backends: &mut dyn BackendFactory,
@@ -279,16 +279,16 @@ impl Theatre {
             .count()
     }
 
-    fn out(&self, out: &str) -> PathBuf {
+    pub(crate) fn out(&self, out: &str) -> PathBuf {
         self.folder.path(out)
     }
 
-    fn journal(&self, out: &str) -> Vec<u8> {
+    pub(crate) fn journal(&self, out: &str) -> Vec<u8> {
         fs::read(self.out(out).join(JOURNAL)).unwrap()
     }
 }
 
-fn manifest(folder: &Path) -> serde_json::Value {
+pub(crate) fn manifest(folder: &Path) -> serde_json::Value {
     serde_json::from_slice(&Manifest::read(folder).unwrap().bytes()).unwrap()
 }
 

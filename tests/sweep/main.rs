@@ -7,6 +7,7 @@ mod bench;
 mod cli;
 #[cfg(target_os = "linux")]
 mod cluster;
+mod devices;
 #[cfg(target_os = "linux")]
 mod engines;
 mod equal_sensors;

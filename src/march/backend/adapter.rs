@@ -1,7 +1,7 @@
 //! What is known of an adapter, and which one a user means.
 
 use crate::Result;
-use crate::error::{Argument, Issue, Words};
+use crate::error::{Argument, Issue, Site, Words};
 
 /// What is known of an adapter before it is opened.
 #[derive(Clone, Debug)]
@@ -63,6 +63,24 @@ impl std::str::FromStr for AdapterChoice {
             "software" => AdapterChoice::Software,
             name => AdapterChoice::Named(name.into()),
         })
+    }
+}
+
+impl AdapterChoice {
+    /// The choices of a text in which commas are between them: the devices that share the work of a sweep.
+    ///
+    /// # Errors
+    /// When one of them is empty.
+    pub fn parse_list(text: &str) -> Result<Vec<AdapterChoice>> {
+        let parse = |name: &str| match name.trim() {
+            "" => {
+                let cure = "write numbers or parts of names with commas between them, as 0,1";
+                let place = Site::Argument(Argument("adapter"), format!("{text:?}"));
+                Err(Issue::says("has an empty name").with_advice(cure).with_place(place).into())
+            }
+            name => Ok(name.parse().unwrap_or_else(|never: std::convert::Infallible| match never {})),
+        };
+        text.split(',').map(parse).collect()
     }
 }
 
@@ -162,6 +180,18 @@ mod tests {
         assert_eq!(choose(&office, "LLVMpipe"), Ok(0));
         assert_eq!(choose(&office, "gpu"), Ok(1), "the first that has the name");
         assert_eq!(choose(&office, "2"), Ok(2));
+    }
+
+    #[test]
+    fn a_list_names_each_device() {
+        let list = |text: &str| AdapterChoice::parse_list(text).map_err(|e| e.to_string());
+        let named = |name: &str| AdapterChoice::Named(name.into());
+        assert_eq!(list("0, 2"), Ok(vec![named("0"), named("2")]));
+        assert_eq!(list("Big GPU,software"), Ok(vec![named("Big GPU"), AdapterChoice::Software]));
+        assert_eq!(list("hardware"), Ok(vec![AdapterChoice::Hardware]));
+        for wrong in ["", "0,", ",1", "0,,1"] {
+            assert!(list(wrong).unwrap_err().contains("as 0,1"), "{wrong:?}");
+        }
     }
 
     #[test]

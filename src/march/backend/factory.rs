@@ -8,7 +8,8 @@ use super::gpu::Gpu;
 use super::oracle::Oracle;
 use super::{Backend, MEMORY_BYTES};
 #[cfg(not(feature = "gpu"))]
-use crate::error::{Argument, Issue, Words};
+use crate::error::Words;
+use crate::error::{Argument, Issue};
 use crate::{Error, Result};
 
 /// Which backend computes.
@@ -32,6 +33,8 @@ pub struct BackendChoice {
     pub kind: BackendKind,
     /// The GPU's adapter; the first hardware one, unless it is named.
     pub adapter: Option<AdapterChoice>,
+    /// Adapters of further GPUs, which share the work of a sweep with the first.
+    pub others: Vec<AdapterChoice>,
     /// Threads of the CPU; `None` for all that the process may use.
     pub threads: Option<usize>,
     /// Memory for evidence and first hits; `None` for the backend's default.
@@ -41,6 +44,20 @@ pub struct BackendChoice {
 }
 
 impl BackendChoice {
+    /// The choice for work that is not shared among several devices.
+    ///
+    /// # Errors
+    /// When several are named.
+    pub fn for_one_device(self) -> Result<BackendChoice> {
+        match self.others.len() {
+            0 => Ok(self),
+            more => {
+                let what = format!("names {} devices, and only a sweep shares its work among them", more + 1);
+                Err(Issue::says(what).with_advice("name one").with_place(Argument("adapter")).into())
+            }
+        }
+    }
+
     /// Opens the backend. Also says why a hardware GPU that is there is not used, if so.
     pub fn open(&self) -> Result<(Box<dyn Backend + Send>, Option<Error>)> {
         match self.kind {
@@ -141,7 +158,7 @@ pub enum Fallback {
 }
 
 /// Opens the backends that a run may use.
-pub trait BackendFactory {
+pub trait BackendFactory: Send {
     /// Opens a backend.
     fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>>;
 
@@ -152,6 +169,11 @@ pub trait BackendFactory {
     /// Takes the backend of the user's choice back after work that it did well; by default it is closed.
     fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
         drop(backend);
+    }
+
+    /// Those of each device, where the user chose several that may work at the same time; none where one works alone.
+    fn each_device(&mut self) -> Vec<&mut dyn BackendFactory> {
+        Vec::new()
     }
 }
 
@@ -167,29 +189,77 @@ impl<B: BackendFactory + ?Sized> BackendFactory for &mut B {
     fn take_back(&mut self, backend: Box<dyn Backend + Send>) {
         (**self).take_back(backend);
     }
+
+    fn each_device(&mut self) -> Vec<&mut dyn BackendFactory> {
+        (**self).each_device()
+    }
 }
 
-/// The backend of a user's choice and its fallbacks.
+/// The backend of a user's choice and its fallbacks, or several GPUs with theirs.
 pub struct ChosenBackends {
+    first: DeviceBackends,
+    others: Vec<DeviceBackends>,
+}
+
+impl ChosenBackends {
+    /// Opens the backend of a choice, so that what is wrong with it is known at once; several GPUs at the same time. With it
+    /// comes why a hardware GPU that is there is not used.
+    pub fn open(choice: &BackendChoice) -> Result<(ChosenBackends, Option<Error>)> {
+        let one = |adapter: Option<&AdapterChoice>| {
+            let adapter = adapter.or(choice.adapter.as_ref()).cloned();
+            DeviceBackends::open(BackendChoice { adapter, others: Vec::new(), ..choice.clone() })
+        };
+        let (first, others) = std::thread::scope(|threads| {
+            let others: Vec<_> =
+                choice.others.iter().map(|adapter| threads.spawn(|| one(Some(adapter)))).collect();
+            let first = one(None);
+            let joined = others
+                .into_iter()
+                .map(|opening| opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            (first, joined.collect::<Vec<_>>())
+        });
+        let (first, unused) = first?;
+        let others = others.into_iter().map(|opened| Ok(opened?.0)).collect::<Result<_>>()?;
+        Ok((ChosenBackends { first, others }, unused))
+    }
+}
+
+impl BackendFactory for ChosenBackends {
+    fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
+        self.first.open(fallback)
+    }
+
+    fn needs_check(&self) -> bool {
+        self.first.needs_check()
+    }
+
+    fn each_device(&mut self) -> Vec<&mut dyn BackendFactory> {
+        if self.others.is_empty() {
+            return Vec::new();
+        }
+        let all = std::iter::once(&mut self.first).chain(&mut self.others);
+        all.map(|device| device as &mut dyn BackendFactory).collect()
+    }
+}
+
+/// The backend of a choice of one device, and its fallbacks.
+struct DeviceBackends {
     choice: BackendChoice,
     /// The backend that was opened first, until it is asked for.
     ready: Option<Box<dyn Backend + Send>>,
 }
 
-impl ChosenBackends {
-    /// Opens the backend of a choice, so that what is wrong with it is known at once. With it comes why a
-    /// hardware GPU that is there is not used.
-    pub fn open(choice: &BackendChoice) -> Result<(ChosenBackends, Option<Error>)> {
+impl DeviceBackends {
+    fn open(choice: BackendChoice) -> Result<(DeviceBackends, Option<Error>)> {
         let (backend, unused) = choice.open()?;
         // A backend that was opened as a GPU is opened as a GPU again; using the CPU instead is a fallback of
         // its own.
         let kind = if backend.name() == "gpu" { BackendKind::Gpu } else { choice.kind };
-        let choice = BackendChoice { kind, ..choice.clone() };
-        Ok((ChosenBackends { choice, ready: Some(backend) }, unused))
+        Ok((DeviceBackends { choice: BackendChoice { kind, ..choice }, ready: Some(backend) }, unused))
     }
 }
 
-impl BackendFactory for ChosenBackends {
+impl BackendFactory for DeviceBackends {
     fn open(&mut self, fallback: Fallback) -> Result<Box<dyn Backend + Send>> {
         match fallback {
             Fallback::None => self.ready.take().map_or_else(|| Ok(self.choice.open()?.0), Ok),
@@ -217,6 +287,11 @@ impl<B: BackendFactory> KeptBackends<B> {
     /// None is open yet.
     pub fn new(backends: B) -> KeptBackends<B> {
         KeptBackends { backends, ready: None }
+    }
+
+    /// Hands the backend that is open back to where it came from.
+    pub fn give_back(&mut self) {
+        self.ready.take().into_iter().for_each(|backend| self.backends.take_back(backend));
     }
 }
 

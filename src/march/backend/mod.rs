@@ -13,6 +13,7 @@ pub mod lost;
 pub mod oracle;
 mod self_test;
 
+use std::any::Any;
 use std::sync::Arc;
 
 use crate::Result;
@@ -341,6 +342,12 @@ pub struct StageTiming {
     pub lanes: u64,
 }
 
+/// What the host makes of a scene before a backend loads it, in the backend's own form.
+pub type MadeScene = Box<dyn Any + Send>;
+
+/// Makes that, or nothing of a scene that the backend knows.
+pub type SceneMaker = Box<dyn FnOnce(&VoxelScene) -> Option<MadeScene> + Send>;
+
 /// A backend. Ray tables and a scene are loaded, evidence is cast or uploaded into slots, and fused from there any
 /// number of times.
 pub trait Backend {
@@ -357,6 +364,18 @@ pub trait Backend {
     /// Makes a scene ready, and forgets all evidence; no request may be open. If the scene does not fit the
     /// device, the error says what would. A scene that was loaded lately may cost little.
     fn load(&mut self, scene: &VoxelScene) -> Result<()>;
+
+    /// Makes of a scene, on any thread and while the backend works on another one, what [`Backend::load_made`] takes; `None`
+    /// where all is made in [`Backend::load`].
+    fn scene_maker(&self) -> Option<SceneMaker> {
+        None
+    }
+
+    /// As [`Backend::load`], with what the scene maker made of the same scene, if anything.
+    fn load_made(&mut self, scene: &VoxelScene, made: Option<MadeScene>) -> Result<()> {
+        drop(made);
+        self.load(scene)
+    }
 
     /// How many pieces of evidence of the loaded scene can be kept at once; at least 1.
     fn slots(&self) -> usize;

@@ -4,10 +4,10 @@
 //! # Theory
 //! The chessboard distance of two bricks is the largest of their distances along the axes. If the nearest
 //! brick with a blocker is `k` away, the cube of (2k − 1)³ bricks around a brick holds no blocker, so no
-//! voxel in it can stop a ray (`SEMANTICS.md`, "Rays"). Growing a set of bricks by one on each axis in turn
-//! reaches exactly the bricks at chessboard distance 1, so counting how often the occupied ones must grow
-//! until they hold a brick gives its distance: a few operations a word of 32 bricks and step, and as many
-//! steps as the largest gap has bricks.
+//! voxel in it can stop a ray (`SEMANTICS.md`, "Rays"). This distance is the length of a shortest path through the 26
+//! neighbours. Its steps may be taken in any order, inside the box that both bricks span, so first all those towards higher
+//! z (in one layer higher y, in one row higher x) and then all those back: one pass over the bricks in their order takes
+//! the first, one in the opposite order the others (Rosenfeld and Pfaltz, Pattern Recognition 1, 1968).
 //!
 //! # Practice
 //! Made once for each layer of blockers, on the host; every backend that leaps reads the same bytes.
@@ -34,15 +34,19 @@ impl Bricks {
 
     /// The bricks of a plane over a grid; voxels outside the plane count as empty.
     pub(crate) fn new(blockers: &BitGrid) -> Self {
-        let mut grown = occupied_bricks(blockers);
-        let size = grown.window().size;
-        let mut reach = vec![Self::FAR; size.iter().map(|&n| n as usize).product()];
-        mark(&mut reach, &grown, None, 0);
-        for distance in 1..Self::FAR {
-            let before = grown.clone();
-            grow(&mut grown);
-            if !mark(&mut reach, &grown, Some(&before), distance) {
-                break;
+        let occupied = occupied_bricks(blockers);
+        let size = occupied.window().size;
+        let mut reach = unpack(&occupied);
+        let [nx, ny, nz] = size.map(|n| n as usize);
+        if !reach.is_empty() {
+            let mut nearest = vec![Self::FAR; nx];
+            for row in 0..ny * nz {
+                approach(&mut reach, &mut nearest, row, neighbours_before(row, [ny, nz]));
+                spread(&mut reach[row * nx..][..nx]);
+            }
+            for row in (0..ny * nz).rev() {
+                approach(&mut reach, &mut nearest, row, neighbours_behind(row, [ny, nz]));
+                spread(&mut reach[row * nx..][..nx]);
             }
         }
         Bricks { size, reach }
@@ -105,51 +109,57 @@ fn pairs(word: u32) -> u32 {
     (eights | eights >> 8) & 0xffff
 }
 
-/// Adds all 26 neighbours of every brick of a set: along x, then of those along y, then along z.
-fn grow(bricks: &mut BitGrid) {
-    bricks.spread_x();
-    let [_, ny, nz] = bricks.window().size.map(|n| n as usize);
-    let row = bricks.words_per_row() as usize;
-    let before = bricks.words().to_vec();
-    let words = bricks.words_mut();
-    join(words, &before, row, |r| (r % ny > 0, r % ny + 1 < ny));
-    let before = words.to_vec();
-    join(words, &before, row * ny, |layer| (layer > 0, layer + 1 < nz));
+/// 0 for each brick of a set, and [`Bricks::FAR`] for the others.
+fn unpack(bricks: &BitGrid) -> Vec<u8> {
+    let nx = bricks.window().size[0] as usize;
+    let rows = bricks.words().chunks_exact(bricks.words_per_row().max(1) as usize);
+    let of_row = |row: &[u32], x: usize| if row[x / 32] >> (x % 32) & 1 == 1 { 0 } else { Bricks::FAR };
+    rows.flat_map(|row| (0..nx).map(move |x| of_row(row, x))).collect()
 }
 
-/// Adds to each chunk of words what the chunks before and after it held; `beside` says which of them are
-/// neighbours.
-fn join(words: &mut [u32], before: &[u32], chunk: usize, beside: impl Fn(usize) -> (bool, bool)) {
-    for (i, to) in words.chunks_exact_mut(chunk.max(1)).enumerate() {
-        let (below, above) = beside(i);
-        let mut add = |from: usize| {
-            let from = &before[from * chunk..(from + 1) * chunk];
-            to.iter_mut().zip(from).for_each(|(to, from)| *to |= from);
-        };
-        if below {
-            add(i - 1);
-        }
-        if above {
-            add(i + 1);
-        }
-    }
+/// The rows of bricks beside a row that come before it: three of the layer below, and one of its own.
+fn neighbours_before(row: usize, [ny, _]: [usize; 2]) -> [Option<usize>; 4] {
+    let (y, has_layer) = (row % ny, row >= ny);
+    let below = |is_there: bool, ahead: usize| (has_layer && is_there).then(|| row - ny + ahead - 1);
+    [below(y > 0, 0), below(true, 1), below(y + 1 < ny, 2), (y > 0).then(|| row - 1)]
 }
 
-/// Writes a distance to the bricks that are new in a set; whether there were any.
-fn mark(reach: &mut [u8], grown: &BitGrid, before: Option<&BitGrid>, distance: u8) -> bool {
-    let [nx, ..] = grown.window().size.map(|n| n as usize);
-    let row = grown.words_per_row().max(1) as usize;
-    let mut any = false;
-    for (w, &word) in grown.words().iter().enumerate() {
-        let mut new = word & !before.map_or(0, |before| before.words()[w]);
-        any |= new != 0;
-        let first = w / row * nx + w % row * 32;
-        while new != 0 {
-            reach[first + new.trailing_zeros() as usize] = distance;
-            new &= new - 1;
-        }
+/// The same of those that come after it.
+fn neighbours_behind(row: usize, [ny, nz]: [usize; 2]) -> [Option<usize>; 4] {
+    let (y, has_layer) = (row % ny, row / ny + 1 < nz);
+    let above = |is_there: bool, ahead: usize| (has_layer && is_there).then(|| row + ny + ahead - 1);
+    [above(y > 0, 0), above(true, 1), above(y + 1 < ny, 2), (y + 1 < ny).then(|| row + 1)]
+}
+
+/// Brings the bricks of a row as near as those beside them in other rows let them be. `nearest` is room for a row.
+fn approach(reach: &mut [u8], nearest: &mut [u8], row: usize, others: [Option<usize>; 4]) {
+    let nx = nearest.len();
+    nearest.fill(Bricks::FAR);
+    for other in others.into_iter().flatten() {
+        let other = &reach[other * nx..][..nx];
+        nearest.iter_mut().zip(other).for_each(|(to, from)| *to = (*to).min(*from));
     }
-    any
+    let own = &mut reach[row * nx..][..nx];
+    let lower = |own: &mut [u8], from: &[u8]| {
+        own.iter_mut().zip(from).for_each(|(to, from)| *to = (*to).min(from.saturating_add(1)));
+    };
+    lower(own, nearest);
+    lower(&mut own[1..], nearest);
+    lower(own, &nearest[1..]);
+}
+
+/// Brings the bricks of a row as near as those beside them in it let them be.
+fn spread(row: &mut [u8]) {
+    let mut before = Bricks::FAR;
+    for to in row.iter_mut() {
+        before = (*to).min(before.saturating_add(1));
+        *to = before;
+    }
+    let mut behind = Bricks::FAR;
+    for to in row.iter_mut().rev() {
+        behind = (*to).min(behind.saturating_add(1));
+        *to = behind;
+    }
 }
 
 #[cfg(test)]

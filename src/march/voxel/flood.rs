@@ -11,21 +11,33 @@ pub fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
     let mut reached = seeds.clone();
     reached.keep(open);
     let words = reached.words_mut();
+    let beside = |r: usize| {
+        let (y, z) = (r % ny, r / ny);
+        [
+            (y > 0).then(|| r.wrapping_sub(1)),
+            (y + 1 < ny).then_some(r + 1),
+            (z > 0).then(|| r.wrapping_sub(ny)),
+            (z + 1 < nz).then_some(r + ny),
+        ]
+    };
+    // A row can only grow if one beside it has grown since it was looked at last.
+    let mut due = vec![false; ny * nz];
     for r in 0..ny * nz {
-        spread(&mut words[r * row..(r + 1) * row], &open.words()[r * row..(r + 1) * row]);
+        let own = &mut words[r * row..(r + 1) * row];
+        if own.iter().any(|&word| word != 0) {
+            spread(own, &open.words()[r * row..(r + 1) * row]);
+            beside(r).into_iter().flatten().for_each(|n| due[n] = true);
+        }
     }
     let mut forward = true;
     loop {
         let mut changed = false;
         for step in 0..ny * nz {
             let r = if forward { step } else { ny * nz - 1 - step };
-            let (y, z) = (r % ny, r / ny);
-            let neighbours = [
-                (y > 0).then(|| r.wrapping_sub(1)),
-                (y + 1 < ny).then_some(r + 1),
-                (z > 0).then(|| r.wrapping_sub(ny)),
-                (z + 1 < nz).then_some(r + ny),
-            ];
+            if !std::mem::take(&mut due[r]) {
+                continue;
+            }
+            let neighbours = beside(r);
             let open_row = &open.words()[r * row..(r + 1) * row];
             let mut grew = false;
             for w in 0..row {
@@ -37,6 +49,7 @@ pub fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
             if grew {
                 changed = true;
                 spread(&mut words[r * row..(r + 1) * row], open_row);
+                neighbours.into_iter().flatten().for_each(|n| due[n] = true);
             }
         }
         if !changed {
@@ -44,6 +57,37 @@ pub fn flood(open: &BitGrid, seeds: &BitGrid) -> BitGrid {
         }
         forward = !forward;
     }
+}
+
+/// A plane with the voxels that share a face with one of its own, inside its window.
+pub fn with_neighbours(plane: &BitGrid) -> BitGrid {
+    let [_, ny, nz] = plane.window().size.map(|n| n as usize);
+    let row = plane.words_per_row() as usize;
+    let mut grown = plane.clone();
+    grown.spread_x();
+    let words = grown.words_mut();
+    for (r, own) in plane.words().chunks_exact(row.max(1)).enumerate() {
+        if own.iter().all(|&word| word == 0) {
+            continue;
+        }
+        let (y, z) = (r % ny, r / ny);
+        let mut add = |to: usize| {
+            words[to * row..(to + 1) * row].iter_mut().zip(own).for_each(|(to, from)| *to |= from);
+        };
+        if y > 0 {
+            add(r - 1);
+        }
+        if y + 1 < ny {
+            add(r + 1);
+        }
+        if z > 0 {
+            add(r - ny);
+        }
+        if z + 1 < nz {
+            add(r + ny);
+        }
+    }
+    grown
 }
 
 /// Spreads set bits along a row through open ones.
@@ -144,5 +188,44 @@ mod tests {
         open.remove(&gap);
         // Row 10 is entered at x = 99 and cut at x = 50.
         assert_eq!(flood(&open, &seed).count(), 5 * 101 + 49);
+    }
+
+    /// The voxels beside a voxel.
+    fn beside(voxel: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+        (0..6).map(move |way| {
+            let mut next = voxel;
+            next[way / 2] += if way % 2 == 0 { -1 } else { 1 };
+            next
+        })
+    }
+
+    #[test]
+    fn floods_and_neighbours_are_those_of_single_voxels() {
+        let mut state = 7u64;
+        let mut random = move |n: i32| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) % n as u64) as i32
+        };
+        for case in 0..40 {
+            let min = [-3, 2, 0];
+            let size = [70, 9, 9].map(|n| 1 + random(n));
+            let window = Window::from_corners(min, std::array::from_fn(|r| min[r] + size[r] - 1));
+            let (mut open, mut seeds) = (BitGrid::new(window), BitGrid::new(window));
+            // As many open voxels as leave long winding ways.
+            for voxel in BitGrid::full(window).voxels().filter(|_| random(100) < [35, 60, 95][case % 3]) {
+                open.set(voxel);
+            }
+            (0..2).for_each(|_| seeds.set(std::array::from_fn(|r| min[r] + random(size[r]))));
+            let mut expected = BitGrid::new(window);
+            let mut left: Vec<[i32; 3]> = seeds.voxels().filter(|&voxel| open.get(voxel)).collect();
+            while let Some(voxel) = left.pop() {
+                expected.set(voxel);
+                left.extend(beside(voxel).filter(|&next| open.get(next) && !expected.get(next)));
+            }
+            assert_eq!(flood(&open, &seeds), expected, "case {case}, {size:?}");
+            let mut grown = open.clone();
+            open.voxels().flat_map(beside).for_each(|voxel| grown.set(voxel));
+            assert_eq!(with_neighbours(&open), grown, "case {case}, {size:?}");
+        }
     }
 }

@@ -187,7 +187,8 @@ class Study:
         The interpreter's lock is released meanwhile, and Ctrl-C stops the sweep after the batch under way.
 
         :param backend: "auto" (a hardware GPU if there is one, else the CPU), "cpu", "gpu" or "oracle"; all count the same.
-        :param adapter: a Vulkan adapter for the GPU: its number, a part of its name, or "software".
+        :param adapter: a Vulkan adapter for the GPU: its number, a part of its name, or "software"; several GPUs with
+            commas between them share the sweep.
         :param threads: threads of the CPU; all by default.
         :param progress: whether to show a bar, where tqdm is installed.
         :raises ValueError: what is wrong with scenes, meshes or arguments.

@@ -62,13 +62,20 @@ impl Snapshots {
     /// The truth of one of them.
     pub fn truth(&self, snapshot: usize) -> Arc<Truth> {
         let kept = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, truth)) = kept().iter().find(|(number, _)| *number == snapshot) {
-            return truth.clone();
+        let known = |kept: &VecDeque<(usize, Arc<Truth>)>| {
+            kept.iter().find(|(number, _)| *number == snapshot).map(|(_, truth)| truth.clone())
+        };
+        if let Some(truth) = known(&kept()) {
+            return truth;
         }
         let bodies: Vec<&VoxelizedObject> =
             self.placed[snapshot].iter().map(|&number| &self.bodies[number]).collect();
         let truth = Arc::new(combine(&bodies, self.grid));
         let mut kept = kept();
+        // Another thread may have been asked for the same.
+        if let Some(truth) = known(&kept) {
+            return truth;
+        }
         if kept.len() == self.most_kept {
             kept.pop_front();
         }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::objects::{ObjectVoxels, RobotReach, Truth};
 use crate::objects::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
 use perirobot_march::error::{Argument, Issue, Words};
-use perirobot_march::voxel::flood::{enclosed_voxels, flood};
+use perirobot_march::voxel::flood::{enclosed_voxels, flood, with_neighbours};
 use perirobot_march::voxel::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
 use perirobot_march::voxel::overlap::{self, Closure, Corner};
 use perirobot_march::voxel::{BitGrid, grid};
@@ -295,19 +295,6 @@ pub fn reachable(truth: &Truth, begins: impl IntoIterator<Item = Begin>) -> BitG
     }
     open.add(&seeds);
     with_neighbours(&flood(&open, &seeds))
-}
-
-/// A plane with the voxels that share a face with one of its own.
-pub fn with_neighbours(plane: &BitGrid) -> BitGrid {
-    let mut grown = plane.clone();
-    for axis in 0..3 {
-        for by in [-1, 1] {
-            let mut moved = plane.window();
-            moved.min[axis] += by;
-            grown.add(&to_grid_frame(plane.clone(), moved));
-        }
-    }
-    grown
 }
 
 #[cfg(test)]

@@ -15,11 +15,10 @@ use crate::sensor::{Candidate, FieldOfView, Kind, RayScale, Sensor, Setting, Sta
 use crate::world::place;
 use perirobot_march::backend::GridPose;
 use perirobot_march::march::{self, Gates};
-use perirobot_march::voxel::flood::flood;
+use perirobot_march::voxel::flood::{flood, with_neighbours};
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::Truth;
-use perirobot_scene::truth::voxelize::with_neighbours;
 
 /// Lines about dead poses; the others are counted.
 const MOST_TOLD: usize = 10;
@@ -47,7 +46,7 @@ const RETURNS: f64 = 0.02;
 pub(super) fn warnings(
     study: &Study,
     worlds: &[World],
-    explained: &dyn Fn(usize, usize) -> bool,
+    explained: &(dyn Fn(usize, usize) -> bool + Sync),
 ) -> Vec<String> {
     let looks = |sensor: &Sensor| sensor.kind.range().is_some() && sensor.kind.stance() != Stance::Level;
     let looking: Vec<usize> = (0..study.sensors.len()).filter(|&s| looks(&study.sensors[s])).collect();
@@ -202,10 +201,10 @@ impl SampledRays<'_> {
             candidates.iter().map(|&c| (c, world.settings[self.sensor][c])).collect();
         let posed: Vec<_> =
             posed.into_iter().filter(|(_, setting)| matches!(setting, Setting::Pose(_))).collect();
-        let walled: Vec<Option<String>> =
-            posed.iter().map(|(_, setting)| hollows.walls(self, setting)).collect();
+        let walls = || posed.iter().map(|(_, setting)| hollows.walls(self, setting)).collect();
         let by_rays = |(candidate, setting): &(usize, Setting)| self.blindness(truth, *candidate, setting);
-        let by_rays: Vec<Option<Why>> = posed.par_iter().map(by_rays).collect();
+        let by_rays = || posed.par_iter().map(by_rays).collect();
+        let (walled, by_rays): (Vec<Option<String>>, Vec<Option<Why>>) = rayon::join(walls, by_rays);
         let walled = walled.into_iter().map(|what| {
             what.map(|what| Why {
                 cause: DeadCause::WalledIn,

@@ -1,15 +1,18 @@
 //! What the manifest says of a world: its grid, regions and baselines, and hashes of all that decides its
 //! counts, by which the same study is known again.
 
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 use serde::{Deserialize, Serialize};
 
 use super::{Baselines, World};
 use crate::input::Study;
 use crate::sensor::{self, Setting};
 use perirobot_march::backend::GridPose;
-use perirobot_march::voxel::BitGrid;
+use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::objects::spec::SceneVariant;
-use perirobot_scene::source::sha256;
+use perirobot_scene::source::{little_endian, sha256};
 use perirobot_scene::truth::Truth;
 
 /// The entry of a world in the manifest. Values that are not needed to read a sweep back may be missing
@@ -93,24 +96,98 @@ pub struct DescribedPlacements {
     pub placements_sha256: String,
 }
 
-/// The entry of a world in the manifest.
-pub(super) fn describe(study: &Study, world: &World) -> Described {
-    let (truth, whole) = (&*world.truth(), world.grid.window());
-    let regions = world.regions.iter().zip(&world.baselines).map(|(region, baselines)| DescribedRegion {
-        name: region.name.clone(),
-        voxels: region.voxels.count(),
-        cut_share: region.cut_share,
-        sha256: plane_sha256(&region.voxels),
-        baselines: *baselines,
-    });
-    let placements = study.sensors.iter().enumerate().map(|(s, sensor)| {
-        let poses = world.settings[s].iter().filter_map(|setting| match setting {
+/// What was hashed of a scene's snapshots, since most of it is the same in the next.
+#[derive(Default)]
+pub(super) struct KnownHashes {
+    /// Planes, each with its hash over a window.
+    planes: Mutex<VecDeque<(Arc<BitGrid>, Window, String)>>,
+    /// Settings of a sensor, by its index, each with the hash of where that is in the grid.
+    settings: Mutex<VecDeque<(usize, Arc<Vec<Setting>>, String)>>,
+}
+
+/// Hashes of a kind that are known, so that memory stays bounded: the latest.
+const MOST_KNOWN: usize = 64;
+
+impl KnownHashes {
+    /// The hash of a plane over a window.
+    fn plane_sha256(&self, plane: &BitGrid, window: Window) -> String {
+        self.known_plane(plane, window).unwrap_or_else(|| self.add_plane(Arc::new(plane.clone()), window)).1
+    }
+
+    /// The hash of a plane, which becomes the allocation of an earlier one that is the same.
+    fn shared_sha256(&self, plane: &mut Arc<BitGrid>) -> String {
+        let window = plane.window();
+        let (shared, sha256) =
+            self.known_plane(plane, window).unwrap_or_else(|| self.add_plane(plane.clone(), window));
+        *plane = shared;
+        sha256
+    }
+
+    fn known_plane(&self, plane: &BitGrid, window: Window) -> Option<(Arc<BitGrid>, String)> {
+        let planes = lock(&self.planes);
+        let (plane, _, sha256) = planes.iter().find(|known| known.1 == window && *known.0 == *plane)?;
+        Some((plane.clone(), sha256.clone()))
+    }
+
+    fn add_plane(&self, plane: Arc<BitGrid>, window: Window) -> (Arc<BitGrid>, String) {
+        let sha256 = match plane.window() == window {
+            true => plane_sha256(&plane),
+            false => plane_sha256(&plane.to_window(window)),
+        };
+        keep(&self.planes, (plane.clone(), window, sha256.clone()));
+        (plane, sha256)
+    }
+
+    /// The hash of where a sensor is at all of its settings.
+    fn placements_sha256(&self, study: &Study, sensor: usize, world: &World) -> String {
+        let settings = &world.settings[sensor];
+        let is_same = |known: &&(usize, Arc<Vec<Setting>>, String)| {
+            known.0 == sensor && Arc::ptr_eq(&known.1, settings)
+        };
+        if let Some((.., sha256)) = lock(&self.settings).iter().find(is_same) {
+            return sha256.clone();
+        }
+        let poses = settings.iter().filter_map(|setting| match setting {
             Setting::Pose(pose) => Some(pose),
             _ => None,
         });
-        let all = poses.map(|pose| sensor::placement(&*sensor.kind, pose, &truth.grid, 0));
-        DescribedPlacements { sensor: sensor.name.clone(), placements_sha256: placements_sha256(all) }
+        let kind = &*study.sensors[sensor].kind;
+        let sha256 = placements_sha256(poses.map(|pose| sensor::placement(kind, pose, &world.grid, 0)));
+        keep(&self.settings, (sensor, settings.clone(), sha256.clone()));
+        sha256
+    }
+}
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn keep<T>(all: &Mutex<VecDeque<T>>, new: T) {
+    let mut all = lock(all);
+    all.truncate(MOST_KNOWN - 1);
+    all.push_front(new);
+}
+
+/// The entry of a world in the manifest. Regions that are the same in earlier snapshots are held once from now on.
+pub(super) fn describe(study: &Study, world: &mut World, known: &KnownHashes) -> Described {
+    let (truth, whole) = (&*world.truth(), world.grid.window());
+    let hashes: Vec<String> =
+        world.regions.iter_mut().map(|region| known.shared_sha256(&mut region.voxels)).collect();
+    let regions = world.regions.iter().zip(&world.baselines).zip(hashes);
+    let regions = regions.map(|((region, baselines), sha256)| DescribedRegion {
+        name: region.name.clone(),
+        voxels: region.voxels.count(),
+        cut_share: region.cut_share,
+        sha256,
+        baselines: *baselines,
     });
+    let placements = study.sensors.iter().enumerate().map(|(number, sensor)| DescribedPlacements {
+        sensor: sensor.name.clone(),
+        placements_sha256: known.placements_sha256(study, number, world),
+    });
+    let occupied_sha256 = plane_sha256(&truth.occupied);
+    let all_block = Arc::ptr_eq(&truth.occupied, &truth.blockers);
+    let blockers_sha256 = if all_block { occupied_sha256.clone() } else { plane_sha256(&truth.blockers) };
     let scene = &study.scenes[world.scene];
     Described {
         name: world.name.clone(),
@@ -119,11 +196,11 @@ pub(super) fn describe(study: &Study, world: &World) -> Described {
         variant: scene.variant.clone(),
         grid: DescribedGrid { origin: truth.grid.origin, size: truth.grid.size },
         occupied_voxels: truth.occupied.count(),
-        occupied_sha256: plane_sha256(&truth.occupied),
-        blockers_sha256: plane_sha256(&truth.blockers),
+        occupied_sha256,
+        blockers_sha256,
         human_sha256: plane_sha256(&truth.human.to_window(whole)),
-        robot_sha256: plane_sha256(&truth.robot.to_window(whole)),
-        robot_volume_sha256: plane_sha256(&truth.robot_volume.to_window(whole)),
+        robot_sha256: known.plane_sha256(&truth.robot, whole),
+        robot_volume_sha256: known.plane_sha256(&truth.robot_volume, whole),
         keypoints_sha256: keypoints_sha256(truth),
         regions: regions.collect(),
         placements: placements.collect(),
@@ -133,10 +210,7 @@ pub(super) fn describe(study: &Study, world: &World) -> Described {
 /// Hash of a plane: its window (min and size, little-endian i32) and its words.
 fn plane_sha256(plane: &BitGrid) -> String {
     let window = plane.window();
-    let corner: Vec<u8> = window.min.iter().flat_map(|m| m.to_le_bytes()).collect();
-    let size: Vec<u8> = window.size.iter().flat_map(|n| n.to_le_bytes()).collect();
-    let words: Vec<u8> = plane.words().iter().flat_map(|w| w.to_le_bytes()).collect();
-    sha256([corner.as_slice(), &size, &words])
+    sha256([&*little_endian(&window.min), &little_endian(&window.size), &little_endian(plane.words())])
 }
 
 /// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.
@@ -152,6 +226,5 @@ fn keypoints_sha256(truth: &Truth) -> String {
 
 fn placements_sha256(placements: impl Iterator<Item = GridPose>) -> String {
     let numbers = placements.flat_map(|p| p.origin_q16.into_iter().chain(p.axis_q15.into_iter().flatten()));
-    let bytes: Vec<u8> = numbers.flat_map(i32::to_le_bytes).collect();
-    sha256([bytes.as_slice()])
+    sha256([&*little_endian(&numbers.collect::<Vec<i32>>())])
 }

@@ -92,9 +92,7 @@ impl World {
     /// # Errors
     /// `Error::Stopped`.
     pub fn prepare_all_unless(study: &Study, progress: &dyn Progress) -> Result<Vec<World>> {
-        let make = |scene| prepare::worlds(study, scene, progress).map_err(Error::first);
-        let scenes: Vec<_> = (0..study.scenes.len()).map(make).collect::<Result<_>>()?;
-        Ok(scenes.into_iter().flatten().collect())
+        prepare::all_worlds(study, progress).map_err(Error::first)
     }
 
     /// The voxels of all regions.

@@ -10,10 +10,9 @@ use super::dead::SMALL;
 use super::{World, bodies};
 use crate::input::Study;
 use perirobot_march::voxel::BitGrid;
-use perirobot_march::voxel::flood::{enclosed_voxels, flood};
+use perirobot_march::voxel::flood::{enclosed_voxels, flood, with_neighbours};
 use perirobot_scene::objects::keypoints::Keypoints;
 use perirobot_scene::objects::{Interior, Object, Role, Scene, Surface};
-use perirobot_scene::truth::voxelize::with_neighbours;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// A layer of a body that has at least so large a share of a person's columns cuts the person.

@@ -1,11 +1,13 @@
 //! Prepares the worlds of a scene: its objects are built, sensors mounted, all of it voxelized on one grid, and the sensors
 //! and regions of the study checked in each snapshot.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use super::baselines::{baselines, reachable};
-use super::described::{Described, describe};
+use super::described::{Described, KnownHashes, describe};
 use super::{Floor, World, extent, shapes, warnings};
 use crate::input::Study;
 use crate::sensor::{Sensor, Setting};
@@ -22,35 +24,84 @@ use perirobot_scene::truth::{Region, RegionShape, Snapshots, people, region, vox
 /// Memory for the truths that are kept; others are put together again when they are asked for.
 const KEPT_BYTES: u64 = 256 << 20;
 
+/// The worlds of all scenes: scene by scene, in each snapshot by snapshot.
+///
+/// As many scenes as there are threads are made at the same time, so that memory stays bounded.
+pub(super) fn all_worlds(study: &Study, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
+    let mut worlds = Vec::new();
+    let scenes: Vec<usize> = (0..study.scenes.len()).collect();
+    for some in scenes.chunks(rayon::current_num_threads()) {
+        let mut read = Vec::new();
+        for &scene in some {
+            read.push(ReadScene::new(study, scene, progress));
+            if read.last().is_some_and(Result::is_err) {
+                // An earlier scene may be wrong, too, and is then the one to name.
+                break;
+            }
+        }
+        let made: Vec<Result<Vec<World>, Vec<Error>>> =
+            read.into_par_iter().map(|scene| scene.and_then(|scene| scene.worlds(progress))).collect();
+        for of_scene in made {
+            worlds.extend(of_scene?);
+        }
+    }
+    Ok(worlds)
+}
+
 /// The worlds of a scene, snapshot by snapshot.
 pub(super) fn worlds(study: &Study, scene: usize, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
-    progress.check_stop().map_err(|e| vec![e])?;
-    let (spec, begin) = (&study.scenes[scene], Instant::now());
-    log::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
-    let in_scene = |e: Error| vec![e.with_place(&spec.path)];
-    let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
-    let surfaces = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
-    let mounts = mounts(study, &snapshots)?;
-    let grid = grid(study, scene, &snapshots, &mounts, &surfaces)?;
-    let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
-    let voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, progress).map_err(in_scene)?);
-    let shapes = shapes::shapes(study).map_err(|e| study.sources.classify(vec![e]))?;
-    let floor = Floor::new(study, &snapshots[0]);
-    let cell = SceneVoxels { study, scene, floor, voxels, shapes, surfaces };
-    let mut worlds = cell.worlds(mounts, progress)?;
-    let told = warnings::warnings(study, &snapshots, &worlds);
-    (worlds[0].warnings, worlds[0].is_filled) = (told.lines, told.is_filled);
-    // Those about objects are theirs already.
-    let remarks = study.sources.take_remarks().into_iter();
-    worlds[0].warnings.extend(remarks.map(|remark| format!("a region is read from {remark}")));
-    let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
-    let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
-    log::info!(
-        "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of \
+    ReadScene::new(study, scene, progress)?.worlds(progress)
+}
+
+/// A scene whose files are read: one scene after the other, since each has what its readers remarked.
+struct ReadScene<'a> {
+    study: &'a Study,
+    scene: usize,
+    begin: Instant,
+    snapshots: Vec<Scene>,
+    shapes: Result<Vec<RegionShape>, Vec<Error>>,
+    remarks: Vec<String>,
+}
+
+impl ReadScene<'_> {
+    fn new<'a>(study: &'a Study, scene: usize, progress: &dyn Progress) -> Result<ReadScene<'a>, Vec<Error>> {
+        progress.check_stop().map_err(|e| vec![e])?;
+        let (spec, begin) = (&study.scenes[scene], Instant::now());
+        let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
+        // What is wrong with a region is told after what is wrong with the scene.
+        let shapes = shapes::shapes(study).map_err(|e| study.sources.classify(vec![e]));
+        // Those about objects are theirs already.
+        let remarks = study.sources.take_remarks();
+        Ok(ReadScene { study, scene, begin, snapshots, shapes, remarks })
+    }
+
+    fn worlds(self, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
+        let ReadScene { study, scene, begin, snapshots, shapes, remarks } = self;
+        progress.check_stop().map_err(|e| vec![e])?;
+        let spec = &study.scenes[scene];
+        log::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
+        let in_scene = |e: Error| vec![e.with_place(&spec.path)];
+        let surfaces = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
+        let mounts = mounts(study, &snapshots)?;
+        let grid = grid(study, scene, &snapshots, &mounts, &surfaces)?;
+        let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
+        let voxels = Arc::new(Snapshots::new(&snapshots, grid, kept_bytes, progress).map_err(in_scene)?);
+        let floor = Floor::new(study, &snapshots[0]);
+        let cell = SceneVoxels { study, scene, floor, voxels, shapes: shapes?, surfaces };
+        let mut worlds = cell.worlds(mounts, progress)?;
+        let told = warnings::warnings(study, &snapshots, &worlds);
+        (worlds[0].warnings, worlds[0].is_filled) = (told.lines, told.is_filled);
+        let remarks = remarks.into_iter().map(|remark| format!("a region is read from {remark}"));
+        worlds[0].warnings.extend(remarks);
+        let ([x, y, z], occupied) = (grid.size, worlds[0].truth().occupied.count());
+        let (count, seconds) = (worlds.len(), begin.elapsed().as_secs_f64());
+        log::info!(
+            "scene {:?}: {x} × {y} × {z} voxels, {occupied} occupied (snapshot 0 of \
                 {count}), ready in {seconds:.3} s",
-        spec.name
-    );
-    Ok(worlds)
+            spec.name
+        );
+        Ok(worlds)
+    }
 }
 
 /// The mounted sensors of a snapshot: for each the settings of its candidates, and where its carrier is.
@@ -115,24 +166,23 @@ impl SceneVoxels<'_> {
     /// A world for each snapshot; what is the same in several is held once.
     fn worlds(&self, mounts: Vec<Mounts>, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
         let spec = &self.study.scenes[self.scene];
-        let mut worlds: Vec<World> = Vec::new();
-        let mut over_time: Option<[BitGrid; 2]> = None;
-        for (snapshot, mounts) in mounts.into_iter().enumerate() {
+        let (over_time, known) = (Mutex::new(None), KnownHashes::default());
+        let made = mounts.into_par_iter().enumerate().map(|(snapshot, mounts)| {
             progress.check_stop().map_err(|e| vec![e])?;
             let moment = if spec.snapshots > 1 { format!(", snapshot {snapshot}") } else { String::new() };
             let place = format!("scene {:?}{moment}", spec.name);
-            let mut world = self.world(snapshot, mounts).map_err(|all| {
+            let world = self.world(snapshot, mounts, &known).map_err(|all| {
                 blame_study(self.study, all.into_iter().map(|e| e.with_place(place.as_str())).collect())
             })?;
-            worlds.last().iter().for_each(|before| share_regions(&mut world, before));
-            let blockers = &world.truth().blockers;
-            let first = || [BitGrid::clone(blockers), BitGrid::clone(blockers)];
-            let [always, ever] = over_time.get_or_insert_with(first);
-            always.keep(blockers);
-            ever.add(blockers);
-            worlds.push(world);
-        }
-        if let (Some([always, ever]), [_, _, ..]) = (over_time, &worlds[..]) {
+            if spec.snapshots > 1 {
+                add_blockers(&over_time, &world.truth().blockers);
+            }
+            Ok(world)
+        });
+        // The first snapshot that is wrong is the one to name.
+        let made: Vec<Result<World, Vec<Error>>> = made.collect();
+        let mut worlds: Vec<World> = made.into_iter().collect::<Result<_, _>>()?;
+        if let Some([always, ever]) = over_time.into_inner().unwrap_or_else(PoisonError::into_inner) {
             let all = Arc::new(OverTime { always: always.into(), ever: ever.into() });
             worlds.iter_mut().for_each(|world| world.over_time = Some(all.clone()));
         }
@@ -140,7 +190,12 @@ impl SceneVoxels<'_> {
     }
 
     /// The world of a snapshot, in which all regions and candidates are right.
-    fn world(&self, snapshot: usize, Mounts { settings, carriers }: Mounts) -> Result<World, Vec<Error>> {
+    fn world(
+        &self,
+        snapshot: usize,
+        Mounts { settings, carriers }: Mounts,
+        known: &KnownHashes,
+    ) -> Result<World, Vec<Error>> {
         let (study, scene) = (self.study, self.scene);
         let truth = self.voxels.truth(snapshot);
         let named = study.regions.iter().zip(&self.shapes);
@@ -174,18 +229,17 @@ impl SceneVoxels<'_> {
             is_filled: false,
             described: Described::default(),
         };
-        world.described = describe(study, &world);
+        world.described = describe(study, &mut world, known);
         Ok(world)
     }
 }
 
-/// Keeps regions that are the same in an earlier snapshot once only.
-fn share_regions(world: &mut World, earlier: &World) {
-    for (region, before) in world.regions.iter_mut().zip(&earlier.regions) {
-        if before.voxels == region.voxels {
-            region.voxels = before.voxels.clone();
-        }
-    }
+/// Adds a snapshot's blockers to those of every snapshot and of any, in whatever order the snapshots come.
+fn add_blockers(over_time: &Mutex<Option<[BitGrid; 2]>>, blockers: &BitGrid) {
+    let mut over_time = over_time.lock().unwrap_or_else(PoisonError::into_inner);
+    let [always, ever] = over_time.get_or_insert_with(|| [blockers.clone(), blockers.clone()]);
+    always.keep(blockers);
+    ever.add(blockers);
 }
 
 /// The values of checks that all passed, or all that is wrong.

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::place::{Places, is_room, room_m};
 use super::sizes::{Lengths, Surfaces, guess_unit};
@@ -33,7 +34,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     let mut warnings = of_file(&study.path, &study.warnings);
     warnings.extend(of_file(&scene.path, &scene.warnings));
     let first = worlds[0].truth();
-    let glances: Vec<Glance> = worlds.iter().map(|world| Glance::new(study, world)).collect();
+    let glances: Vec<Glance> = worlds.par_iter().map(|world| Glance::new(study, world)).collect();
     if let Some(hull) = hull_warning(&scenes[0], &first, &glances) {
         warnings.insert(0, hull);
         return SceneWarnings { lines: warnings, is_filled: true };
@@ -64,24 +65,27 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     let places = Places::new(study, &worlds[0]);
     let outside = poses_outside(study, &first, &worlds[0]);
     let across_m = DVec3::from_array(first.grid.size.map(f64::from)).length() * study.voxel_size_m;
-    for (sensor, outside) in outside.iter().enumerate() {
+    let of_sensor = |(sensor, outside): (usize, &Vec<(usize, Option<String>)>)| {
         let spec = &study.sensors[sensor];
-        warnings.extend(spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name)));
-        warnings.extend(once_warning(study, sensor));
-        warnings.extend(range_warning(&spec.name, &*spec.kind, across_m));
-        warnings.extend(stuck::warning(study, &places, sensor, worlds));
-        warnings.extend(warn_outside(study, &places, sensor, outside));
-    }
-    warnings
-        .extend((0..study.sensors.len()).filter_map(|sensor| warn_inside(study, &places, sensor, &glances)));
-    warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
-    warnings.extend(people::warnings(study, scenes, worlds));
-    warnings.extend(thin::warnings(study, scenes, worlds));
+        let all = spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name));
+        let all =
+            all.chain(once_warning(study, sensor)).chain(range_warning(&spec.name, &*spec.kind, across_m));
+        let all = all.chain(stuck::warning(study, &places, sensor, worlds));
+        all.chain(warn_outside(study, &places, sensor, outside)).collect::<Vec<_>>()
+    };
     let explained = |sensor: usize, candidate: usize| {
         begins_beyond(&*study.sensors[sensor].kind, across_m)
             || outside[sensor].binary_search_by_key(&candidate, |(candidate, _)| *candidate).is_ok()
     };
-    warnings.extend(dead::warnings(study, worlds, &explained));
+    let of_sensors = || outside.par_iter().enumerate().map(of_sensor).collect::<Vec<_>>();
+    let of_bodies = || (people::warnings(study, scenes, worlds), thin::warnings(study, scenes, worlds));
+    let dead = || dead::warnings(study, worlds, &explained);
+    let (dead, (of_sensors, (of_people, thin))) = rayon::join(dead, || rayon::join(of_sensors, of_bodies));
+    warnings.extend(of_sensors.into_iter().flatten());
+    warnings
+        .extend((0..study.sensors.len()).filter_map(|sensor| warn_inside(study, &places, sensor, &glances)));
+    warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
+    warnings.extend(of_people.into_iter().chain(thin).chain(dead));
     SceneWarnings { lines: warnings, is_filled: false }
 }
 

@@ -1,9 +1,11 @@
 //! The table of a study's poses as CSV, made for pandas, and how other tables name what they are about.
 
+use rayon::prelude::*;
+
 use perirobot_march::metrics::{COUNTERS, DETECTION_COUNTERS, OVERLAP_COUNTERS};
 use perirobot_scene::pose::Pose;
 use perirobot_study::input::{Combination, Study};
-use perirobot_study::sensor::Setting;
+use perirobot_study::sensor::{Candidate, Setting};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 
@@ -48,7 +50,7 @@ pub fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
     ]);
     for (number, sensor) in study.sensors.iter().enumerate() {
         let on = sensor.on.as_ref().map_or(String::new(), |on| format!("{}/{}", on.object, on.link));
-        for (index, candidate) in sensor.candidates.iter().enumerate() {
+        let row = |(index, candidate): (usize, &Candidate)| {
             let mut fields = vec![sensor.name.clone(), candidate.name.clone(), candidate.group.clone()];
             match candidate.setting {
                 Setting::Pose(Pose { position_m: p, rotation: q }) => {
@@ -63,8 +65,10 @@ pub fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
             }
             fields.push(on.clone());
             fields.push(places.words(number, index));
-            csv.row(&fields);
-        }
+            fields
+        };
+        let rows: Vec<Vec<String>> = sensor.candidates.par_iter().enumerate().map(row).collect();
+        rows.iter().for_each(|fields| csv.row(fields));
     }
     csv.bytes()
 }

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
+use crate::results::columns;
 use crate::results::files::{MANIFEST, json_issue, read_regular, shards_below};
 use crate::results::journal::Shard;
 pub use changes::changes;
@@ -104,7 +105,18 @@ pub struct Run {
 impl Manifest {
     /// The manifest of a sweep that has not run. `command` is the command that makes it, word by word.
     pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &[String]) -> Manifest {
-        let identity = Identity::new(study, worlds);
+        Manifest::with_poses(study, worlds, &columns::poses_csv(study, &worlds[0]), shard, command)
+    }
+
+    /// The same where the table of poses is known.
+    pub(crate) fn with_poses(
+        study: &Study,
+        worlds: &[World],
+        poses_csv: &[u8],
+        shard: Shard,
+        command: &[String],
+    ) -> Manifest {
+        let identity = Identity::new(study, worlds, poses_csv);
         let as_written = object(&identity);
         let warnings = worlds
             .iter()

@@ -1,5 +1,8 @@
 //! Keeps track of a sweep on disk: which choices are finished. Writes their rows into the journal.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::devices::Parts;
 use super::{Ledger, Row};
 use crate::results::journal::Journal;
 use crate::results::{PoseChoice, RowKey, RowLayout};
@@ -64,6 +67,13 @@ impl Done {
         self.bits[word] |= bit;
     }
 
+    /// Whether some choices are finished in all blocks.
+    pub(super) fn has_all(&self, layout: &RowLayout, pose_choices: &[PoseChoice]) -> bool {
+        // What is missing is mostly the last.
+        let is_done = |block| pose_choices.iter().rev().all(|choice| self.has(block, layout.place(choice)));
+        self.count == (layout.blocks() * self.places.len()) as u64 || (0..layout.blocks()).rev().all(is_done)
+    }
+
     pub(super) fn has(&self, block: usize, place: usize) -> bool {
         let (word, bit) = self.position(block, place);
         self.bits[word] & bit != 0
@@ -75,13 +85,21 @@ impl Done {
     }
 }
 
-/// Writes finished rows into the journal, and knows which are left.
+/// A journal, and what is finished in it: of all devices that work on it.
+pub(super) struct Record<'a> {
+    pub(super) journal: &'a mut Journal,
+    pub(super) done: &'a mut Done,
+    /// Whether the rows of all devices were set aside, since one of them counts wrongly: none is taken any more.
+    pub(super) is_set_aside: bool,
+}
+
+/// Writes finished rows of one device into the journal, and knows which are left.
 pub(super) struct Checkpoint<'a> {
     pub(super) layout: &'a RowLayout,
     /// The first moment of each scene.
     pub(super) moments: Vec<usize>,
-    pub(super) journal: &'a mut Journal,
-    pub(super) done: &'a mut Done,
+    pub(super) record: &'a Mutex<Record<'a>>,
+    pub(super) parts: &'a Parts<'a>,
     pub(super) progress: &'a dyn Progress,
     /// Why it was stopped.
     pub(super) stopped: Option<String>,
@@ -89,11 +107,11 @@ pub(super) struct Checkpoint<'a> {
     pub(super) unchecked: Option<super::check::Picked>,
     /// Whether the rows that come now need no check.
     pub(super) is_trusted: bool,
-    /// How many choices were finished by this run.
+    /// How many choices were finished by this device.
     pub(super) finished: u64,
 }
 
-impl Checkpoint<'_> {
+impl<'a> Checkpoint<'a> {
     fn moment(&self, scene: usize, snapshot: usize) -> usize {
         self.moments[scene] + snapshot
     }
@@ -104,25 +122,34 @@ impl Checkpoint<'_> {
         let key = RowKey { combination, choice, representation, region };
         self.layout.row(self.moment(row.scene, row.snapshot), row.repeat, &key)
     }
+
+    /// What all devices have finished.
+    pub(super) fn record(&self) -> MutexGuard<'a, Record<'a>> {
+        self.record.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Ledger for Checkpoint<'_> {
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         let moment = self.moment(world.scene, world.snapshot);
-        !self.done.has(self.layout.block(moment, repeat), self.layout.place(pose_choice))
+        !self.record().done.has(self.layout.block(moment, repeat), self.layout.place(pose_choice))
     }
 
     fn take(&mut self, rows: &[Row]) -> Result<()> {
         let numbered: Vec<(u64, Confusion)> = rows.iter().map(|row| (self.number(row), row.counts)).collect();
+        let mut record = self.record();
+        if record.is_set_aside {
+            return Ok(());
+        }
         for run in numbered.chunk_by(|(a, _), (b, _)| a + 1 == *b) {
             let counts: Vec<Confusion> = run.iter().map(|(_, counts)| *counts).collect();
-            self.journal.put(run[0].0, &counts)?;
+            record.journal.put(run[0].0, &counts)?;
         }
         let of_one = |a: &Row, b: &Row| (a.combination, a.choice) == (b.combination, b.choice);
         for rows in rows.chunk_by(of_one) {
             let Row { scene, snapshot, repeat, combination, choice, .. } = rows[0];
             let block = self.layout.block(self.moment(scene, snapshot), repeat);
-            self.done.set(block, self.layout.place(&PoseChoice { combination, choice }));
+            record.done.set(block, self.layout.place(&PoseChoice { combination, choice }));
             if let Some(unchecked) = self.unchecked.as_mut().filter(|_| !self.is_trusted) {
                 unchecked.pick(rows);
             }
@@ -135,6 +162,6 @@ impl Ledger for Checkpoint<'_> {
     fn enough(&mut self) -> bool {
         self.stopped = self.stopped.take().or_else(|| self.progress.stop_reason());
         let is_due = !self.is_trusted && self.unchecked.as_ref().is_some_and(|unchecked| unchecked.are_due());
-        self.stopped.is_some() || is_due
+        self.stopped.is_some() || self.parts.is_halted() || is_due
     }
 }

@@ -45,9 +45,14 @@ pub(super) trait Resumable: Task {
         Ok(())
     }
 
-    /// Whether nothing is left, or it was stopped.
-    fn is_over(&self) -> bool {
+    /// Whether nothing is left of some choices, or it was stopped.
+    fn is_over(&self, _: &[PoseChoice]) -> bool {
         true
+    }
+
+    /// Whether it was stopped.
+    fn is_stopped(&self) -> bool {
+        false
     }
 }
 
@@ -104,6 +109,11 @@ impl<'a> Failover<'a> {
         Ok(backend)
     }
 
+    /// Checks what a task has left to be checked.
+    pub(super) fn check(&mut self, task: &mut dyn Resumable) -> Result<()> {
+        task.check(self.backends)
+    }
+
     /// Does what is left of a task with a backend from [`Failover::open`], until it is done or stopped. Returns what the
     /// stages of the last backend's work took.
     pub(super) fn work(
@@ -148,7 +158,7 @@ impl<'a> Failover<'a> {
                 Err(e) => return Err(e),
                 Ok(()) => {
                     task.check(self.backends)?;
-                    if task.is_over() {
+                    if task.is_over(pose_choices) {
                         self.finished_since += task.finished() - last_fault;
                         let timings = backend.timings();
                         if self.fallback == Fallback::None {

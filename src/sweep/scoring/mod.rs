@@ -5,6 +5,7 @@ pub mod bench;
 pub mod check;
 mod checkpoint;
 pub mod compare;
+mod devices;
 mod evidence;
 mod failover;
 mod order;

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use super::Row;
 use super::evidence::{BatchSize, FirstHitSlots, Store};
 use crate::results::{PoseChoice, layout_of};
-use perirobot_march::backend::{Backend, Rays, VoxelScene};
+use perirobot_march::backend::{Backend, MadeScene, Rays, SceneMaker, VoxelScene};
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::Window;
@@ -181,7 +181,10 @@ pub(super) fn each_world(
     }
     let tables = ray_tables_of(study, |sensor| members.contains(&sensor));
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
+    let mut ahead = Ahead(None);
+    let mut after = 0;
     for snapshots in worlds.chunk_by(|a, b| a.scene == b.scene) {
+        after += snapshots.len();
         let wanted = |world: &World, pose_choice: &PoseChoice, task: &dyn Task| {
             (0..study.repeats as usize).any(|repeat| task.wants(world, repeat, pose_choice))
         };
@@ -192,19 +195,29 @@ pub(super) fn each_world(
             // A backend takes a new allocation for a new layer, and forgets first hits under the old numbers.
             let over_time = snapshots[0].over_time.as_ref().map(|all| Arc::new(all.as_ref().clone()));
             let mut group: Option<(&[PoseChoice], FirstHitSlots)> = None;
-            for world in snapshots {
+            for (number, world) in snapshots.iter().enumerate() {
                 let some = group.as_ref().map_or(left, |(group, _)| *group);
                 if !some.iter().any(|pose_choice| wanted(world, pose_choice, task)) {
                     continue;
                 }
                 task.begins(world);
                 let window = task.window(world);
-                let scene = world.scene(window);
-                backend.load(&VoxelScene { over_time: over_time.clone(), ..scene })?;
+                let (scene, made) = ahead.take(world, window);
+                backend.load_made(&VoxelScene { over_time: over_time.clone(), ..scene }, made)?;
                 let first = || first_group(study, snapshots, &tables, left, backend.first_hit_slots());
                 let (group, first_hits) = group.get_or_insert_with(first);
                 let store = Store::new(study, (world, window), &tables, first_hits, backend.slots(), batch);
-                task.work(store, group, backend)?;
+                // The next world in which anything of these choices is wanted, or of the next scene.
+                let is_wanted = |world: &&World, some: &[PoseChoice]| {
+                    some.iter().any(|pose_choice| wanted(world, pose_choice, task))
+                };
+                let here = snapshots[number + 1..].iter().find(|world| is_wanted(world, group));
+                let is_last = group.len() == left.len();
+                let next = here.or_else(|| {
+                    worlds[after..].iter().filter(|_| is_last).find(|world| is_wanted(world, pose_choices))
+                });
+                let next = next.map(|world| (world, task.window(world), backend.scene_maker()));
+                ahead.make_while(next, || task.work(store, group, backend))?;
                 if task.enough() {
                     return Ok(());
                 }
@@ -213,6 +226,39 @@ pub(super) fn each_world(
         }
     }
     Ok(())
+}
+
+/// The scene of the world that comes next, and what the backend's maker made of it.
+struct Ahead<'a>(Option<(&'a World, VoxelScene, Option<MadeScene>)>);
+
+impl<'a> Ahead<'a> {
+    /// The scene of a world over a window; from now on none is there.
+    fn take(&mut self, world: &World, window: Window) -> (VoxelScene, Option<MadeScene>) {
+        let known = self.0.take().filter(|(of, scene, _)| std::ptr::eq(*of, world) && scene.window == window);
+        known.map_or_else(|| (world.scene(window), None), |(_, scene, made)| (scene, made))
+    }
+
+    /// Makes the next scene on a thread of its own while other work is done.
+    fn make_while<T>(
+        &mut self,
+        next: Option<(&'a World, Window, Option<SceneMaker>)>,
+        work: impl FnOnce() -> T,
+    ) -> T {
+        // A program that may have one thread does one thing after the other.
+        let next = next.filter(|_| rayon::current_num_threads() > 1);
+        let Some((world, window, maker)) = next else { return work() };
+        let make = || {
+            let scene = world.scene(window);
+            let made = maker.and_then(|maker| maker(&scene));
+            (world, scene, made)
+        };
+        std::thread::scope(|threads| {
+            let making = threads.spawn(make);
+            let done = work();
+            self.0 = Some(making.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            done
+        })
+    }
 }
 
 /// The first choices whose sensors' first hits fit this many places, and those places. First hits of a sensor

@@ -6,20 +6,22 @@
 //! lost, a crash), some rows are finished and the others are not; resuming means to do the others.
 
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::Row;
 use super::check::{AT_LEAST, Picked};
-use super::checkpoint::{Checkpoint, Done};
+use super::checkpoint::{Checkpoint, Done, Record};
+use super::devices::{Parts, add_timings, devices, on_each};
 use super::failover::{Failover, TaskChoices, Timings};
 use super::sweeping::Sweeping;
 use crate::results::files::{JOURNAL, MANIFEST, OutputFolder};
 use crate::results::journal::{Journal, JournalHeader, Locked, Pages, Shard, Unfit};
 use crate::results::manifest::{KILLED, Manifest, Run};
 use crate::results::{PoseChoice, RowLayout, columns, layout_of, places_of};
-use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::backend::factory::{BackendFactory, Fallback, KeptBackends};
 use perirobot_march::error::{Argument, Issue, Site, Words, catch_panic};
-use perirobot_march::progress::Progress;
+use perirobot_march::progress::{Fault, Progress};
 use perirobot_march::{Error, Result};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
@@ -90,7 +92,8 @@ impl<'a> Session<'a> {
         }
         let folder = OutputFolder::open(path)?;
         folder.spare(&study.sources, &[])?;
-        let mut manifest = Manifest::new(study, worlds, shard, command);
+        let poses_csv = columns::poses_csv(study, &worlds[0]);
+        let mut manifest = Manifest::with_poses(study, worlds, &poses_csv, shard, command);
         let header = JournalHeader {
             fingerprint: manifest.fingerprint(),
             shard,
@@ -134,7 +137,7 @@ impl<'a> Session<'a> {
                 (locked.begin(header)?, Done::new(&layout, places.clone()), 0)
             }
         };
-        folder.write("poses.csv", &columns::poses_csv(study, &worlds[0]))?;
+        folder.write("poses.csv", &poses_csv)?;
         folder.write(MANIFEST, &manifest.bytes())?;
         let pose_choices = layout.all_choices().skip(places.start).take(places.len()).collect();
         Ok(Session { study, worlds, folder, layout, pose_choices, journal, manifest, done, damaged })
@@ -166,20 +169,19 @@ impl<'a> Session<'a> {
     ) -> Result<RunReport> {
         let begin = Instant::now();
         let began_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        let mut failover = Failover::new(backends, progress);
-        let backend = failover.open()?;
-        let (name, device) = (backend.name(), backend.device());
-        let doubts = failover.needs_check();
-        let unchecked = self.unchecked_rows(verify)?;
-        let unchecked = match (doubts && verify > 0, unchecked.is_empty()) {
-            (true, _) => Some(Picked::one_in(verify).and(unchecked)),
-            (false, false) => Some(Picked::these(unchecked)),
-            (false, true) => None,
-        };
+        let mut devices = devices(backends);
+        let (mut name, mut labels) = ("", Vec::new());
+        for device in &mut devices {
+            let backend = device.open(Fallback::None)?;
+            name = backend.name();
+            labels.push(backend.device());
+            device.take_back(backend);
+        }
+        let mut unchecked = self.unchecked_rows(verify)?;
         let mut run = Run {
             shard: self.journal.header().shard,
             backend: name.into(),
-            device,
+            device: labels.join("; "),
             began_unix_s,
             prepare_s,
             sweep_s: None,
@@ -193,26 +195,52 @@ impl<'a> Session<'a> {
         self.folder.write(MANIFEST, &self.manifest.bytes())?;
         let choices =
             TaskChoices { study: self.study, worlds: self.worlds, pose_choices: &self.pose_choices };
-        let checkpoint = Checkpoint {
-            layout: &self.layout,
-            moments: moments(self.study),
-            journal: &mut self.journal,
-            done: &mut self.done,
-            progress,
-            stopped: None,
-            unchecked,
-            is_trusted: false,
-            finished: 0,
-        };
-        let mut sweeping =
-            Sweeping { choices, folder: self.folder.path(), checkpoint, verified: 0, checker: None };
-        let ended = catch_panic(|| failover.work(choices, backend, &mut sweeping));
-        let Sweeping { checkpoint: Checkpoint { stopped, finished, .. }, verified, .. } = sweeping;
+        let parts = Parts::new(&self.pose_choices, devices.len());
+        let record =
+            Mutex::new(Record { journal: &mut self.journal, done: &mut self.done, is_set_aside: false });
+        let several = devices.len() > 1;
+        let with_tasks = devices.iter_mut().zip(labels).map(|(device, label)| {
+            // Rows of a run that was killed are checked beside the first device.
+            let earlier = std::mem::take(&mut unchecked);
+            let unchecked = match (device.needs_check() && verify > 0, earlier.is_empty()) {
+                (true, _) => Some(Picked::one_in(verify).and(earlier)),
+                (false, false) => Some(Picked::these(earlier)),
+                (false, true) => None,
+            };
+            let checkpoint = Checkpoint {
+                layout: &self.layout,
+                moments: moments(self.study),
+                record: &record,
+                parts: &parts,
+                progress,
+                stopped: None,
+                unchecked,
+                is_trusted: false,
+                finished: 0,
+            };
+            let (device_name, folder) = (several.then_some(label), self.folder.path());
+            let sweeping =
+                Sweeping { device: device_name, choices, folder, checkpoint, verified: 0, checker: None };
+            (device, sweeping)
+        });
+        let worked = on_each(with_tasks.collect(), &parts, |(device, mut sweeping)| {
+            let mut failover = Failover::new(device, progress);
+            let ended = catch_panic(|| parts.work(&mut failover, choices, &mut sweeping));
+            let Sweeping { checkpoint: Checkpoint { stopped, finished, .. }, verified, .. } = sweeping;
+            Ok(DeviceReport { ended, stopped, finished, verified, faults: failover.faults })
+        })?;
+        devices.iter_mut().for_each(KeptBackends::give_back);
+        let finished = worked.iter().map(|device| device.finished).sum();
+        let verified = worked.iter().map(|device| device.verified).sum();
+        let stopped = worked.iter().find_map(|device| device.stopped.clone());
+        let (ended, faults): (Vec<_>, Vec<_>) =
+            worked.into_iter().map(|device| (device.ended, device.faults)).unzip();
+        let ended = ended.into_iter().collect::<Result<Vec<_>>>().map(add_timings);
         let synced = self.journal.sync();
         let sweep_s = begin.elapsed().as_secs_f64();
         (run.sweep_s, run.poses) = (Some(sweep_s), Some(finished));
         run.poses_per_s = Some(finished as f64 / sweep_s.max(1e-9));
-        (run.verified, run.faults) = (Some(verified), Some(failover.faults));
+        (run.verified, run.faults) = (Some(verified), Some(faults.concat()));
         run.ended = match (&ended, &stopped) {
             (Err(e), _) => e.to_string(),
             (Ok(_), Some(why)) => why.clone(),
@@ -287,6 +315,15 @@ impl<'a> Session<'a> {
     pub fn into_pages(self) -> Pages {
         Pages::new(vec![self.journal])
     }
+}
+
+/// What a device did.
+struct DeviceReport {
+    ended: Result<Timings>,
+    stopped: Option<String>,
+    finished: u64,
+    verified: u64,
+    faults: Vec<Fault>,
 }
 
 /// The first moment of each scene.

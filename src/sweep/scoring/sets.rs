@@ -2,13 +2,14 @@
 
 use std::collections::HashSet;
 
+use super::devices::{Parts, devices, on_each};
 use super::evidence::Store;
 use super::failover::{Failover, Resumable, TaskChoices};
 use super::order::{Task, score};
 use super::{Ledger, Row};
 use crate::results::{PoseChoice, layout_of};
 use perirobot_march::backend::Backend;
-use perirobot_march::backend::factory::BackendFactory;
+use perirobot_march::backend::factory::{BackendFactory, KeptBackends};
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::{Error, Result};
@@ -28,13 +29,21 @@ pub fn run_on(
 ) -> Result<Vec<Row>> {
     let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
     let choices = TaskChoices { study, worlds, pose_choices: &pose_choices };
-    let mut counting = Counting(Taken { rows: Vec::new(), done: HashSet::new(), stopped: None, progress });
-    let mut failover = Failover::new(backends, progress);
-    let backend = failover.open()?;
-    failover.work(choices, backend, &mut counting)?;
-    let Taken { mut rows, stopped, .. } = counting.0;
-    if let Some(why) = stopped {
-        return Err(Error::Stopped(Issue::says(why)));
+    let mut devices = devices(backends);
+    let parts = Parts::new(&pose_choices, devices.len());
+    let taken = on_each(devices.iter_mut().collect(), &parts, |device| {
+        let taken = Taken { rows: Vec::new(), done: HashSet::new(), stopped: None, parts: &parts, progress };
+        let mut counting = Counting(taken);
+        parts.work(&mut Failover::new(device, progress), choices, &mut counting)?;
+        Ok(counting.0)
+    })?;
+    devices.iter_mut().for_each(KeptBackends::give_back);
+    let mut rows = Vec::new();
+    for Taken { rows: of_device, stopped, .. } in taken {
+        if let Some(why) = stopped {
+            return Err(Error::Stopped(Issue::says(why)));
+        }
+        rows.extend(of_device);
     }
     rows.sort_by_key(Row::place);
     Ok(rows)
@@ -61,6 +70,10 @@ impl Resumable for Counting<'_> {
     fn finished(&self) -> u64 {
         self.0.done.len() as u64
     }
+
+    fn is_stopped(&self) -> bool {
+        self.0.stopped.is_some()
+    }
 }
 
 /// The rows that were counted.
@@ -69,6 +82,7 @@ struct Taken<'a> {
     /// Scene, snapshot, repeat, combination and choice of what is there.
     done: HashSet<[usize; 5]>,
     stopped: Option<String>,
+    parts: &'a Parts<'a>,
     progress: &'a dyn Progress,
 }
 
@@ -90,6 +104,6 @@ impl Ledger for Taken<'_> {
 
     fn enough(&mut self) -> bool {
         self.stopped = self.stopped.take().or_else(|| self.progress.stop_reason());
-        self.stopped.is_some()
+        self.stopped.is_some() || self.parts.is_halted()
     }
 }

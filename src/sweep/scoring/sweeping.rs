@@ -14,8 +14,10 @@ use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
 use perirobot_study::world::World;
 
-/// The work of one run.
+/// The work of one device in a run.
 pub(super) struct Sweeping<'a> {
+    /// The device in words, where several work.
+    pub(super) device: Option<String>,
     pub(super) choices: TaskChoices<'a>,
     pub(super) folder: &'a Path,
     pub(super) checkpoint: Checkpoint<'a>,
@@ -63,7 +65,9 @@ impl Resumable for Sweeping<'_> {
             }
             Err(difference) => {
                 // A later run or a merge would take rows of a device that counts wrongly for finished ones.
-                let cleared = match self.checkpoint.journal.set_aside(DISAGREED) {
+                let mut record = self.checkpoint.record();
+                record.is_set_aside = true;
+                let cleared = match record.journal.set_aside(DISAGREED) {
                     Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),
                     Err(e) => format!("Its rows could not be set aside ({e}): remove the folder"),
                 };
@@ -73,8 +77,8 @@ impl Resumable for Sweeping<'_> {
                     Ok(()) => format!("Both counts are in {}", path.display()),
                     Err(e) => format!("Both counts: {} ({e})", difference.evidence),
                 };
-                let what =
-                    format!("the device and the CPU disagree: {}. {kept}. {cleared}", difference.place);
+                let device = self.device.as_deref().unwrap_or("the device");
+                let what = format!("{device} and the CPU disagree: {}. {kept}. {cleared}", difference.place);
                 let cure = Words::from("run again with ")
                     + Argument("backend").with_value("cpu")
                     + ", and `perirobot verify-backends` to see more";
@@ -83,9 +87,12 @@ impl Resumable for Sweeping<'_> {
         }
     }
 
-    fn is_over(&self) -> bool {
-        let Checkpoint { stopped, done, layout, .. } = &self.checkpoint;
-        let all = (layout.blocks() * self.choices.pose_choices.len()) as u64;
-        stopped.is_some() || done.count() >= all
+    fn is_over(&self, pose_choices: &[PoseChoice]) -> bool {
+        let Checkpoint { layout, .. } = &self.checkpoint;
+        self.is_stopped() || self.checkpoint.record().done.has_all(layout, pose_choices)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.checkpoint.stopped.is_some() || self.checkpoint.parts.is_halted()
     }
 }

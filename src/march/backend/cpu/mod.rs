@@ -46,12 +46,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{
-    Backend, Carving, Evidence, Fusion, GridPose, MEMORY_BYTES, OverTime, Planes, Rays, Reading, Shot, Slot,
-    VoxelScene, count::RegionTally,
+    Backend, Carving, Evidence, Fusion, GridPose, MEMORY_BYTES, MadeScene, OverTime, Planes, Rays, Reading,
+    SceneMaker, Shot, Slot, VoxelScene, count::RegionTally,
 };
 use crate::march::{End, NOTHING};
 use crate::metrics::Confusion;
-use crate::voxel::BitGrid;
+use crate::voxel::{BitGrid, Window};
 use crate::{Error, Result};
 pub use blocker_search::{BlockerSearch, RaysFrom};
 use first_hit::Layer;
@@ -107,14 +107,35 @@ struct Layers {
     sometimes: Layer,
 }
 
+/// What other scenes may take from a scene that was made ready.
+struct KnownScene {
+    blockers: Arc<BitGrid>,
+    over_time: Option<Arc<OverTime>>,
+    window: Window,
+    layers: Option<Arc<Layers>>,
+    moving: Arc<Layer>,
+}
+
+impl From<&LoadedScene> for KnownScene {
+    fn from(LoadedScene { scene, layers, moving, .. }: &LoadedScene) -> KnownScene {
+        KnownScene {
+            blockers: scene.blockers.clone(),
+            over_time: scene.over_time.clone(),
+            window: scene.window,
+            layers: layers.clone(),
+            moving: moving.clone(),
+        }
+    }
+}
+
 impl LoadedScene {
-    /// Makes a scene ready; earlier ones may have what is over time.
-    fn new(scene: &VoxelScene, earlier: &[LoadedScene]) -> Self {
+    /// Makes a scene ready; those that are known may have some of it.
+    fn new(scene: &VoxelScene, known: &[KnownScene]) -> Self {
+        let has_layers = |known: &KnownScene, all: &OverTime| {
+            known.over_time.as_ref().is_some_and(|known| known.has_layers_of(all))
+        };
         let same = |all: &OverTime| {
-            let is_same = |known: &&LoadedScene| {
-                known.scene.over_time.as_ref().is_some_and(|known| known.has_layers_of(all))
-            };
-            earlier.iter().find(is_same).and_then(|known| known.layers.clone())
+            known.iter().find(|known| has_layers(known, all)).and_then(|known| known.layers.clone())
         };
         let ready = |all: &OverTime| {
             let mut sometimes = BitGrid::clone(&all.ever);
@@ -122,8 +143,12 @@ impl LoadedScene {
             let always = Layer::new(BitGrid::clone(&all.always));
             Arc::new(Layers { always, sometimes: Layer::new(sometimes) })
         };
-        let is_alike = |known: &&LoadedScene| {
-            Arc::ptr_eq(&known.scene.blockers, &scene.blockers) && known.scene.has_same_layers(scene)
+        let is_alike = |known: &&KnownScene| {
+            let has_same_layers = match &scene.over_time {
+                Some(all) => has_layers(known, all),
+                None => known.over_time.is_none(),
+            };
+            Arc::ptr_eq(&known.blockers, &scene.blockers) && has_same_layers
         };
         let moving = || {
             let mut moving = BitGrid::clone(&scene.blockers);
@@ -133,7 +158,7 @@ impl LoadedScene {
         let wanted = RelevantVoxels::new(scene.window, &scene.regions);
         LoadedScene {
             layers: scene.over_time.as_deref().map(|all| same(all).unwrap_or_else(|| ready(all))),
-            moving: earlier.iter().find(is_alike).map_or_else(moving, |known| known.moving.clone()),
+            moving: known.iter().find(is_alike).map_or_else(moving, |known| known.moving.clone()),
             wanted,
             tally: RegionTally::new(scene),
             scene: scene.clone(),
@@ -265,6 +290,20 @@ impl Backend for Cpu {
     }
 
     fn load(&mut self, scene: &VoxelScene) -> Result<()> {
+        self.load_made(scene, None)
+    }
+
+    fn scene_maker(&self) -> Option<SceneMaker> {
+        let known: Vec<KnownScene> = self.earlier.iter().chain(&self.loaded).map(KnownScene::from).collect();
+        Some(Box::new(move |scene| {
+            let is_known = |known: &KnownScene| {
+                known.window == scene.window && Arc::ptr_eq(&known.blockers, &scene.blockers)
+            };
+            (!known.iter().any(is_known)).then(|| Box::new(LoadedScene::new(scene, &known)) as MadeScene)
+        }))
+    }
+
+    fn load_made(&mut self, scene: &VoxelScene, made: Option<MadeScene>) -> Result<()> {
         let evidence = usize::try_from(self.memory_bytes / 2).unwrap_or(usize::MAX);
         let piece = 3 * 4 * scene.truth.words().len().max(1);
         // Even where a piece of evidence is large, each thread has one to work on, and a job of several
@@ -281,7 +320,14 @@ impl Backend for Cpu {
         let known = self.earlier.iter().rposition(|earlier| earlier.scene.is_same(scene));
         self.loaded = Some(match known.map(|known| self.earlier.remove(known)) {
             Some(known) => LoadedScene { scene: scene.clone(), ..known },
-            None => LoadedScene::new(scene, &self.earlier),
+            None => match made.and_then(|made| made.downcast::<LoadedScene>().ok()) {
+                // First hits are numbered by the scene that is loaded.
+                Some(made) => LoadedScene { scene: scene.clone(), ..*made },
+                None => {
+                    let known: Vec<KnownScene> = self.earlier.iter().map(KnownScene::from).collect();
+                    LoadedScene::new(scene, &known)
+                }
+            },
         });
         self.forget_earlier();
         log::debug!("cpu: scene loaded, room for {} pieces of evidence of {piece} bytes", self.slots.len());

@@ -1,5 +1,6 @@
 //! What stays on the device: tables of rays, a scene, evidence in slots, and room for a batch.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use super::device::{GpuDevice, GrowingBuffer};
@@ -41,14 +42,40 @@ impl DeviceTable {
     }
 }
 
+/// What the host makes of a scene for the device.
+pub(super) struct HostScene {
+    /// The lowest voxels of the boxes that the window is decided in, those of the regions first.
+    pub(super) boxes: Vec<[u32; 3]>,
+    /// How many boxes are those of the regions.
+    pub(super) wanted: u32,
+    pub(super) body_words: BodyWords,
+    /// The words of the blockers that are not in the still layer; of all where there is none.
+    layer: Vec<u32>,
+}
+
+impl HostScene {
+    pub(super) fn new(scene: &VoxelScene) -> HostScene {
+        let (boxes, wanted) = super::plan::boxes(scene);
+        let layer = match scene.over_time.as_deref() {
+            None => layer_words(&scene.blockers),
+            Some(OverTime { always: still, .. }) => {
+                let mut moving = BitGrid::clone(&scene.blockers);
+                moving.remove(still);
+                layer_words(&moving)
+            }
+        };
+        HostScene { boxes, wanted, body_words: BodyWords::new(scene), layer }
+    }
+}
+
 /// A scene on the device.
 pub(super) struct DeviceScene {
     pub(super) window: Window,
     pub(super) sizes: SceneSizes,
     /// The uniform [`Setup`].
     pub(super) setup: wgpu::Buffer,
-    /// Blockers, and their bricks.
-    pub(super) blockers: wgpu::Buffer,
+    /// All blockers.
+    pub(super) blockers: LazyLayer,
     /// The same of the still layer, if there is one, and of the blockers that are not in it.
     pub(super) layers: Option<[wgpu::Buffer; 2]>,
     /// The numbers of the boxes of voxels that the window is decided in, those of the regions first.
@@ -71,22 +98,26 @@ pub(super) struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Uploads a scene of these sizes and boxes.
+    /// Uploads a scene of these sizes.
     pub(super) fn new(
         device: &GpuDevice,
         scene: &VoxelScene,
-        (sizes, body_words): (SceneSizes, BodyWords),
-        (boxes, wanted): (&[[u32; 3]], u32),
+        (sizes, HostScene { boxes, wanted, body_words, layer }): (SceneSizes, HostScene),
         memory_bytes: Option<u64>,
-        kept: &FirstHitCache,
+        kept: &mut FirstHitCache,
         room: &mut BufferPool,
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
-        let layers = |OverTime { always: still, .. }: &OverTime| {
-            let mut moving = BitGrid::clone(&scene.blockers);
-            moving.remove(still);
-            [device.upload("still", &layer_words(still)), device.upload("moving", &layer_words(&moving))]
+        let all = LazyLayer { blockers: scene.blockers.clone(), buffer: OnceCell::new() };
+        let layers = match scene.over_time.as_deref() {
+            None => {
+                all.buffer.get_or_init(|| device.upload("blockers", &layer));
+                None
+            }
+            Some(OverTime { always: still, .. }) => {
+                Some([kept.still_layer(device, still), device.upload("moving", &layer)])
+            }
         };
         let bits = BOX_BITS / 3;
         let number = |corner: &[u32; 3]| {
@@ -98,8 +129,8 @@ impl DeviceScene {
             window: scene.window,
             setup: GrowingBuffer::uniform("setup")
                 .fill(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
-            blockers: device.upload("blockers", &layer_words(&scene.blockers)),
-            layers: scene.over_time.as_deref().map(layers),
+            blockers: all,
+            layers,
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
             corners: boxes[..wanted as usize].iter().map(in_grid).collect(),
             truth: device.upload("truth", scene.truth.words()),
@@ -147,21 +178,45 @@ impl DeviceScene {
 // Half a word holds a bit for each voxel of a brick, and a byte.
 const _: () = assert!(Bricks::EDGE == 2);
 
+/// A layer that is uploaded when it is first asked for: of a scene with snapshots, first hits mostly need the others only.
+pub(super) struct LazyLayer {
+    blockers: Arc<BitGrid>,
+    buffer: OnceCell<wgpu::Buffer>,
+}
+
+impl LazyLayer {
+    /// The blockers, and their bricks.
+    pub(super) fn buffer(&self, device: &GpuDevice) -> &wgpu::Buffer {
+        self.buffer.get_or_init(|| device.upload("blockers", &layer_words(&self.blockers)))
+    }
+}
+
 /// A layer of blockers as `shaders/layer.wgsl` reads it: its words, then its bricks, two a word.
 fn layer_words(blockers: &BitGrid) -> Vec<u32> {
     let bricks = Bricks::new(blockers);
     let mut halves: Vec<u32> = bricks.reach().iter().map(|&reach| u32::from(reach) << 8).collect();
-    for voxel in blockers.voxels() {
-        let [x, y, z] = voxel.map(|c| c as u32 % Bricks::EDGE);
-        halves[bricks.index_at(voxel)] |= 1 << (x + Bricks::EDGE * (y + Bricks::EDGE * z));
+    let [_, ny, _] = blockers.window().size;
+    let row_words = blockers.words_per_row().max(1) as usize;
+    for (row, words) in blockers.words().chunks_exact(row_words).enumerate() {
+        let (y, z) = (row as u32 % ny, row as u32 / ny);
+        // The voxels of a brick's row are two bits.
+        let place = Bricks::EDGE * (y % Bricks::EDGE + Bricks::EDGE * (z % Bricks::EDGE));
+        for (w, &word) in words.iter().enumerate().filter(|(_, word)| **word != 0) {
+            let first = bricks.index_at([32 * w as i32, y as i32, z as i32]);
+            for brick in (0..16).filter(|brick| word >> (2 * brick) & 3 != 0) {
+                halves[first + brick] |= (word >> (2 * brick) & 3) << place;
+            }
+        }
     }
     let two = |halves: &[u32]| halves.iter().rev().fold(0, |word, half| word << 16 | half);
     blockers.words().iter().copied().chain(halves.chunks(2).map(two)).collect()
 }
 
-/// What rays hit first in a still layer: kept as long as the layer and the tables are.
+/// A still layer, and what rays hit first in it: these are kept as long as the layer and the tables are.
 pub(super) struct FirstHitCache {
     over_time: Option<Arc<OverTime>>,
+    /// The still layer that was uploaded last, which is mostly that of the next snapshot.
+    still: Option<(Arc<BitGrid>, wgpu::Buffer)>,
     /// Words of a slot.
     pub(super) stride: u32,
     /// Which slots hold first hits in this layer.
@@ -174,6 +229,7 @@ impl FirstHitCache {
     pub(super) fn new() -> Self {
         FirstHitCache {
             over_time: None,
+            still: None,
             stride: 0,
             held: Vec::new(),
             room: GrowingBuffer::storage("first_hits"),
@@ -192,6 +248,8 @@ impl FirstHitCache {
         over_time: Option<&Arc<OverTime>>,
         tables: &[DeviceTable],
     ) {
+        // Another layer's buffer goes before the new one is made, so that both need not fit side by side.
+        self.still.take_if(|(still, _)| !over_time.is_some_and(|all| Arc::ptr_eq(still, &all.always)));
         let same = self.over_time.as_ref().zip(over_time).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.rays_bytes());
@@ -200,6 +258,12 @@ impl FirstHitCache {
             self.held = vec![false; if over_time.is_some() { slots.min(MOST_FIRST_HITS) } else { 0 }];
             self.over_time = over_time.cloned();
         }
+    }
+
+    /// The still layer of the loaded scene on the device.
+    fn still_layer(&mut self, device: &GpuDevice, still: &Arc<BitGrid>) -> wgpu::Buffer {
+        let upload = || (still.clone(), device.upload("still", &layer_words(still)));
+        self.still.get_or_insert_with(upload).1.clone()
     }
 
     /// The buffer of all slots.
@@ -259,6 +323,30 @@ impl BufferPool {
             twice: GrowingBuffer::storage("twice"),
             counts: GrowingBuffer::storage("counts"),
             found: GrowingBuffer::storage("found"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_brick_holds_the_bit_of_each_of_its_voxels() {
+        for (size, step) in [([1, 1, 1], 1), ([67, 5, 4], 3), ([64, 3, 7], 11), ([31, 8, 2], 2)] {
+            let mut plane = BitGrid::new(Window { min: [0; 3], size });
+            BitGrid::full(plane.window()).voxels().step_by(step).for_each(|voxel| plane.set(voxel));
+            let (bricks, words) = (Bricks::new(&plane), layer_words(&plane));
+            let (voxels, bricks_words) = words.split_at(plane.words().len());
+            assert_eq!(voxels, plane.words());
+            assert_eq!(bricks_words.len(), bricks.reach().len().div_ceil(2));
+            let half = |brick: usize| bricks_words[brick / 2] >> (16 * (brick % 2)) & 0xffff;
+            let mut expected: Vec<u32> = bricks.reach().iter().map(|&reach| u32::from(reach) << 8).collect();
+            for voxel @ [x, y, z] in plane.voxels() {
+                expected[bricks.index_at(voxel)] |= 1 << (x % 2 + 2 * (y % 2) + 4 * (z % 2));
+            }
+            let found: Vec<u32> = (0..expected.len()).map(half).collect();
+            assert_eq!(found, expected, "{size:?}");
         }
     }
 }

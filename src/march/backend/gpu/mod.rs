@@ -30,16 +30,15 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::adapter::AdapterChoice;
-use super::body_words::BodyWords;
 use super::{
-    Backend, Carving, Evidence, Fusion, GridPose, Planes, Rays, Reading, Shot, Slot, StageTiming, VoxelScene,
-    no_table,
+    Backend, Carving, Evidence, Fusion, GridPose, MadeScene, Planes, Rays, Reading, SceneMaker, Shot, Slot,
+    StageTiming, VoxelScene, no_table,
 };
 use crate::march::End;
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
-use loaded::{BufferPool, DeviceScene, DeviceTable, FirstHitCache};
+use loaded::{BufferPool, DeviceScene, DeviceTable, FirstHitCache, HostScene};
 use plan::SceneSizes;
 use queue::{Queue, StageDone};
 use score::PendingCounts;
@@ -142,20 +141,28 @@ impl Backend for Gpu {
     }
 
     fn load(&mut self, scene: &VoxelScene) -> Result<()> {
+        self.load_made(scene, None)
+    }
+
+    fn scene_maker(&self) -> Option<SceneMaker> {
+        Some(Box::new(|scene| Some(Box::new(HostScene::new(scene)) as MadeScene)))
+    }
+
+    fn load_made(&mut self, scene: &VoxelScene, made: Option<MadeScene>) -> Result<()> {
         self.loaded = None;
         let device = &self.queue.device;
-        let (boxes, wanted) = plan::boxes(scene);
-        let body_words = BodyWords::new(scene);
-        let sizes = SceneSizes::new(scene, [wanted, boxes.len() as u32], &body_words, &device.report)?;
+        let made = made.and_then(|made| made.downcast::<HostScene>().ok());
+        let made = made.map_or_else(|| HostScene::new(scene), |made| *made);
+        let boxes = [made.wanted, made.boxes.len() as u32];
+        let sizes = SceneSizes::new(scene, boxes, &made.body_words, &device.report)?;
         self.kept.load(device, scene.over_time.as_ref(), &self.tables);
-        let (boxes, memory_bytes) = ((boxes.as_slice(), wanted), self.memory_bytes);
+        let memory_bytes = self.memory_bytes;
         self.loaded = Some(DeviceScene::new(
             device,
             scene,
-            (sizes, body_words),
-            boxes,
+            (sizes, made),
             memory_bytes,
-            &self.kept,
+            &mut self.kept,
             &mut self.room,
         ));
         log::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());

@@ -13,7 +13,6 @@ use super::pace::Pace;
 use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
 use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
 use crate::backend::{Carving, VoxelScene};
-use crate::voxel::BitGrid;
 pub(super) use budget::{fits, rays_at_once};
 pub(super) use launched::Launched;
 pub(super) use sizes::{SceneSizes, TableSizes};
@@ -223,9 +222,18 @@ fn carving_voxels(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + u
 pub(super) fn boxes(scene: &VoxelScene) -> (Vec<[u32; 3]>, u32) {
     let [nx, ny, nz] = scene.window.size.map(|n| n.div_ceil(BOX_EDGE));
     let mut wanted = vec![false; (nx * ny * nz) as usize];
-    for [x, y, z] in scene.regions.iter().flat_map(BitGrid::voxels) {
-        let of = |voxel: i32, r: usize| (voxel - scene.window.min[r]) as u32 / BOX_EDGE;
-        wanted[((of(z, 2) * ny + of(y, 1)) * nx + of(x, 0)) as usize] = true;
+    let row_words = scene.window.size[0].div_ceil(32).max(1) as usize;
+    for region in &scene.regions {
+        debug_assert_eq!(region.window(), scene.window, "all planes cover the window");
+        for (row, words) in region.words().chunks_exact(row_words).enumerate() {
+            let (y, z) = (row as u32 % scene.window.size[1], row as u32 / scene.window.size[1]);
+            let first = (z / BOX_EDGE * ny + y / BOX_EDGE) * nx;
+            for (w, &word) in words.iter().enumerate().filter(|(_, word)| **word != 0) {
+                let boxes =
+                    (0..32 / BOX_EDGE).filter(|x| word >> (x * BOX_EDGE) & ((1 << BOX_EDGE) - 1) != 0);
+                boxes.for_each(|x| wanted[(first + w as u32 * (32 / BOX_EDGE) + x) as usize] = true);
+            }
+        }
     }
     let corner = |i: u32| [i % nx, i / nx % ny, i / nx / ny].map(|n| n * BOX_EDGE);
     let (first, last): (Vec<_>, Vec<_>) = (0..nx * ny * nz).partition(|&i| wanted[i as usize]);

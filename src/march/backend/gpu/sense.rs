@@ -51,7 +51,7 @@ impl Gpu {
         let rays = RayBuffers::new(queue, room, kept.buffer(&queue.device), &words, table);
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts, &table.words];
-        let layer = others.unwrap_or(&loaded.blockers);
+        let layer = others.unwrap_or_else(|| loaded.blockers.buffer(&queue.device));
         let passes = SensePasses { queue, uniforms, loaded, table, layer, rays: &rays };
         let passes = match batch.carving {
             Carving::ByRay => vec![passes.cast(batch.caster()), passes.carve_rays()],

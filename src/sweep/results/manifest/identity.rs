@@ -6,9 +6,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::results::columns;
 use perirobot_march::backend::{Fusion, Noise, Rays};
-use perirobot_scene::source::sha256;
+use perirobot_scene::source::{little_endian, sha256};
 use perirobot_study::input::{Member, Study, catalogue};
 use perirobot_study::world::{self, Described, World};
 
@@ -91,7 +90,8 @@ pub struct Sensors {
 
 impl Identity {
     /// Of a study. `worlds` are those of [`World::prepare_all`].
-    pub(super) fn new(study: &Study, worlds: &[World]) -> Identity {
+    /// `poses_csv` is their table of poses.
+    pub(super) fn new(study: &Study, worlds: &[World], poses_csv: &[u8]) -> Identity {
         let scene_files = study.scenes.iter().map(|spec| {
             let says = toml::from_str(&spec.text).unwrap_or_else(|_| spec.text.as_str().into());
             SceneFileIdentity { name: spec.name.clone(), says }
@@ -128,7 +128,7 @@ impl Identity {
             noiseless: study.noiseless,
             scenes: worlds.iter().map(|world| world.described.clone()).collect(),
             sensors: sensors.collect(),
-            poses_sha256: sha256([&columns::poses_csv(study, &worlds[0])]),
+            poses_sha256: sha256([poses_csv]),
             combinations: combinations.collect(),
         }
     }
@@ -177,13 +177,16 @@ fn rays_sha256(rays: &Rays) -> String {
         .into_iter()
         .chain([gates.no_return_is_free as u32, gates.backdrop as u32])
         .chain(gates.along_axis.then_some(1));
-    let gates: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+    let gates: Vec<u32> = numbers.collect();
     let Noise { unit_q12, std_q16, lost_below } = &rays.noise;
-    let unit = unit_q12.iter().map(|&unit| unit as u32);
-    let noise = unit.chain(std_q16.iter().copied()).chain([*lost_below]);
-    let noise: Vec<u8> = noise.flat_map(u32::to_le_bytes).collect();
-    let dirs: Vec<u8> = rays.dirs_q15.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
-    sha256([gates.as_slice(), &dirs, &noise])
+    let parts = [
+        little_endian(&gates),
+        little_endian(&rays.dirs_q15),
+        little_endian(unit_q12),
+        little_endian(std_q16),
+        little_endian(std::slice::from_ref(lost_below)),
+    ];
+    sha256(parts.each_ref().map(|part| &**part))
 }
 
 #[cfg(test)]
