@@ -121,7 +121,7 @@ fn place_of(row: u32) -> GridFrame {
 
 // Looks at a column of each tile of the pixels that may see a voxel.
 fn scan(word: u32, team: u32, column: u32) {
-    let box = undecided[part.first + (word >> 9u) + 1u];
+    let box = undecided[UNDECIDED_FIRST + part.first + (word >> 9u)];
     let row = box >> BOX_BITS;
     let at = box_corner(box) + vec3<u32>(word & 7u, (word >> 3u) & 7u, (word >> 6u) & 7u);
     let voxel = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);

@@ -244,7 +244,7 @@ impl BufferPool {
             ends: GrowingBuffer::storage("ends"),
             tiles: GrowingBuffer::storage("tiles"),
             pyramid: GrowingBuffer::storage("pyramid"),
-            undecided: GrowingBuffer::storage("undecided"),
+            undecided: GrowingBuffer::indirect("undecided"),
             left: GrowingBuffer::indirect("left"),
             ended: GrowingBuffer::storage("ended"),
             free: GrowingBuffer::storage("free"),

@@ -11,7 +11,7 @@
 //!
 //! # Practice
 //! `static_hits` makes one loop, over the crossings of a ray: 3 · 1023 at most. `pyramid`,
-//! `carve_boxes` and `count` make some hundred turns. What the others do is bounded below. That no loop was
+//! `carve_boxes`, `carve_voxels` and `count` make some hundred turns. What the others do is bounded below. That no loop was
 //! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
 use super::tiles::{BOX_EDGE, TILE};
@@ -78,16 +78,6 @@ const _: () = assert!(
             + MOST_ROWS)
         <= ALLOWED
 );
-
-/// Most pixels that an invocation of `carve_voxels` looks at for one voxel.
-pub(super) const MOST_PIXELS: u32 = 128;
-
-/// Most turns of the nested loops over pixels that an invocation of `carve_voxels` makes for all its voxels.
-pub(super) const MOST_TURNS: u32 = 4000;
-
-// Besides, for a cube of voxels: its own blocks of the pyramid, its voxels and the blocks of each, those that are
-// open, and its rows.
-const _: () = assert!(LANES * MOST_TURNS + 9 + 9 + 8 * 9 + 9 + 5 <= ALLOWED);
 
 /// Teams of a workgroup of `carve_crowded`, of as many invocations as a tile has columns: each decides a voxel.
 pub(super) const TEAMS: u32 = WORKGROUP / TILE;
