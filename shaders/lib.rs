@@ -37,6 +37,7 @@ shaders! {
     INTEGERS = "integers";
     LAYER = "layer";
     MARCH = "march";
+    OUTLINE = "outline";
     PLACEMENT = "placement";
     PROJECTION = "projection";
     PYRAMID = "pyramid";
