@@ -13,10 +13,31 @@
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> pyramid: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> boxes: array<u32>;
-// How many, and which: the place of a box in `boxes` and its placement in the batch.
+// Heads, which tell the dispatches of `carve_voxels` their workgroups; the first tells how many boxes are left, too. Then
+// which: the placement of each in the batch, and its number.
 @group(0) @binding(6) var<storage, read_write> undecided: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> free: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
+
+// Boxes of the workgroup that are left, and where they begin in the list of all.
+var<workgroup> left_here: atomic<u32>;
+var<workgroup> first_place: u32;
+
+// Makes room for so many boxes in the list. Two dispatches of `carve_voxels` share them at most. What they are to do is taken
+// from their completion counters, so that these come to nothing when all is done.
+fn make_room(count: u32) -> u32 {
+    let first = atomicAdd(&undecided[3], count);
+    let dispatch = first / part.boxes_at_once;
+    let of_first = min(count, (dispatch + 1u) * part.boxes_at_once - first);
+    atomicAdd(&undecided[dispatch * HEAD_WORDS], of_first);
+    if of_first < count {
+        atomicAdd(&undecided[(dispatch + 1u) * HEAD_WORDS], count - of_first);
+    }
+    atomicSub(&done[CARVE_VOXELS], count);
+    atomicSub(&done[KERNELS + CARVE_VOXELS], count * WORKGROUP);
+    atomicAdd(&done[2u * KERNELS + CARVE_VOXELS], count);
+    return first;
+}
 
 // Sets the voxels of a box, counted from the window's corner, that lie in the window.
 fn fill(slot: u32, corner: vec3<u32>) {
@@ -45,6 +66,8 @@ fn main(
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
     let item = part.first + id.x;
+    var is_left = false;
+    var place = 0u;
     // No early return: `report` must see every invocation of the group.
     if item < part.end {
         let own = vec3_of(placement.believed.origin_q16) >> vec3<u32>(16u);
@@ -59,11 +82,20 @@ fn main(
                 if pixel_rect.dense && freed.x > away.y {
                     fill(placement.slot, in_window);
                 } else {
-                    let place = atomicAdd(&undecided[0], 1u);
-                    atomicStore(&undecided[place + 1u], (row << BOX_BITS) | boxes[item]);
+                    is_left = true;
+                    place = atomicAdd(&left_here, 1u);
                 }
             }
         }
+    }
+    workgroupBarrier();
+    let count = atomicLoad(&left_here);
+    if local == 0u && count > 0u {
+        first_place = make_room(count);
+    }
+    workgroupBarrier();
+    if is_left {
+        atomicStore(&undecided[UNDECIDED_FIRST + first_place + place], (row << BOX_BITS) | boxes[item]);
     }
     report(CARVE_BOXES, local);
 }

@@ -1,8 +1,10 @@
-// Decides the voxels that `carve_voxels` left, which many pixels may see: a team of invocations a voxel, one
-// a column of each tile.
+// Decides the voxels that `carve_voxels` left, from the pixels that may see each: a team of invocations a voxel, one a
+// column of each tile.
 //
 // # Theory
-// As `carve_voxels`: one witness is enough, whichever invocation finds it.
+// As `carve_voxels`: one witness is enough, whichever invocation finds it. Rays that pass through a voxel's outline, but not
+// close to its edges, surely visit the voxel (`outline.wgsl`): only those of the pixels about the edges are asked whether
+// they do.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
@@ -19,93 +21,17 @@
 // Voxels that a team has found free.
 var<workgroup> found: array<atomic<u32>, TEAMS>;
 
-// Three edges of an outline in the image: pixels are inside where ax + by + c is not negative.
-struct Edges {
-    a: vec3<f32>,
-    b: vec3<f32>,
-    c: vec3<f32>,
+// The pixels of two columns TILE apart, from a pixel on: a bit each, those of the second behind those of the first.
+fn columns_inside(pixel: vec2<i32>, rect: PixelRect, outline: Outline) -> Columns {
+    let left = column_inside(pixel, rect, outline);
+    let right = column_inside(pixel + vec2<i32>(i32(TILE), 0), rect, outline);
+    return Columns(left.outer | (right.outer << ROWS), left.inner | (right.inner << ROWS));
 }
 
-// The outline of a voxel: an edge for each pair of axes, and the one opposite to it.
-struct Outline {
-    edges: Edges,
-    opposite: Edges,
-}
-
-// Where rays pass one corner of a box on the same side, as seen on each axis and the next: where the corner is on both; on the
-// other side for their negatives. `right` and `down` lead from the ray of the first pixel to those of its neighbours.
-fn edges_of(on: vec3<f32>, on_next: vec3<f32>, right: vec3<f32>, down: vec3<f32>, first: vec3<f32>) -> Edges {
-    return Edges(
-        on * right.yzx - on_next * right,
-        on * down.yzx - on_next * down,
-        // More than the floats are off by.
-        on * first.yzx - on_next * first + 1e-5 * (abs(on) + abs(on_next)),
-    );
-}
-
-// The outline of the box between two corners, counted from the sensor.
-//
-// As seen on two axes, rays pass the box between those two of its corners that are farthest apart from there. A ray that
-// does so on each pair of axes enters the box. If the sensor is within the box on both, all rays do.
-fn outline_of(projection: Projection, low: vec3<f32>, high: vec3<f32>) -> Outline {
-    // As if the box were not behind the sensor on any axis.
-    let behind = high < vec3<f32>();
-    let near = select(low, -high, behind);
-    let far = select(high, -low, behind);
-    let side = select(vec3<f32>(1.0), vec3<f32>(-1.0), behind);
-    let size = vec2<f32>(vec2<u32>(table.image_x, table.image_y));
-    let right = projection.right * side / table.focal_x;
-    let down = projection.down * side / table.focal_y;
-    let first = projection.forward * side + right * (0.5 - size.x * 0.5) + down * (0.5 - size.y * 0.5);
-    let within = near <= vec3<f32>();
-    let all_pass = within & within.yzx;
-    let one = select(select(far, near, within.yzx), vec3<f32>(), all_pass);
-    let one_next = select(near.yzx, vec3<f32>(), all_pass);
-    let other = select(near, vec3<f32>(), all_pass);
-    let other_next = select(select(far.yzx, near.yzx, within), vec3<f32>(), all_pass);
-    return Outline(edges_of(one, one_next, right, down, first), edges_of(-other, -other_next, right, down, first));
-}
-
-// The pixels of a column that are inside some edges, of those from the first to the last.
-fn inside_edges(edges: Edges, u: f32, span: vec2<f32>) -> vec2<f32> {
-    let crossed = -(edges.a * u + edges.c) / edges.b;
-    let firsts = select(vec3<f32>(span.x), crossed, edges.b > vec3<f32>());
-    let lasts = select(vec3<f32>(span.y), crossed, edges.b < vec3<f32>());
-    return vec2<f32>(
-        max(max(span.x, firsts.x), max(firsts.y, firsts.z)),
-        min(min(span.y, lasts.x), min(lasts.y, lasts.z)),
-    );
-}
-
-// Which pixels of a column of a tile are in a rectangle and an outline and free more than so many voxels: a bit each, from
-// above. `all_do` says that every pixel of the tile frees more; then none is looked up.
-fn enough_of_column(row: u32, u: i32, v: i32, all_do: bool, pixel_rect: PixelRect, away: u32, outline: Outline) -> u32 {
-    let inside = u >= pixel_rect.first.x && u <= pixel_rect.last.x;
-    let tile = vec2<f32>(f32(v), f32(v + i32(TILE) - 1));
-    let span = inside_edges(outline.opposite, f32(u), inside_edges(outline.edges, f32(u), tile));
-    // Some of a pixel for rounding.
-    let first_v = max(integer(ceil(min(span.x, tile.y + 1.0) - 0.01)), pixel_rect.first.y);
-    let end_v = min(integer(floor(max(span.y, tile.x - 1.0) + 0.01)), pixel_rect.last.y) + 1;
-    let count = u32(max(end_v - first_v, 0));
-    let wanted = select(0u, ((1u << count) - 1u) << u32(max(first_v - v, 0)), inside);
-    var bits = wanted;
-    // Two rows at a time.
-    var unasked = select(wanted, 0u, all_do);
-    loop {
-        if unasked == 0u {
-            break;
-        }
-        let at = firstTrailingBit(unasked) & 6u;
-        let words = ends[four_of_block(row, vec2<u32>(u32(u), u32(v) + at) >> vec2<u32>(1u))];
-        let two = select(words.xz, words.yw, (u & 1) != 0);
-        let is_free = table.no_return_is_free != 0u;
-        let enough = vec2<bool>(freed(unpacked(two.x), is_free) > away, freed(unpacked(two.y), is_free) > away);
-        let hidden = select(vec2<u32>(1u, 2u), vec2<u32>(), enough);
-        bits &= ~((hidden.x | hidden.y) << at);
-        unasked &= ~(3u << at);
-    }
-    loop_ended(opaque(unasked) == 0u);
-    return bits;
+// Pixels of two columns in those of four tiles of which a condition holds.
+fn pixels_of(tiles: vec4<bool>) -> u32 {
+    let bits = select(vec4<u32>(), vec4<u32>(0xffu, 0xff00u, 0xff0000u, 0xff000000u), tiles);
+    return bits.x | bits.y | bits.z | bits.w;
 }
 
 // Where a sensor is believed to be: the first words of its placement (`GridPose`), looked up four at a time.
@@ -119,9 +45,17 @@ fn place_of(row: u32) -> GridFrame {
     return GridFrame(array<i32, 3>(a.x, a.y, a.z), array<array<i32, 3>, 3>(x, y, z));
 }
 
-// Looks at a column of each tile of the pixels that may see a voxel.
+// Which of two pixels, one below the other, free more than so many voxels: a bit each.
+fn enough_of_two(row: u32, pixel: vec2<u32>, away: u32) -> u32 {
+    let words = ends[four_of_block(row, pixel >> vec2<u32>(1u))];
+    let two = select(words.xz, words.yw, (pixel.x & 1u) != 0u);
+    let is_free = table.no_return_is_free != 0u;
+    return u32(freed(unpacked(two.x), is_free) > away) | (u32(freed(unpacked(two.y), is_free) > away) << 1u);
+}
+
+// Looks at two columns of each four tiles of the pixels that may see a voxel.
 fn scan(word: u32, team: u32, column: u32) {
-    let box = undecided[part.first + (word >> 9u) + 1u];
+    let box = undecided[UNDECIDED_FIRST + part.first + (word >> 9u)];
     let row = box >> BOX_BITS;
     let at = box_corner(box) + vec3<u32>(word & 7u, (word >> 3u) & 7u, (word >> 6u) & 7u);
     let voxel = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
@@ -129,55 +63,72 @@ fn scan(word: u32, team: u32, column: u32) {
     let own = vec3_of(place.origin_q16) >> vec3<u32>(16u);
     let away = away(own, voxel, 1).x;
     let projection = projection_of(place);
-    let pixel_rect = pixel_rect(projection, voxel, 1);
+    let rect = pixel_rect(projection, voxel, 1);
     let low = vec3<f32>(voxel) - projection.origin;
-    let grown = 0.01 + deviation(dot(abs(low), vec3<f32>(1.0)) + 3.0);
-    let outline = outline_of(projection, low - grown, low + 1.0 + grown);
-    let first = vec2<u32>(pixel_rect.first) / TILE;
-    let last = vec2<u32>(pixel_rect.last) / TILE;
-    // The tile through the middle mostly knows.
-    var tile = vec2<u32>(pixel_rect.centre) / TILE;
-    var next = first;
+    let one = vec3<f32>(1.0);
+    let deviates = 0.01 + deviation(dot(abs(low), one) + 3.0);
+    let depth = dot(projection.forward, low + 0.5) - (0.5 + deviates) * dot(abs(projection.forward), one);
+    let outline = outline_of(projection, low, low + 1.0, deviates / max(depth, NEAREST));
+    let first = vec2<u32>(rect.first) / TILE;
+    let last = vec2<u32>(rect.last) / TILE;
+    // The four tiles about the middle mostly know; most voxels are seen by no others.
+    var tile = first + ((vec2<u32>(rect.centre) / TILE - first) & vec2<u32>(~1u));
+    var next = select(first, last + 1u, vec2<bool>(all(last <= first + 1u)));
     var is_witness = false;
     var known = false;
     loop {
-        // The next tile of which some pixel frees enough.
-        var freed_of_tile = vec2<u32>();
-        var enough = false;
+        let beside = min(tile + 1u, last);
+        let a = freed_by_block(row, TILE_LEVEL, tile);
+        let b = freed_by_block(row, TILE_LEVEL, vec2<u32>(tile.x, beside.y));
+        let c = freed_by_block(row, TILE_LEVEL, vec2<u32>(beside.x, tile.y));
+        let d = freed_by_block(row, TILE_LEVEL, beside);
+        let some = pixels_of(vec4<u32>(a.y, b.y, c.y, d.y) > vec4<u32>(away));
+        let all = pixels_of(vec4<u32>(a.x, b.x, c.x, d.x) > vec4<u32>(away));
+        let pixel = tile * TILE + vec2<u32>(column, 0u);
+        var columns = Columns();
+        if some != 0u {
+            columns = columns_inside(vec2<i32>(pixel), rect, outline);
+        }
+        // Pixels that free enough, and those of which it is not known yet; two rows at a time. Those that surely see the voxel are
+        // asked first.
+        var enough = columns.outer & all;
+        var unasked = columns.outer & some & ~all;
+        is_witness = (enough & columns.inner) != 0u;
         loop {
-            freed_of_tile = freed_by_block(row, TILE_LEVEL, tile);
-            enough = freed_of_tile.y > away;
-            if enough || next.y > last.y {
+            if unasked == 0u || is_witness {
                 break;
             }
-            tile = next;
-            next = select(next + vec2<u32>(1u, 0u), vec2<u32>(first.x, next.y + 1u), next.x == last.x);
+            let inner = unasked & columns.inner;
+            let bit = firstTrailingBit(select(unasked, inner, inner != 0u)) & ~1u;
+            let two = enough_of_two(row, pixel + vec2<u32>((bit / ROWS) * TILE, bit % ROWS), away);
+            enough |= (two << bit) & columns.outer;
+            unasked &= ~(3u << bit);
+            is_witness = (enough & columns.inner) != 0u;
         }
-        loop_ended(opaque(u32(enough)) != 0u || opaque(next.y) > last.y);
-        if !enough {
-            break;
-        }
-        let u = i32(tile.x * TILE + column);
-        let v = i32(tile.y * TILE);
-        var bits = enough_of_column(row, u, v, freed_of_tile.x > away, pixel_rect, away, outline);
-        loop {
-            if bits == 0u || is_witness {
-                break;
-            }
-            let pixel = u32(v + i32(firstTrailingBit(bits))) * table.image_x + u32(u);
-            is_witness = sees(place, dirs[pixel], voxel - own);
-            bits &= bits - 1u;
-        }
-        loop_ended(opaque(bits) == 0u || opaque(u32(is_witness)) != 0u);
+        loop_ended(opaque(unasked) == 0u || opaque(u32(is_witness)) != 0u);
         if is_witness {
             atomicStore(&found[team], 1u);
         }
         known = atomicLoad(&found[team]) != 0u;
+        loop {
+            if enough == 0u || known {
+                break;
+            }
+            let bit = firstTrailingBit(enough);
+            let asked = pixel + vec2<u32>((bit / ROWS) * TILE, bit % ROWS);
+            is_witness = sees(place, dirs[asked.y * table.image_x + asked.x], voxel - own);
+            enough &= enough - 1u;
+            if is_witness {
+                atomicStore(&found[team], 1u);
+            }
+            known = atomicLoad(&found[team]) != 0u;
+        }
+        loop_ended(opaque(enough) == 0u || opaque(u32(known)) != 0u);
         if known || next.y > last.y {
             break;
         }
         tile = next;
-        next = select(next + vec2<u32>(1u, 0u), vec2<u32>(first.x, next.y + 1u), next.x == last.x);
+        next = select(next + vec2<u32>(2u, 0u), vec2<u32>(first.x, next.y + 2u), next.x + 2u > last.x);
     }
     loop_ended(opaque(u32(known)) != 0u || opaque(next.y) > last.y);
     if is_witness {

@@ -38,6 +38,7 @@ shaders! {
     INTEGERS = "integers";
     LAYER = "layer";
     MARCH = "march";
+    OUTLINE = "outline";
     PLACEMENT = "placement";
     PROJECTION = "projection";
     PYRAMID = "pyramid";

@@ -67,6 +67,8 @@ struct Part {
     tiles: u32,
     // Whether the layer that is bound holds all blockers.
     whole_layer: u32,
+    // Boxes of a dispatch of `carve_voxels`; 0 for all but `carve_boxes`.
+    boxes_at_once: u32,
     // Always 0, which compilers do not know.
     zero: u32,
 }

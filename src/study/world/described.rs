@@ -102,8 +102,11 @@ pub(super) struct KnownHashes {
     /// Planes, each with its hash over a window.
     planes: Mutex<VecDeque<(Arc<BitGrid>, Window, String)>>,
     /// Settings of a sensor, by its index, each with the hash of where that is in the grid.
-    settings: Mutex<VecDeque<(usize, Arc<Vec<Setting>>, String)>>,
+    settings: Mutex<VecDeque<HashedSettings>>,
 }
+
+/// A sensor, its settings, and the hash of where they are in the grid.
+type HashedSettings = (usize, Arc<Vec<Setting>>, String);
 
 /// Hashes of a kind that are known, so that memory stays bounded: the latest.
 const MOST_KNOWN: usize = 64;
@@ -141,9 +144,7 @@ impl KnownHashes {
     /// The hash of where a sensor is at all of its settings.
     fn placements_sha256(&self, study: &Study, sensor: usize, world: &World) -> String {
         let settings = &world.settings[sensor];
-        let is_same = |known: &&(usize, Arc<Vec<Setting>>, String)| {
-            known.0 == sensor && Arc::ptr_eq(&known.1, settings)
-        };
+        let is_same = |known: &&HashedSettings| known.0 == sensor && Arc::ptr_eq(&known.1, settings);
         if let Some((.., sha256)) = lock(&self.settings).iter().find(is_same) {
             return sha256.clone();
         }

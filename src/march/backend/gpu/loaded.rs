@@ -311,7 +311,7 @@ impl BufferPool {
             tiles: GrowingBuffer::storage("tiles"),
             listed: GrowingBuffer::storage("listed"),
             pyramid: GrowingBuffer::storage("pyramid"),
-            undecided: GrowingBuffer::storage("undecided"),
+            undecided: GrowingBuffer::indirect("undecided"),
             left: GrowingBuffer::indirect("left"),
             ended: GrowingBuffer::storage("ended"),
             free: GrowingBuffer::storage("free"),

@@ -11,7 +11,7 @@
 //!
 //! # Practice
 //! `static_hits` makes one loop, over the crossings of a ray: 3 · 1023 at most. `pyramid`,
-//! `carve_boxes` and `count` make some hundred turns. What the others do is bounded below. That no loop was
+//! `carve_boxes`, `carve_voxels` and `count` make some hundred turns. What the others do is bounded below. That no loop was
 //! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
 use super::tiles::{BOX_EDGE, CUBES, TILE};
@@ -100,25 +100,28 @@ const _: () = assert!(
         <= ALLOWED
 );
 
-/// Most pixels that an invocation of `carve_voxels` looks at for one voxel.
-pub(super) const MOST_PIXELS: u32 = 128;
-
-/// Most turns of the nested loops over pixels that an invocation of `carve_voxels` makes for all its voxels.
-pub(super) const MOST_TURNS: u32 = 4000;
-
-// Besides, for a cube of voxels: its own blocks of the pyramid, its voxels and the blocks of each, those that are
-// open, and its rows.
-const _: () = assert!(LANES * MOST_TURNS + 9 + 9 + 8 * 9 + 9 + 5 <= ALLOWED);
-
 /// Teams of a workgroup of `carve_crowded`, of as many invocations as a tile has columns: each decides a voxel.
 pub(super) const TEAMS: u32 = WORKGROUP / TILE;
 
 /// Most pixels of the tiles with pixels that may see a voxel that is scanned.
 const MOST_SCANNED: u32 = 190_000;
 
-// Of each tile a column is looked at twice, by a vector's teams together; they may skip tiles one after the
-// other.
-const _: () = assert!((MOST_SCANNED / (TILE * TILE) + 1) * (1 + 2 * (TILE + 1) + LANES / TILE) <= ALLOWED);
+/// Turns for at most so many tiles in so many rows: two by two, and of each four the ends of two columns of pixels are looked up two at a
+/// time, and the pixels are asked one by one; of a single row or column half as many.
+const fn turns_of_scan(tiles: u32, rows: u32) -> u32 {
+    let columns = tiles / rows;
+    let pixels = if rows == 1 || columns == 1 { 2 * TILE } else { 4 * TILE };
+    rows.div_ceil(2) * columns.div_ceil(2) * (1 + pixels / 2 + 1 + pixels + 1)
+}
+
+const _: () = {
+    let tiles = MOST_SCANNED / (TILE * TILE) + 1;
+    let mut rows = 1;
+    while rows <= tiles {
+        assert!(turns_of_scan(tiles, rows) <= ALLOWED);
+        rows += 1;
+    }
+};
 
 /// Most readings that are fused for a choice: `fuse` looks at each of them once, and again for each of the 32
 /// voxels of a word.

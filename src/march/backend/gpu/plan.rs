@@ -8,7 +8,7 @@ mod sizes;
 use std::ops::Range;
 
 use super::kernels::Stage;
-use super::loop_bounds::{TEAMS, boxes_of_group, groups_of_lists, tiles_of_invocation};
+use super::loop_bounds::{TEAMS, WORKGROUP, boxes_of_group, groups_of_lists, tiles_of_invocation};
 use super::pace::Pace;
 use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
 use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
@@ -25,6 +25,8 @@ const CAST_TILES_COST: u64 = 100;
 const PYRAMID_COST: u64 = 2;
 const CARVE_BOXES_COST: u64 = 50;
 const CARVE_VOXELS_COST: u64 = 4000;
+/// Least boxes of a dispatch of `carve_voxels`, so that those that a workgroup of `carve_boxes` leaves go in two at most.
+const LEAST_AT_ONCE: u64 = WORKGROUP as u64;
 /// Most workgroups of a row of a dispatch.
 const MOST_GROUPS: u64 = 65_535;
 // `carve_crowded` may be left all voxels of the boxes of a dispatch.
@@ -38,7 +40,7 @@ const COUNT_COST: u64 = 4;
 pub(super) struct Dispatch {
     pub(super) stage: Stage,
     pub(super) part: Part,
-    /// Workgroups on x (rays, boxes or words) and y (placements or jobs); none where the device decides.
+    /// Workgroups on x (rays, boxes or words) and y (placements or jobs); none if the device decides.
     pub(super) groups: [u32; 2],
     /// What it costs, about, in steps of a march.
     pub(super) work: u64,
@@ -50,10 +52,9 @@ impl Dispatch {
         self.groups.map(u64::from).iter().product()
     }
 
-    /// Which head of the list of what `carve_voxels` leaves tells its workgroups, if the device alone knows
-    /// how many they are.
+    /// The number of the head that tells its workgroups, if the device alone knows how many they are.
     pub(super) fn head(&self) -> Option<u32> {
-        (self.stage == Stage::CarveCrowded).then_some(self.part.region)
+        matches!(self.stage, Stage::CarveVoxels | Stage::CarveCrowded).then_some(self.part.region)
     }
 }
 
@@ -159,7 +160,7 @@ impl SceneSizes {
             rows,
             boxes.clone(),
             CARVE_BOXES_COST,
-            Part::default(),
+            Part { boxes_at_once: boxes_at_once(boxes.end * rows, pace), ..Part::default() },
             pace,
         ));
         out.extend(carving_voxels(boxes.end * rows, pace));
@@ -202,18 +203,24 @@ impl SceneSizes {
     }
 }
 
+/// How many of some boxes a dispatch of `carve_voxels` takes.
+fn boxes_at_once(boxes: u32, pace: &Pace) -> u32 {
+    // `carve_crowded` takes the same boxes, and may be slower.
+    let work = pace.work_at_once(Stage::CarveVoxels).min(pace.work_at_once(Stage::CarveCrowded));
+    let at_once = (work / CARVE_VOXELS_COST).clamp(LEAST_AT_ONCE, BOXES_AT_ONCE as u64) as u32;
+    at_once.max(boxes.div_ceil(HEADS))
+}
+
 /// The dispatches that decide the boxes which were left, a workgroup a box, and the voxels that were left of
 /// each of them.
 fn carving_voxels(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + use<> {
-    // Both take the same boxes, and the second may be the slower one.
-    let work = pace.work_at_once(Stage::CarveVoxels).min(pace.work_at_once(Stage::CarveCrowded));
-    let at_once = (work / CARVE_VOXELS_COST).clamp(1, BOXES_AT_ONCE as u64) as u32;
-    let at_once = at_once.max(boxes.div_ceil(HEADS));
+    let at_once = boxes_at_once(boxes, pace);
     let block = move |first: u32| Span { rows: 0..1, items: first..first.saturating_add(at_once).min(boxes) };
     (0..boxes).step_by(at_once as usize).map(block).zip(0..).flat_map(|(block, head)| {
         let part = Part { region: head, ..Part::default() };
-        let by_voxel = block.dispatch(Stage::CarveVoxels, part, CARVE_VOXELS_COST);
-        [by_voxel, Dispatch { stage: Stage::CarveCrowded, groups: [0, 0], ..by_voxel }]
+        let block =
+            Dispatch { groups: [0, 0], ..block.dispatch(Stage::CarveVoxels, part, CARVE_VOXELS_COST) };
+        [block, Dispatch { stage: Stage::CarveCrowded, ..block }]
     })
 }
 

@@ -7,8 +7,8 @@ use perirobot_shaders::{INTEGERS, MARCH, TYPES};
 
 use super::kernels::{DONE_WORDS, ENTRIES, KernelEntry, SHADER_COMPLETION, Stage};
 use super::loop_bounds::{
-    DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_PIXELS, MOST_ROWS, MOST_SECTIONS,
-    MOST_SEEING, MOST_TURNS, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
+    DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_ROWS, MOST_SECTIONS, MOST_SEEING, TEAMS,
+    WORDS_PER_INVOCATION, WORKGROUP,
 };
 use super::tiles::{BOX_BITS, BOX_EDGE, CUBES, PYRAMID_LEVELS, TILE};
 use super::types::{
@@ -53,13 +53,12 @@ pub fn shader_prelude() -> String {
         ("MOST_ROWS", MOST_ROWS),
         ("MOST_LAYERS", MOST_LAYERS),
         ("MOST_LOOKS", MOST_LOOKS),
-        ("MOST_PIXELS", MOST_PIXELS),
-        ("MOST_TURNS", MOST_TURNS),
         ("TEAMS", TEAMS),
         ("ABREAST", ABREAST),
         ("HEADS", HEADS),
         ("HEAD_WORDS", HEAD_WORDS),
         ("MOST_PLACEMENTS", MOST_PLACEMENTS),
+        ("UNDECIDED_FIRST", HEADS * HEAD_WORDS),
         ("FARTHEST_READ_Q16", FARTHEST_READ_Q16),
     ];
     for (name, value) in constants {

@@ -10,10 +10,10 @@ use crate::backend::{Fusion, GridFrame, GridPose, Image, Rays, Shot, Slot, Voxel
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
 
-/// Most dispatches of `carve_voxels` in a batch; each has a head in the list of what it leaves.
+/// Most dispatches of `carve_voxels` in a batch; each has a head in the list of boxes, and in the list of what it leaves.
 pub const HEADS: u32 = 2048;
 
-/// Words of a head: the workgroups that `carve_crowded` needs (x, y, z), and the voxels that are left.
+/// Words of a head: the workgroups of a dispatch (x, y, z), and how many voxels are left, or boxes of all dispatches.
 pub const HEAD_WORDS: u32 = 4;
 
 /// Most placements of a batch.
@@ -165,6 +165,8 @@ pub struct Part {
     pub tiles: u32,
     /// Whether the layer that is bound holds all blockers.
     pub whole_layer: u32,
+    /// Boxes of a dispatch of `carve_voxels`; 0 for all but `carve_boxes`.
+    pub boxes_at_once: u32,
     /// Always 0; that it is read from a buffer keeps compilers from assuming so (`shaders/completion.wgsl`).
     pub zero: u32,
 }

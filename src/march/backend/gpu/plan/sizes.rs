@@ -11,7 +11,7 @@ use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
 use crate::backend::gpu::loop_bounds::{last_near_voxels, most_tiles};
 use crate::backend::gpu::tiles::{BOX_EDGE, PYRAMID_LEVELS, TILE, place_of_pixel};
-use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEADS, MOST_PLACEMENTS};
+use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEAD_WORDS, HEADS, MOST_PLACEMENTS};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::voxel::Bricks;
 
@@ -226,7 +226,7 @@ impl SceneSizes {
 
     /// Bytes of the list of boxes that are left of some placements.
     pub(in crate::backend::gpu) fn undecided_bytes(&self, placements: u32) -> u64 {
-        (1 + placements as u64 * self.boxes[1] as u64) * 4
+        (u64::from(HEADS * HEAD_WORDS) + placements as u64 * self.boxes[1] as u64) * 4
     }
 
     /// How many pieces of evidence are kept: as many as the budget, half of the memory if that was said, and

@@ -6,7 +6,7 @@ use crate::backend::gpu::pass::Pass;
 use crate::backend::gpu::plan::{Caster, Dispatch};
 use crate::backend::gpu::queue::Queue;
 use crate::backend::gpu::tiles::BOX_EDGE;
-use crate::backend::gpu::types::{ABREAST, HEADS, MOST_PLACEMENTS, PlacementWords};
+use crate::backend::gpu::types::{ABREAST, HEAD_WORDS, HEADS, MOST_PLACEMENTS, PlacementWords};
 
 /// What all passes of a batch share.
 pub(super) struct SensePasses<'a> {
@@ -82,14 +82,14 @@ impl VoxelBuffers {
         let pyramid = room.pyramid.hold(device, rows * table.sizes.pyramid_bytes());
         // What no tile of the image writes is a block of pixels that free nothing.
         encoder.clear_buffer(&pyramid, 0, Some(rows * table.sizes.pyramid_bytes()));
-        let undecided = room.undecided.hold(device, loaded.sizes.undecided_bytes(rays.count));
-        encoder.clear_buffer(&undecided, 0, Some(4));
-        let heads = [[0, ABREAST, 1, 0]; HEADS as usize];
         let by_voxel = dispatches.iter().filter(|d| d.stage == Stage::CarveVoxels);
+        let heads = by_voxel.clone().count();
+        let undecided = room.undecided.hold(device, loaded.sizes.undecided_bytes(rays.count));
+        device.write(&undecided, 0, &vec![[0, 1, 1, 0]; heads]);
         let most_boxes = by_voxel.map(|d| d.part.end - d.part.first).max().unwrap_or(0);
-        let list_bytes = u64::from(most_boxes * BOX_EDGE.pow(3)) * 4;
-        let left = room.left.hold(device, size_of_val(&heads) as u64 + list_bytes);
-        device.write(&left, 0, &heads);
+        let list_words = u64::from(HEADS * HEAD_WORDS + most_boxes * BOX_EDGE.pow(3));
+        let left = room.left.hold(device, list_words * 4);
+        device.write(&left, 0, &vec![[0, ABREAST, 1, 0]; heads]);
         VoxelBuffers { pyramid, undecided, left }
     }
 }
@@ -131,19 +131,17 @@ impl SensePasses<'_> {
     }
 
     pub(super) fn carve_voxels(&self, voxels: &VoxelBuffers) -> Pass {
-        self.look_up(Stage::CarveVoxels, voxels)
+        let RayBuffers { placements, ends, .. } = self.rays;
+        let VoxelBuffers { pyramid, undecided, left } = voxels;
+        let storage = [placements, ends, pyramid, undecided, left, &self.loaded.free];
+        self.pass(Stage::CarveVoxels, &storage).with_heads(undecided)
     }
 
     pub(super) fn carve_crowded(&self, voxels: &VoxelBuffers) -> Pass {
-        self.look_up(Stage::CarveCrowded, voxels).with_heads(&voxels.left)
-    }
-
-    /// Looks up voxels of undecided boxes in the image.
-    fn look_up(&self, stage: Stage, voxels: &VoxelBuffers) -> Pass {
         let RayBuffers { placements, ends, .. } = self.rays;
         let VoxelBuffers { pyramid, undecided, left } = voxels;
-        let free = &self.loaded.free;
-        self.pass(stage, &[placements, &self.table.dirs, ends, pyramid, undecided, left, free])
+        let storage = [placements, &self.table.dirs, ends, pyramid, undecided, left, &self.loaded.free];
+        self.pass(Stage::CarveCrowded, &storage).with_heads(left)
     }
 
     fn pass(&self, stage: Stage, storage: &[&wgpu::Buffer]) -> Pass {
