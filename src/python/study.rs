@@ -19,7 +19,7 @@ use perirobot_sweep::scoring;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::backends::{BackendWords, LastBackends, open, open_all};
+use crate::backends::{BackendWords, LastBackends, open_all};
 use crate::error::to_exception;
 use crate::origin::{FileOrigin, MemoryFile, table};
 use crate::recorded::{AskedWords, RecordedWords};

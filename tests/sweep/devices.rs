@@ -34,8 +34,11 @@ fn honest() -> Troupe {
     Troupe::new(|_, _, _| None)
 }
 
-/// What goes wrong on the second device, when, how often it is told, and who does the work instead.
-const CASES: [(&str, fn(Call, Fallback, usize) -> bool, &[&str]); 3] = [
+/// Whether a call of a device that was opened so fails, after so many like it.
+type Cue = fn(Call, Fallback, usize) -> bool;
+
+/// What goes wrong on the second device, when, and who does the work instead, each time that it is told.
+const CASES: [(&str, Cue, &[&str]); 3] = [
     ("nothing", |_, _, _| false, &[]),
     (
         "it is lost once",

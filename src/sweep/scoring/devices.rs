@@ -116,14 +116,15 @@ pub(super) fn on_each<D: Send, T: Send>(
 /// What the stages of all devices took together, in the order they run.
 pub(super) fn add_timings(all: impl IntoIterator<Item = Timings>) -> Timings {
     let mut sums = Timings::new();
-    for StageTiming { stage, took, dispatches, rows } in all.into_iter().flatten() {
+    for StageTiming { stage, took, dispatches, rows, lanes } in all.into_iter().flatten() {
         match sums.iter_mut().find(|sum| sum.stage == stage) {
             Some(sum) => {
                 sum.took += took;
                 sum.dispatches += dispatches;
                 sum.rows += rows;
+                sum.lanes += lanes;
             }
-            None => sums.push(StageTiming { stage, took, dispatches, rows }),
+            None => sums.push(StageTiming { stage, took, dispatches, rows, lanes }),
         }
     }
     sums
