@@ -88,6 +88,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         ))?;
     }
     super::print(&format!("{}\n{}\n", contents::room(&study, args.backend.memory()), verdict(warnings)))?;
+    let next = if study.choose.is_some() { "choose" } else { "sweep" };
+    super::print_next(&[["perirobot", next].map(String::from).as_slice(), &args.study.words()].concat())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -128,7 +130,7 @@ fn rays(study: &Study, ends: &[EndCounts], most: usize) -> String {
         )
     };
     let casting: Vec<_> = study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0).collect();
-    let text = contents::first_of(casting.into_iter().map(line), most, "", "sensors that cast rays");
+    let text = contents::first_of(casting.into_iter().map(line), most, "", "sensor with rays");
     let (cast, all) = (sample::SENSORS, study.sensors.len());
     let rest = if all > cast { format!("of {all} sensors {cast} were looked at\n") } else { String::new() };
     if text.is_empty() { text } else { text + &rest + "\n" }

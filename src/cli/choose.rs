@@ -109,7 +109,7 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let packages = study.package_words();
     let (study, worlds) = study.load_unless(&|| stop.reason())?;
     if let Some(Wanted::Cheapest(purchase)) = &study.choose {
-        return cheapest::search(args, &out, (&study, purchase, &worlds), stop, begin);
+        return cheapest::search(args, (&out, &packages), (&study, purchase, &worlds), stop, begin);
     }
     let choosing = Choosing::new(&study, &worlds, args.evidence_bytes())?;
     PurchaseReport::forget(&out)?;
@@ -135,8 +135,9 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
         super::print(&format!("\n{}\n", report::PLAIN_MEANS))?;
     }
     super::print("\n")?;
-    print_verdicts(&study, &results, outcome.chosen.report.best_set(), &out, &packages)?;
+    let next = print_verdicts(&study, &results, outcome.chosen.report.best_set(), &out, &packages)?;
     super::print(&format!("results in {}\n", out.display()))?;
+    super::print_next(&next)?;
     match ending {
         SearchEnding::Finished => return Ok(ExitCode::SUCCESS),
         SearchEnding::NotSearched(why) => say!("{why}: not all sets were searched"),

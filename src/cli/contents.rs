@@ -2,6 +2,7 @@
 
 use perirobot_march::backend::MEMORY_BYTES;
 use perirobot_march::voxel::rounded_up;
+use perirobot_page::report::wording::count;
 use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
 use perirobot_study::input::{Combination, RegionSpec, Study};
@@ -46,7 +47,7 @@ pub(super) fn first_of(
     let mut text: String = entries.by_ref().take(most).collect();
     match entries.len() {
         0 => {}
-        more => text += &format!("{indent}and {more} more {what} (--all)\n"),
+        more => text += &format!("{indent}and {} (--all)\n", count(more, &format!("more {what}"))),
     }
     text
 }
@@ -63,15 +64,19 @@ fn stopping(study: &Study) -> String {
 fn head(study: &Study) -> String {
     let noiseless = if study.noiseless { ", noise switched off" } else { "" };
     let outside = if study.backdrop { ", a backdrop outside" } else { "" };
-    let (size, repeats, seed) = (study.voxel_size_m, study.repeats, study.seed);
-    let path = study.path.display();
-    format!("{path}: voxels of {size} m{outside}, {repeats} repeats{noiseless}, seed {seed}\n\n")
+    let (size, seed) = (study.voxel_size_m, study.seed);
+    let (path, repeats) = (study.path.display(), count(study.repeats as usize, "repeat"));
+    format!("{path}: voxels of {size} m{outside}, {repeats}{noiseless}, seed {seed}\n\n")
 }
 
 fn scenes(study: &Study, worlds: &[World], most: usize) -> String {
     let one = |(index, scene): (usize, &SceneSpec)| {
-        let mut text =
-            format!("scene {:?} ({}), snapshots: {}\n", scene.name, scene.path.display(), scene.snapshots);
+        let mut text = format!(
+            "scene {:?} ({}), {}\n",
+            scene.name,
+            scene.path.display(),
+            count(scene.snapshots, "snapshot")
+        );
         let Some(world) = worlds.iter().find(|world| world.scene == index) else { return text };
         let ([x, y, z], voxel_m) = (world.grid.size, study.voxel_size_m);
         let [a, b, c] = [x, y, z].map(|count| f64::from(count) * voxel_m);
@@ -86,7 +91,7 @@ fn scenes(study: &Study, worlds: &[World], most: usize) -> String {
     };
     // One scene with its objects is a screen's third.
     let scenes = if most == usize::MAX { most } else { 1 };
-    first_of(study.scenes.iter().enumerate().map(one), scenes, "", "scenes") + "\n"
+    first_of(study.scenes.iter().enumerate().map(one), scenes, "", "scene") + "\n"
 }
 
 fn objects(truth: &Truth, most: usize) -> String {
@@ -103,7 +108,7 @@ fn objects(truth: &Truth, most: usize) -> String {
             object.voxels.count()
         )
     };
-    first_of(truth.objects.iter().map(|object| line(object)), most, "  ", "objects")
+    first_of(truth.objects.iter().map(|object| line(object)), most, "  ", "object")
 }
 
 fn regions(study: &Study, worlds: &[World], most: usize) -> String {
@@ -117,7 +122,7 @@ fn regions(study: &Study, worlds: &[World], most: usize) -> String {
         };
         format!("  {name:<width$}  {voxels}\n")
     };
-    format!("regions\n{}\n", first_of(study.regions.iter().enumerate().map(line), most, "  ", "regions"))
+    format!("regions\n{}\n", first_of(study.regions.iter().enumerate().map(line), most, "  ", "region"))
 }
 
 fn sensors(study: &Study, most: usize) -> String {
@@ -135,7 +140,7 @@ fn sensors(study: &Study, most: usize) -> String {
         line + &poses(sensor)
     };
     let all = study.sensors.iter().enumerate().map(one);
-    format!("sensors\n{}\n", first_of(all, most, "  ", "sensors"))
+    format!("sensors\n{}\n", first_of(all, most, "  ", "sensor"))
 }
 
 /// The names of a sensor's poses: the first and the last of each group.
@@ -155,12 +160,14 @@ fn combinations(study: &Study, most: usize) -> String {
     let line = |combination: &Combination| {
         let (choices, representations) =
             (combination.choices(), combination.representation_count(&study.sensors));
+        let choices = count(choices, "choice");
         format!(
-            "  {:<width$}  {choices} choices of poses × {representations} representations\n",
-            combination.name
+            "  {:<width$}  {choices} of poses × {}\n",
+            combination.name,
+            count(representations, "representation")
         )
     };
-    let all = first_of(study.combinations.iter().map(line), most, "  ", "combinations");
+    let all = first_of(study.combinations.iter().map(line), most, "  ", "combination");
     let layout = layout_of(study);
     let (choices, rows) = (layout.blocks() as u64 * layout.pose_choices() as u64, layout.rows());
     format!(

@@ -18,6 +18,7 @@ use perirobot_sweep::results::files::write_whole;
 use super::backend::BackendArgs;
 use super::choice::SetArgs;
 use super::onlooker::{Onlooker, Shown};
+use super::outcome::look_at;
 use super::progress::ProgressArgs;
 use super::stop::StopAt;
 use super::swept::SweptArgs;
@@ -124,6 +125,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         super::print(&recommend(&study, sets, &passing))?;
     }
     super::print(&format!("tables in {}\n", folder.display()))?;
+    super::print_next(&look_at(folder, &args.swept.folder_words()))?;
     Ok(match if is_front { !passing.is_empty() } else { passing.len() == sets.len() } {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(MISSED),

@@ -10,7 +10,7 @@ use perirobot_sweep::results::files::shards_below;
 use perirobot_sweep::results::merge::merge;
 use perirobot_sweep::scoring::reopen;
 
-use super::outcome::{OutcomeArgs, print_best, print_verdicts};
+use super::outcome::{OutcomeArgs, look_at, print_verdicts};
 use super::packages::PackageArgs;
 
 /// Put the shards of a sweep together
@@ -44,12 +44,17 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let shards = if args.shards.is_empty() { shards_below(&args.out)? } else { args.shards.clone() };
     let results = merge(&args.out, &shards)?;
     args.outcome.write(&results, &args.out)?;
-    print_best(&results)?;
-    match study(&args.out, &results) {
+    let study = study(&args.out, &results);
+    args.outcome.print_best(study.as_ref().ok(), &results)?;
+    let next = match study {
         Ok(study) => print_verdicts(&study, &results, None, &args.out, &[])?,
-        Err(why) => say!("warning: {why}; whether it requires something is not told"),
-    }
+        Err(why) => {
+            say!("warning: {why}; whether it requires something is not told");
+            look_at(&args.out, &[])
+        }
+    };
     super::print(&format!("{} shards merged; results in {}\n", shards.len(), args.out.display()))?;
+    super::print_next(&next)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -67,7 +67,7 @@ use std::sync::OnceLock;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use perirobot_march::error::{catch_panic, latest_backtrace, record_panics};
 use perirobot_march::{Error, Result};
-use terminal::print;
+use terminal::{print, print_next};
 
 /// Score where to put the sensors of a robot cell.
 ///

@@ -7,9 +7,8 @@ use perirobot_decide::judge::{Conditions, JudgedSet, LeaderScope, leaders};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
-use perirobot_page::report::terminal::{self, best, places};
+use perirobot_page::report::terminal::{self, answer, best, places};
 use perirobot_page::report::{ReportSelection, wording};
-use perirobot_scene::shell;
 use perirobot_study::input::{Condition, Requirement, Study};
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, rows, scores};
@@ -25,6 +24,9 @@ pub(super) struct OutcomeArgs {
     /// results where this program can write it]
     #[arg(long, value_enum)]
     table: Option<TableChoice>,
+    /// Print the best poses by each score in each region, with all baselines
+    #[arg(long)]
+    all: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -43,7 +45,8 @@ impl OutcomeArgs {
     /// The same as on the command line.
     pub(super) fn words(&self) -> Vec<String> {
         let named = self.table.and_then(|choice| choice.to_possible_value());
-        named.map_or(Vec::new(), |choice| vec!["--table".into(), choice.get_name().into()])
+        let table = named.map_or(Vec::new(), |choice| vec!["--table".into(), choice.get_name().into()]);
+        [table, if self.all { vec!["--all".into()] } else { Vec::new() }].concat()
     }
 
     /// Writes the tables. Those of the other format, from an earlier end of the same sweep, are the same and
@@ -65,27 +68,46 @@ impl OutcomeArgs {
         }
         Ok(())
     }
+
+    /// Prints the best poses: by what the study asks for, or by each score if that is wanted or the study is gone.
+    pub(super) fn print_best(&self, study: Option<&Study>, results: &Results) -> Result<()> {
+        match study.filter(|_| !self.all) {
+            Some(study) => {
+                super::print(&answer::render(study, results)?)?;
+                super::print(&format!("All scores in {}: --all\n\n", all_regions(&results.regions)))?;
+            }
+            None => super::print(&format!("{}\n", best::render(results)?))?,
+        }
+        let all = ReportSelection::resolve(results, None, None, &[Score::F1, Score::HumanSeen])?;
+        super::print(&places::render(results, &all)?)
+    }
 }
 
-/// Prints the best poses.
-pub(super) fn print_best(results: &Results) -> Result<()> {
-    super::print(&format!("{}\n", best::render(results)?))?;
-    let all = ReportSelection::resolve(results, None, None, &[Score::F1, Score::HumanSeen])?;
-    super::print(&places::render(results, &all)?)
+/// The regions in words, without a long list of names.
+fn all_regions(regions: &[String]) -> String {
+    match regions {
+        [one] => format!("region {one}"),
+        some if some.len() <= FEW_REGIONS => format!("regions {}", some.join(", ")),
+        many => format!("all {} regions", many.len()),
+    }
 }
+
+/// Regions that are named one by one.
+const FEW_REGIONS: usize = 6;
 
 /// Prints whether the choice that meets most requirements of a study meets those that are about the plan; of sets that
-/// were chosen, whether the best one does; what is not decided here; and the command that judges the same choice under
-/// all conditions, with the arguments by which it reads the same files. Nothing where the study requires nothing.
+/// were chosen, whether the best one does; and what is not decided here. Returns the command that judges the same choice
+/// under all conditions, with the arguments by which it reads the same files; where nothing is required, the one that
+/// reports.
 pub(super) fn print_verdicts(
     study: &Study,
     results: &Results,
     best: Option<usize>,
     folder: &Path,
     packages: &[String],
-) -> Result<()> {
+) -> Result<Vec<String>> {
     if study.requirements.is_empty() {
-        return Ok(());
+        return Ok(look_at(folder, packages));
     }
     let choice = match best {
         Some(combination) => Some(Choice { combination, choice: 0, representation: 0, repeat: 0 }),
@@ -93,8 +115,7 @@ pub(super) fn print_verdicts(
         None if study.requirements.iter().all(|requirement| requirement.counted_score().is_none()) => None,
         None => leaders(&study.requirements, results, 1, LeaderScope::default())?.pop(),
     };
-    let mut words = ["perirobot", "judge", &folder.display().to_string()].map(String::from).to_vec();
-    words.extend_from_slice(packages);
+    let mut words = on_folder("judge", folder, packages);
     let verdicts = match choice {
         None => {
             words.extend(["--pose", "POSES"].map(String::from));
@@ -117,7 +138,18 @@ pub(super) fn print_verdicts(
             format!("Requirements, as planned, of {which}{verdicts}")
         }
     };
-    super::print(&format!("{verdicts}{}more: {}\n\n", describe_undecided(study), shell::command(&words)))
+    super::print(&format!("{verdicts}{}\n", describe_undecided(study)))?;
+    Ok(words)
+}
+
+/// The command that shows a folder of results, with the arguments by which it finds packages.
+pub(super) fn look_at(folder: &Path, packages: &[String]) -> Vec<String> {
+    on_folder(if cfg!(feature = "report") { "report" } else { "summary" }, folder, packages)
+}
+
+fn on_folder(command: &str, folder: &Path, packages: &[String]) -> Vec<String> {
+    let words = ["perirobot", command, &folder.display().to_string()].map(String::from);
+    [&words, packages].concat()
 }
 
 /// Whether a requirement is decided by what was counted as planned.

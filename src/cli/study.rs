@@ -124,6 +124,14 @@ impl StudyArgs {
         self.packages.words()
     }
 
+    /// The arguments by which another command reads the same study.
+    pub(super) fn words(&self) -> Vec<String> {
+        let size = self.voxel_size.iter().flat_map(|size| ["--voxel-size".into(), size.to_string()]);
+        let noiseless = self.noiseless.then(|| "--noiseless".into());
+        let study = [self.study.display().to_string()].into_iter();
+        study.chain(size).chain(noiseless).chain(self.package_words()).collect()
+    }
+
     /// Where results go that are told no folder: `out/`, the study's name and an ending.
     pub(super) fn usual_out(&self, ending: &str) -> PathBuf {
         let mut name = self.study.file_stem().unwrap_or_default().to_owned();

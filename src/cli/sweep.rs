@@ -14,7 +14,7 @@ use perirobot_sweep::scoring::session::{Ending, RunReport, Session, folder_of};
 
 use super::backend::BackendArgs;
 use super::onlooker::{Onlooker, Shown};
-use super::outcome::{OutcomeArgs, print_best, print_verdicts};
+use super::outcome::{OutcomeArgs, print_verdicts};
 use super::progress::ProgressArgs;
 use super::shard::ShardArg;
 use super::stop::{StopAt, stop_code};
@@ -128,17 +128,18 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     match &results {
         Some(results) => {
-            print_best(results)?;
-            print_verdicts(&study, results, None, &folder, &args.study.package_words())?;
+            args.outcome.print_best(Some(&study), results)?;
+            let next = print_verdicts(&study, results, None, &folder, &args.study.package_words())?;
+            super::print(&format!("results in {}\n", folder.display()))?;
+            super::print_next(&next)?;
         }
         None => {
-            let (Shard { number, of }, out) = (shard, out.display());
+            let (Shard { number, of }, folder, out) = (shard, folder.display(), out.display());
             super::print(&format!(
-                "shard {number} of {of} is finished; when all are: perirobot merge {out}\n"
+                "shard {number} of {of} is finished; results in {folder}\nnext, when all are: perirobot merge {out}\n"
             ))?;
         }
     }
-    super::print(&format!("results in {}\n", folder.display()))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::{ErrorKind, Write, stderr, stdout};
 
 use perirobot_march::{Error, Result};
+use perirobot_scene::shell;
 
 /// Writes to standard output; it is no error if the reader has gone (`| head`).
 pub(super) fn print(text: &str) -> Result<()> {
@@ -13,6 +14,11 @@ pub(super) fn print(text: &str) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// Writes the command that comes next, as the last line.
+pub(super) fn print_next(words: &[impl AsRef<str>]) -> Result<()> {
+    print(&format!("next: {}\n", shell::command(words)))
 }
 
 /// Writes a line on standard error at once; a failure is ignored.

@@ -86,7 +86,9 @@ fn check_ends_with_what_it_found() {
         let outcome = check(&folder, more);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
         let warnings = outcome.stderr.lines().filter(|line| line.starts_with("warning: ")).count();
-        (warnings, outcome.stdout.lines().last().unwrap().to_string())
+        let (told, next) = outcome.stdout.rsplit_once("\nnext: ").unwrap();
+        assert_eq!(next, format!("perirobot sweep {}\n", text(&folder.path("study.toml"))));
+        (warnings, told.lines().last().unwrap().to_string())
     };
     // That the floor cuts the ball around the arm's foot and the operator's box is none.
     assert_eq!(ends(&[]), (0, "no problems".into()));

@@ -37,7 +37,7 @@ fn init_writes_a_study_that_is_checked_and_swept() {
     let study = home.join("study.toml");
     let outcome = perirobot(&["check", text(&study), "--backend", "cpu"]);
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "no warnings in a first study");
-    assert!(outcome.stdout.ends_with("no problems\n"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("\nno problems\nnext: perirobot "), "{}", outcome.stdout);
     let out = home.join("out");
     let outcome = perirobot(&["sweep", text(&study), "--out", text(&out), "--backend", "cpu"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);

@@ -26,7 +26,7 @@ fn check(name: &str, cost: &str) {
     }
     let outcome = perirobot(&["check", text(&study), "--backend", "cpu"]);
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "no warnings");
-    assert!(outcome.stdout.ends_with("no problems\n"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("\nno problems\nnext: perirobot "), "{}", outcome.stdout);
     let planned = home.join("planned");
     let outcome = perirobot(&["sweep", text(&study), "--out", text(&planned), "--backend", "cpu"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);

@@ -221,12 +221,11 @@ fn conditions_are_told_drawn_and_written_for_build_servers() {
     let said = [
         "Requirements, as planned, of the choice that meets most of them\n",
         "PASS  most <&> 'of' it (as planned): F1 in region box is 0.",
-        "more: perirobot judge ",
+        "next: perirobot judge ",
         " --package 'spare=/spare' --pose ",
     ];
     assert!(said.iter().all(|part| swept.stdout.contains(part)), "{}", swept.stdout);
-    let open =
-        "\nnot decided here: most <&> 'of' it (one sensor dead, two sensors dead, mounting error)\nmore: ";
+    let open = "\nnot decided here: most <&> 'of' it (one sensor dead, two sensors dead, mounting error)\n";
     assert!(swept.stdout.contains(open), "{}", swept.stdout);
     assert_eq!(swept.stdout.matches("one sensor dead").count(), 1, "{}", swept.stdout);
 
@@ -326,9 +325,9 @@ fn a_chosen_set_is_judged() {
         of_robot.max_by(|a, b| a["f1"].parse::<f64>().unwrap().total_cmp(&b["f1"].parse().unwrap())).unwrap();
     assert!(best["poses"].contains(';') && verdicts.starts_with(&best["poses"]), "{best:?}: {verdicts}");
     assert!(verdicts.contains("PASS  seen (as planned)"), "{verdicts}");
-    assert!(verdicts.contains("\nnot decided here: seen (one sensor dead)\nmore: "), "{verdicts}");
+    assert!(verdicts.contains("\nnot decided here: seen (one sensor dead)\n"), "{verdicts}");
 
-    let (_, more) = chosen.stdout.split_once("\nmore: perirobot ").unwrap();
+    let (_, more) = chosen.stdout.split_once("\nnext: perirobot ").unwrap();
     assert!(more.contains(&format!("--pose '{}'", best["poses"])), "{more}");
     // Every other part stands between quotation marks.
     let parts = more.lines().next().unwrap().split('\'').enumerate();

@@ -52,7 +52,7 @@ fn a_sweep_writes_its_files() {
     let out = folder.path("new/out");
     let outcome = sweep(TINY, &out, &[]);
     assert_eq!(names(&out), ["counts.journal", "manifest.json", "poses.csv", "results.csv", "scores.csv"]);
-    for shown in ["best F1", "best kappa", "best human_seen", "nothing seen", "upper bound", "on cpu"] {
+    for shown in ["Best poses by ", "kappa", "human_seen", "all positions together", "stuck at", "on cpu"] {
         assert!(outcome.stdout.contains(shown), "no {shown:?} in {}", outcome.stdout);
     }
     assert!(outcome.stderr.contains("running on cpu"), "{}", outcome.stderr);

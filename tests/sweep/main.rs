@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod answer;
 mod bench;
 mod cli;
 #[cfg(target_os = "linux")]

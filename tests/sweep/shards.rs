@@ -307,7 +307,8 @@ fn a_merge_tells_the_verdicts_that_the_sweep_told() {
     let verdicts = |outcome: &Outcome| {
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
         let (_, told) = outcome.stdout.split_once("\nRequirements, as planned").expect("verdicts");
-        let (told, command) = told.split_once("\nmore: perirobot judge ").expect("the command");
+        let (told, command) = told.split_once("\nnext: perirobot judge ").expect("the command");
+        let (told, _) = told.split_once("\n\n").expect("a line between");
         assert!(command.contains(" --pose "), "{command}");
         told.to_string()
     };

@@ -17,6 +17,7 @@ use perirobot_sweep::results::Results;
 use perirobot_sweep::scoring::check::ONE_IN;
 
 use super::super::onlooker::{Onlooker, Shown};
+use super::super::outcome::look_at;
 use super::super::stop::{StopAt, stop_code};
 use super::super::sweep::command;
 use super::{Args, cast};
@@ -30,7 +31,7 @@ const FILED: &str = "the search takes longer";
 /// Finds the cheapest set that passes, writes it and prints it.
 pub(super) fn search(
     args: &Args,
-    out: &Path,
+    (out, packages): (&Path, &[String]),
     (study, purchase, worlds): (&Study, &Purchase, &[World]),
     stop: &StopAt,
     begin: Instant,
@@ -52,6 +53,7 @@ pub(super) fn search(
     let recommended = verdicts.as_ref().and_then(|verdicts| verdicts.sets.first());
     super::super::print(&terminal::cheapest::render(report, recommended))?;
     super::super::print(&format!("\nresults in {}\n", out.display()))?;
+    super::super::print_next(&look_at(out, packages))?;
     Ok(match (is_stopped, &report.main().set) {
         (true, _) => {
             say!("{}: not all sets were searched", stop.reason().unwrap_or_default());

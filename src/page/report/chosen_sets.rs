@@ -69,18 +69,17 @@ fn undisturbed(Disturb { apart_deg, overlap }: Disturb) -> String {
 
 /// What the front's columns say, and what is certified.
 pub(super) fn reading_guide(chosen: &Chosen) -> String {
-    let score = chosen.asked.objective.title();
-    let proven = chosen.report.steps.iter().filter(|step| step.proven).count();
-    let of = match proven {
-        0 => "nothing is proven".into(),
-        _ if proven == chosen.report.steps.len() => format!("proven for {}", chosen.certified),
-        _ => format!("what is proven is so for {}", chosen.certified),
-    };
+    let (score, certified) = (chosen.asked.objective.title(), &chosen.certified);
     let costs = if is_priced(chosen) { " for that cost or less" } else { "" };
-    format!(
-        "bound: no set of at most so many sensors{costs} has a higher {score}; {of}.\n\
-         gain: by how much it is above the best set of fewer sensors{costs}.\n"
-    )
+    let proven = match all_proven(chosen) {
+        true => format!("All are proven: no set of at most so many sensors{costs} has a higher {score}."),
+        false => format!("best possible: no set of at most so many sensors{costs} has a higher {score}."),
+    };
+    let holds = match chosen.report.steps.iter().any(|step| step.proven) {
+        true => format!(" That holds for {certified}."),
+        false => " Nothing is proven.".into(),
+    };
+    format!("{proven}{holds}\ngain: above the best set of fewer sensors{costs}.\n")
 }
 
 /// Whether a better set exists if sensors might disturb each other, and which of its sensors do.
@@ -113,17 +112,24 @@ fn is_priced(chosen: &Chosen) -> bool {
     chosen.report.steps.iter().any(|step| step.best.cost.is_some())
 }
 
+/// Whether every set of the front is proven to be the best.
+fn all_proven(chosen: &Chosen) -> bool {
+    chosen.report.steps.iter().all(|step| step.proven)
+}
+
 /// The front, a row for each step.
 pub(super) fn front(chosen: &Chosen) -> Table {
     let priced = is_priced(chosen);
     let cost: &[&str] = if priced { &["cost"] } else { &[] };
     let score = chosen.asked.objective.title();
-    let mut table = Table::new(&[&["at most"], cost, &[score, "<bound", "gain", "<set"]].concat());
+    let possible: &[&str] = if all_proven(chosen) { &[] } else { &["<best possible"] };
+    let mut table = Table::new(&[&["at most"], cost, &[score], possible, &["gain", "<set"]].concat());
     for step in &chosen.report.steps {
         let cost = step.best.cost.map(|cost| cost.to_text(currency(chosen))).filter(|_| priced);
         let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
-        let cells = [four(step.best.score), bound(step), gain, step.best.name()];
-        table.row([step.at_most.to_string()].into_iter().chain(cost).chain(cells));
+        let score = [step.at_most.to_string()].into_iter().chain(cost).chain([four(step.best.score)]);
+        let possible = (!possible.is_empty()).then(|| bound(step));
+        table.row(score.chain(possible).chain([gain, step.best.name()]));
     }
     table
 }
@@ -131,7 +137,7 @@ pub(super) fn front(chosen: &Chosen) -> Table {
 /// What no set of a step is above, in words.
 fn bound(step: &StepReport) -> String {
     match step.no_set_is_above {
-        Some(bound) if step.proven => format!("{} proven", four(bound)),
+        Some(_) if step.proven => "proven".into(),
         // Rounded up, since it is a bound.
         Some(bound) => {
             let up = |value: f64| (value * 1e4).ceil() / 1e4;
@@ -154,6 +160,26 @@ pub(super) fn places(chosen: &Chosen) -> Table {
         }
     }
     table
+}
+
+/// The best set in a sentence, and whether a better one may exist.
+pub(super) fn sentence(chosen: &Chosen, best: &StepReport) -> String {
+    let (asked, set) = (&chosen.asked, &best.best);
+    let cost = set.cost.map(|cost| format!(" for {}", cost.to_text(currency(chosen))));
+    let possible = match best.no_set_is_above {
+        Some(_) if best.proven => "no allowed set has more, which is proven".to_string(),
+        Some(_) => format!("at most {} is possible", bound(best)),
+        None => "it is not known how much more is possible".into(),
+    };
+    format!(
+        "{}{} {} {} {} in region {}; {possible}",
+        count(set.poses.len(), "sensor"),
+        cost.unwrap_or_default(),
+        if set.poses.len() == 1 { "has" } else { "have" },
+        asked.objective.title(),
+        four(set.score),
+        asked.region
+    )
 }
 
 /// A set in words: its score and its cost.

@@ -20,7 +20,7 @@ pub(super) fn extent(results: &Results) -> String {
 }
 
 /// So many of something: `3 scenes`, `1 scene`.
-pub(super) fn count(number: usize, what: &str) -> String {
+pub fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 

@@ -1,7 +1,7 @@
 //! The best sets of sensors: the question, the front, and each set sensor by sensor.
 
 use crate::report::chosen_sets::{
-    Spelling, describe_disturb, describe_score, front, places, question, reading_guide, refined_words, set,
+    Spelling, describe_disturb, describe_score, front, question, reading_guide, refined_words, sentence, set,
 };
 use perirobot_decide::choose::Chosen;
 use perirobot_march::metrics::Across;
@@ -25,17 +25,14 @@ pub fn overview(chosen: &Chosen) -> String {
     )
 }
 
-/// The question, the front, where its poses are, the best set sensor by sensor, and sets that are nearly as good.
+/// The best set in a sentence and sensor by sensor, the question, the front, finer poses, and sets that are nearly as good.
 pub fn render(chosen: &Chosen) -> String {
-    let mut text = overview(chosen);
-    text += &places(chosen).text();
+    let mut text = String::new();
     if let Some(best) = chosen.report.best() {
-        text += &format!(
-            "\nbest set: {}\n{}",
-            describe_score(chosen, &best.best),
-            set(chosen, &best.best).text()
-        );
+        text += &format!("{}\n\n{}\n", sentence(chosen, best), set(chosen, &best.best).text());
     }
+    text += overview(chosen).trim_end();
+    text.push('\n');
     for refined in chosen.report.refined.iter().flatten() {
         text += &format!("\n{}\n", refined_words(chosen, refined));
         if let Some(best) = &refined.best {

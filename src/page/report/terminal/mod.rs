@@ -1,5 +1,6 @@
 //! Tables for a terminal: a file for each, with a function `render` that gives the text.
 
+pub mod answer;
 pub mod best;
 pub mod cheapest;
 pub mod choose;

@@ -1,0 +1,169 @@
+//! What a sweep answers first: the best choice of poses of each sensor and combination by what the study asks for, beside
+//! what all positions together reach and what trivial answers score.
+
+use crate::report::NEAR_SIDE;
+use crate::report::series::{Series, series};
+use crate::report::table::{NONE, Table, number};
+use crate::report::wording::{count, extent};
+use perirobot_march::Result;
+use perirobot_march::metrics::Score;
+use perirobot_study::input::{Requirement, Study, Wanted};
+use perirobot_sweep::results::Results;
+use perirobot_sweep::results::over::Over;
+
+/// Most sensors and combinations, each representation for itself, that get a line.
+const MOST_LINES: usize = 10;
+
+/// The scores that are shown, if they are not asked for anyway.
+const SCORES: [Score; 4] = [Score::PartsDetected, Score::HumanSeen, Score::Kappa, Score::F1];
+
+/// By which score choices are compared, and in which region.
+struct Question {
+    region: usize,
+    score: Score,
+    /// Where it is from.
+    source: &'static str,
+}
+
+impl Question {
+    /// That of `[choose]`; else of the first requirement about a score; else body parts, or F1 without people, in the region
+    /// where most moments have a value.
+    fn new(study: &Study, results: &Results) -> Question {
+        if let Some(Wanted::Best(choose)) = &study.choose {
+            return Question { region: choose.region, score: choose.objective, source: ", as [choose] asks" };
+        }
+        if let Some(counted) = study.requirements.iter().find_map(Requirement::counted_score) {
+            return Question {
+                region: counted.region,
+                score: counted.score,
+                source: ", as [[require]] asks",
+            };
+        }
+        for score in [Score::PartsDetected, Score::F1] {
+            let values = |region: usize| {
+                results.baselines_over(results.moments(), region, score)[0].1.map_or(0, |over| over.values)
+            };
+            let regions = 0..results.regions.len();
+            // Of equal ones the first.
+            let most = regions.rev().max_by_key(|&region| values(region));
+            if let Some(region) = most.filter(|&region| values(region) > 0) {
+                return Question { region, score, source: "" };
+            }
+        }
+        Question { region: 0, score: Score::F1, source: "" }
+    }
+}
+
+/// The best choice of poses of a sensor or a combination.
+struct BestChoice {
+    series: Series,
+    choice: Option<usize>,
+    /// The scores that are shown.
+    scores: Vec<Option<Over>>,
+    /// How many of its choices have an F1 below that of a sensor stuck at `occupied`.
+    below: usize,
+}
+
+/// The answer, over all scenes, snapshots and repeats.
+///
+/// # Errors
+/// Those of a journal that cannot be read.
+pub fn render(study: &Study, results: &Results) -> Result<String> {
+    let Question { region, score, source } = Question::new(study, results);
+    let others = SCORES.into_iter().filter(|other| *other != score);
+    let scores: Vec<Score> = std::iter::once(score).chain(others).collect();
+    let baselines = |score: Score| results.baselines_over(results.moments(), region, score);
+    let f1_of = |name: &str| {
+        let all = baselines(Score::F1);
+        all.into_iter().find(|(known, _)| *known == name).and_then(|(_, over)| Some(over?.mean))
+    };
+    let stuck = f1_of(STUCK);
+    let all = series(results, 0..results.combinations.len());
+    let best = |&series: &Series| best(results, series, (region, &scores), stuck);
+    let best = all.iter().map(best).collect::<Result<Vec<_>>>()?;
+    let is_several = results.moments().len() * results.repeats > 1;
+    let mut header = vec!["<".to_string()];
+    for (number, score) in scores.iter().enumerate() {
+        header.push(score.title().into());
+        header.extend((number == 0 && is_several).then(|| "worst".into()));
+    }
+    header.extend(["<poses", "<place"].map(String::from));
+    let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let cells = |scores: &[Option<Over>]| {
+        let mut cells: Vec<String> = scores.iter().map(|over| number(over.map(|over| over.mean))).collect();
+        if is_several {
+            cells.insert(1, number(scores[0].map(|over| over.worst)));
+        }
+        cells
+    };
+    for one in best.iter().take(MOST_LINES) {
+        let combination = &results.combinations[one.series.combination];
+        // Of several sensors the names must do.
+        let place = |choice| match combination.members.as_slice() {
+            [_] => combination.place_of(choice),
+            _ => String::new(),
+        };
+        let (poses, place) = one
+            .choice
+            .map_or((NONE.into(), String::new()), |choice| (combination.label(choice), place(choice)));
+        let title = one.series.title(results);
+        table.row(std::iter::once(title).chain(cells(&one.scores)).chain([poses, place]));
+    }
+    for (number, meaning) in TRIVIAL {
+        let values: Vec<_> = scores.iter().map(|&score| baselines(score)[number].1).collect();
+        table
+            .row(std::iter::once(meaning.into()).chain(cells(&values)).chain([String::new(), String::new()]));
+    }
+    let name = &results.regions[region];
+    let mut text =
+        format!("\nBest poses by {} in region {name}{source}; {}\n", score.title(), extent(results));
+    text += &table.text();
+    if best.len() > MOST_LINES {
+        let more = best.len() - MOST_LINES;
+        text += &format!("  and {more} more\n");
+    }
+    let below: usize = best.iter().map(|one| one.below).sum();
+    if let Some(stuck) = stuck.filter(|_| below > 0) {
+        let choices: usize = all.iter().map(|one| results.combinations[one.combination].choices()).sum();
+        text += &format!(
+            "\nA sensor stuck at \"occupied\" has F1 {stuck:.3}, more than {below} of {choices} placements have: compare kappa \
+             and parts_detected,\nwhich are 0 for it. {NEAR_SIDE}\n"
+        );
+    } else {
+        text += &format!("\n{NEAR_SIDE}\n");
+    }
+    Ok(text)
+}
+
+/// The trivial answer that a useless sensor gives.
+const STUCK: &str = "all occupied";
+
+/// Which baselines are shown, and what they are.
+const TRIVIAL: [(usize, &str); 2] = [(0, "all positions together"), (1, "stuck at \"occupied\"")];
+
+/// The best choice by the first score, then by F1.
+fn best(
+    results: &Results,
+    series: Series,
+    (region, scores): (usize, &[Score]),
+    stuck: Option<f64>,
+) -> Result<BestChoice> {
+    let moments = results.moments();
+    let (by, f1) = (
+        series.summarize(results, &moments, region, scores[0])?,
+        series.summarize(results, &moments, region, Score::F1)?,
+    );
+    let merit = |choice: usize| {
+        let of = |over: Option<Over>| over.map_or(f64::NEG_INFINITY, |over| over.mean);
+        [by[choice].map_or(f64::NEG_INFINITY, |over| scores[0].merit(over.mean)), of(f1[choice])]
+    };
+    let choices = (0..by.len()).filter(|&choice| by[choice].is_some());
+    // Of equal ones the first.
+    let choice = choices.reduce(|best, next| if merit(next) > merit(best) { next } else { best });
+    let below = f1.iter().flatten().filter(|over| stuck.is_some_and(|stuck| over.mean < stuck)).count();
+    let scores = scores.iter().map(|&score| match choice {
+        Some(choice) => results.summarize(moments.clone(), series.key(choice, region), score),
+        None => Ok(None),
+    });
+    Ok(BestChoice { series, choice, scores: scores.collect::<Result<_>>()?, below })
+}
