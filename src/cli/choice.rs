@@ -100,7 +100,7 @@ pub(super) struct AlterationArgs {
     /// With the mounts of this draw of the study's [mounting_error], counted from 0
     #[arg(long, value_name = "N", requires = "pose", conflicts_with = "dead")]
     draw: Option<u32>,
-    /// With this one of the study's [postures] in the place of the scenes' people: person/spot, spots counted from 0, as
+    /// With this one of the study's [postures] instead of the scenes' people: person/spot, spots counted from 0, as
     /// in standing/0
     #[arg(long, value_name = "PERSON/SPOT", requires = "pose", conflicts_with_all = ["dead", "draw"])]
     posture: Option<String>,

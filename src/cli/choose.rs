@@ -39,9 +39,9 @@ use super::swept::{self, StudyPlace};
 /// output folder, and what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`,
 /// `render`, `export` and `report` take the folder. The exit code is 4 if no set passes.
 ///
-/// What is cast is kept there as soon as it is (evidence.journal): the same command goes on after whatever ended
-/// a run, and another question about the same study (objective, region, budget, requirements) casts nothing. A
-/// folder with evidence of something else is refused, with what has changed.
+/// The evidence of each pose is kept there (evidence.journal): after an interruption the same command continues,
+/// and another question about the same study (objective, region, budget, requirements) casts nothing. A folder
+/// with the evidence of another study is refused, with the differences.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false).required_unless_present("verify")))]

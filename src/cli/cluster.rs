@@ -169,7 +169,7 @@ impl JobArgs {
         let choices: usize = study.combinations.iter().map(|combination| combination.choices()).sum();
         if self.shards as usize > choices {
             return Err(Issue::says(format!(
-                "--shards {}: {} has {choices} choices of poses, at most so many shards have work",
+                "--shards {}: {} has {choices} choices of poses; write {choices} or less",
                 self.shards, self.study
             ))
             .into());

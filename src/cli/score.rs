@@ -12,7 +12,7 @@ pub(super) enum ScoreArg {
     Kappa,
     /// Share of people's voxels that are hit, or that a presence sensor feels
     HumanSeen,
-    /// Share of people's voxels that are labelled occupied, rightly or by noise; with false_alarm beside it
+    /// Share of people's voxels that are labelled occupied, correctly or by noise; with false_alarm beside it
     HumanClaimed,
     /// Share of people of whom a part is detected, or whom a presence sensor feels
     PeopleDetected,

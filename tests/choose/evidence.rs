@@ -710,7 +710,7 @@ mod ended {
             let outcome = run.end();
             assert_eq!(outcome.code, Some(75), "{}", outcome.stderr);
             assert_eq!(program::names(&folder.path("out")), [EVIDENCE], "nothing half-written");
-            if outcome.stderr.contains("scene-poses are left to cast; what is cast is kept in ") {
+            if outcome.stderr.contains("scene-poses are left to cast; the work so far is kept in ") {
                 return;
             }
             assert!(outcome.stderr.contains("no set was found yet"), "{}", outcome.stderr);

@@ -222,11 +222,7 @@ fn what_cannot_be_compared_is_refused() {
         (vec![&out], &["--best", "27"], "27 is not in 1..=26"),
         (vec![&out], &[], "--pose <POSES>"),
         (vec![&out], &["--pose", "wal/0/0", "--pose", "wall/1/0"], "did you mean camera:wall/0/0?"),
-        (
-            vec![&out],
-            &[&two[..], &["--scene", "third"]].concat(),
-            "there is no such one, there are cell, second",
-        ),
+        (vec![&out], &[&two[..], &["--scene", "third"]].concat(), "does not exist; there are cell, second"),
         (vec![&out], &[&two[..], &["--region", "third"]].concat(), "there are robot, box, human"),
         (vec![&out], &[&two[..], &["--combination", "third"]].concat(), "there are camera, lidar, both"),
         (vec![&out], &["--best", "2", "--combination", "third"], "there are camera, lidar, both"),

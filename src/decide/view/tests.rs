@@ -97,13 +97,13 @@ fn a_choice_is_found_by_its_names() {
     );
     refused(
         ChoiceSelector { combination: Some("x".into()), ..named(&known) },
-        "combination x: there is no such one, there are ",
+        "combination x: does not exist; there are ",
     );
     refused(
         ChoiceSelector { representation: Some("x".into()), ..named(&known) },
-        "representation x: there is no such one",
+        "representation x: does not exist",
     );
-    refused(ChoiceSelector { scene: Some("x".into()), ..named(&known) }, "scene x: there is no such one");
+    refused(ChoiceSelector { scene: Some("x".into()), ..named(&known) }, "scene x: does not exist");
     refused(ChoiceSelector { snapshot: 9, ..named(&known) }, "snapshot 9: must be from 0 to 0");
     refused(ChoiceSelector { repeat: 9, ..named(&known) }, "repeat 9: must be from 0 to 0");
 }

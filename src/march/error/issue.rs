@@ -164,7 +164,7 @@ impl Issue {
         text += &match &*self.what {
             What::Value { key, value } => format!("{key} = {value}"),
             What::Missing(key) => format!("no {key}"),
-            What::Unknown { known } => format!("there is no such one, there are {}", known.join(", ")),
+            What::Unknown { known } => format!("does not exist; there are {}", known.join(", ")),
             What::Io { doing, source, .. } => format!("{}: {source}", doing.to_text(name_of)),
             What::Damaged(what) | What::Unsupported(what) | What::TooLarge(what) | What::Says(what) => {
                 what.to_text(name_of)
@@ -281,7 +281,7 @@ mod tests {
             (Issue::says("is tilted").with_place(Site::Subject("pose 3".into())), "pose 3 is tilted"),
             (
                 Issue::unknown(&["a", "b"]).with_place(Site::Argument(Argument("region"), "c".into())),
-                "region c: there is no such one, there are a, b",
+                "region c: does not exist; there are a, b",
             ),
             (
                 Issue::damaged("is cut off").with_advice("take a whole one").cure("sweep again"),

@@ -72,8 +72,8 @@ pub(super) fn reading_guide(chosen: &Chosen) -> String {
     let (score, certified) = (chosen.asked.objective.title(), &chosen.certified);
     let costs = if is_priced(chosen) { " for that cost or less" } else { "" };
     let proven = match all_proven(chosen) {
-        true => format!("All are proven: no set of at most so many sensors{costs} has a higher {score}."),
-        false => format!("best possible: no set of at most so many sensors{costs} has a higher {score}."),
+        true => format!("All are proven: no set of as many sensors or fewer{costs} has a higher {score}."),
+        false => format!("best possible: no set of as many sensors or fewer{costs} has a higher {score}."),
     };
     let holds = match chosen.report.steps.iter().any(|step| step.proven) {
         true => format!(" That holds for {certified}."),

@@ -154,10 +154,10 @@ impl Formula {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Formula::Iso13855In2010 => "S = K·T + C, as is told of ISO 13855:2010",
-            Formula::Iso13855In2024 => "S = K·T + D_DS + Z, as is told of ISO 13855:2024",
+            Formula::Iso13855In2010 => "S = K·T + C, as public pages describe ISO 13855:2010",
+            Formula::Iso13855In2024 => "S = K·T + D_DS + Z, as public pages describe ISO 13855:2024",
             Formula::SpeedAndSeparation => {
-                "S = human + robot + stopping + C + Z_d + Z_r, as is told of ISO/TS 15066:2016"
+                "S = human + robot + stopping + C + Z_d + Z_r, as public pages describe ISO/TS 15066:2016"
             }
         }
     }

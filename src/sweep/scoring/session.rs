@@ -83,9 +83,9 @@ impl<'a> Session<'a> {
         let layout = layout_of(study);
         let places = places_of(&layout, shard);
         if places.is_empty() {
+            let choices = layout.pose_choices();
             let what = format!(
-                "the study has {} choices of poses, at most so many shards have work",
-                layout.pose_choices()
+                "has no work: the study has {choices} choices of poses, for {choices} shards at most"
             );
             let place = Site::Argument(Argument("shard"), format!("{}/{}", shard.number, shard.of));
             return Err(Issue::says(what).with_place(place).into());

@@ -240,7 +240,7 @@ impl<'a> Casting<'a> {
         let (left, total) = (self.remaining(), self.total());
         let kept = match self.path() {
             Some(path) if left < total => {
-                format!("; what is cast is kept in {}, and the same command goes on", path.display())
+                format!("; the work so far is kept in {}, and the same command continues", path.display())
             }
             _ => String::new(),
         };

@@ -175,7 +175,7 @@ fn counted_in(
     for (key, name) in [("body", &entry.body), ("entry", &entry.entry)] {
         if let Some(name) = name {
             let rule =
-                format!("{} is counted in a region, whoever comes by which way: leave it out", score.name());
+                format!("{} is counted in a region, for all bodies and entries: leave it out", score.name());
             return Err(at.wrong(key, format!("{name:?}"), &rule));
         }
     }

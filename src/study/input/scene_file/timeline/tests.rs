@@ -237,7 +237,7 @@ fn people_whose_keys_do_not_fit_are_told() {
         (
             bvh(&format!("{cm}\nbones = {{ nos = \"Nose\" }}")),
             still,
-            "bones.nos: there is no such one, there are nose, left_eye",
+            "bones.nos: does not exist; there are nose, left_eye",
         ),
         (
             bvh(cm),

@@ -24,7 +24,7 @@ pub(super) fn view(plain_means: Option<&str>) -> Markup {
             }
             dt { "human claimed" }
             dd {
-                "Share of the people’s voxels in the region that are labelled occupied, rightly or by noise: to be read \
+                "Share of the people’s voxels in the region that are labelled occupied, correctly or by noise: to be read \
                  with the false alarms."
             }
             dt { "people, parts detected" }

@@ -48,7 +48,7 @@ impl CostPlot {
                 figure {
                     (PreEscaped(&self.picture))
                     figcaption {
-                        "A point is the best set of at most so many sensors, full where it is proven; the line from it, \
+                        "A point is the best set of as many sensors or fewer, full where it is proven; the line from it, \
                          dashed where it is not proven, is what no set of at most as many for that cost or less is above."
                     }
                 }
