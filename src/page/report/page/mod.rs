@@ -96,6 +96,13 @@ pub struct ReportedSweep<'a> {
     pub note: Option<&'a str>,
 }
 
+impl ReportedSweep<'_> {
+    /// Whether each set of sensors has one choice of poses, as the sets of a front do: then there are no places to compare.
+    fn has_fixed_poses(&self) -> bool {
+        self.results.combinations.iter().all(|combination| combination.choices() == 1)
+    }
+}
+
 /// The page of a sweep, with the choices of poses that it describes.
 #[derive(Debug)]
 pub struct ReportPage<'a> {

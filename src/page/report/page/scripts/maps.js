@@ -75,9 +75,21 @@ function outlinesOn({ things }, [xs, ys], { x, y, unit, box }, isNamed) {
   });
 }
 
+/** Why the recommended place is not the best of its map, if it is not. */
+function drawMapNote(found) {
+  const home = element("map-note"), { series: of, choice, why } = data.recommended ?? {};
+  const is = chosen.series === of && chosen.choice === choice, own = is ? values()[placeIn(series().scores.over, choice)] : NaN;
+  const best = positions(found).reduce((best, one) => best && !isBetter(one.value, best.value) ? best : one, null);
+  home.hidden = Number.isNaN(own) || !best || !isBetter(best.value, own);
+  if (home.hidden) return;
+  home.textContent = `The ring is not at the best place of this map (${nameOf(best.choice)}, ${measure().title} ${scored(best.value)}; the ring has ${scored(own)}): it marks the recommended one, ${why}, while the map shows ${measure().title} in region ${data.regions[chosen.region]}, ${data.scenes.length > 1 ? extents[chosen.extent] : extents[1]}.`;
+}
+
 /** Draws all maps of the chosen member. */
 function drawMaps() {
-  const home = element("maps"), found = bestOfCandidates(), all = maps(found);
+  const home = element("maps");
+  if (!home) return;
+  const found = bestOfCandidates(), all = maps(found);
   home.replaceChildren();
   home.hidden = !all.length;
   const range = span(positions(found).map(p => p.value));
@@ -88,12 +100,14 @@ function drawMaps() {
     plot.parts = map.parts;
     drawMap(plot, map, range, map.title + behind + none);
   }
-  markMaps();
+  markMaps(found);
 }
 
 /** Rings the chosen positions. */
-function markMaps() {
+function markMaps(found = bestOfCandidates()) {
   const own = candidates(chosen.choice)[chosen.member] ?? [];
+  if (!element("maps")) return;
+  drawMapNote(found);
   for (const plot of element("maps").children) {
     const here = plot.parts.flatMap(({ spots }) => spots.filter(([, there]) => there.some(candidate => own.includes(candidate))).map(([at]) => plot.to(at)));
     plot.querySelector(".rings").replaceChildren(...here.map(([cx, cy]) => shape("circle", { cx: px(cx), cy: px(cy), r: 11, class: "ring" })));
