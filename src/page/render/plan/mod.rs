@@ -6,7 +6,7 @@
 
 mod field;
 mod ground;
-pub(super) mod labels;
+pub(crate) mod labels;
 mod legend;
 mod names;
 mod paper;

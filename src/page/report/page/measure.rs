@@ -40,7 +40,8 @@ pub(super) fn shown(score: Score, value: Option<f64>) -> String {
 /// A share with this many digits, not rounded to nothing or all unless it is.
 pub(super) fn percent(share: f64, digits: usize) -> String {
     let least = 0.1f64.powi(digits as i32);
-    let written = |value: f64| format!("{value:.digits$}\u{a0}%");
+    // Halves are rounded up.
+    let written = |value: f64| format!("{:.digits$}\u{a0}%", (value / least).round() * least);
     match written(share * 100.0) {
         _ if share == 0.0 || share == 1.0 => format!("{}\u{a0}%", share * 100.0),
         text if share > 0.0 && text == written(0.0) => format!("<{}", written(least)),

@@ -141,7 +141,7 @@ impl<'a> ReportPage<'a> {
         let recommended = recommended.as_ref();
         let cells = views.look((study, worlds), (results, rankings), backend, progress)?;
         let picture = recommended.map(|one| picture(sweep, rankings, one, backend)).transpose()?;
-        let surroundings = Surroundings::new(study)?;
+        let surroundings = Surroundings::new(study, &worlds[0])?;
         // A cell of which it cannot be asked has its report nevertheless.
         let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.choice(rankings))) {
             Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),
