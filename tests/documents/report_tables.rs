@@ -121,7 +121,7 @@ fn the_three_largest_gains_are_listed_in_order() {
         }
     });
     let shares: Vec<f64> =
-        changes.iter().map(|change| change.split('\u{a0}').next().unwrap().parse().unwrap()).collect();
+        changes.iter().map(|change| between(change, "up to ", "\u{a0}%")[0].parse().unwrap()).collect();
     assert!((1..=3).contains(&shares.len()) && shares.is_sorted_by(|a, b| a >= b), "{changes:?}");
     assert!(changes[0].contains("% of region ") && changes[0].contains(" voxels"), "{changes:?}");
     // A way that is too short comes first.

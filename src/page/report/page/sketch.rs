@@ -14,7 +14,7 @@ use crate::render::svg::{Svg, tenth};
 use perirobot_scene::pose::Pose;
 use perirobot_study::sensor::Stance;
 use perirobot_study::sensor::turned::Turned;
-use things::Thing;
+use things::{Patch, Thing};
 
 /// Size of a drawing, and the room around the cell in it.
 const SIZE: [f64; 2] = [340.0, 250.0];
@@ -26,6 +26,8 @@ const DISC: f64 = 8.0;
 const LONGEST: usize = 24;
 const LETTERS: f64 = 12.0;
 const MARGIN: f64 = 22.0;
+/// Most things that have their names in a drawing; the others have them under the mouse.
+const MOST_NAMED: usize = 6;
 
 /// What a sketch shows.
 pub(super) struct Sketch<'a> {
@@ -88,6 +90,12 @@ impl ViewSide {
         let ([left, bottom], [right, top]) = (self.project(self.low), self.project(self.high));
         let room = format!("M{left} {top}H{right}V{bottom}H{left}Z");
         self.svg.element("path", &[("class", &"room"), ("d", &room)]);
+        for y in [top, bottom] {
+            self.labels.take([left, y - 1.0, right, y + 1.0]);
+        }
+        for x in [left, right] {
+            self.labels.take([x - 1.0, top, x + 1.0, bottom]);
+        }
         for thing in things {
             let mut path = String::new();
             for [from, to, low, high] in &thing.shadows[3 - self.across - self.up] {
@@ -110,6 +118,10 @@ impl ViewSide {
         let (dx, dy) = (tenth(ahead[self.across] * LOOK), tenth(-ahead[self.up] * LOOK));
         if dx.abs() + dy.abs() > 4.0 {
             self.svg.element("path", &[("class", &"look"), ("d", &format!("M{x} {y}l{dx} {dy}"))]);
+            for part in 1..=8 {
+                let [x, y] = [x + dx * f64::from(part) / 8.0, y + dy * f64::from(part) / 8.0];
+                self.labels.take([x - 2.0, y - 2.0, x + 2.0, y + 2.0]);
+            }
         }
         let disc: [(&str, &dyn Display); 4] = [("class", &"sensor"), ("cx", &x), ("cy", &y), ("r", &DISC)];
         self.svg.element("circle", &disc);
@@ -144,24 +156,26 @@ impl ViewSide {
                 .collect(),
         });
         let places = places.chain((0..12).map(|n| [SIZE[0] / 2.0, MARGIN + 10.0 + f64::from(n) * 15.0]));
-        if let Some(at) = self.labels.place_at(&words, LETTERS, places) {
-            self.write_at("value", at, &words);
-        }
+        // A distance is written in any case.
+        let beside = [inside(x), y];
+        let at = self.labels.place_at(&words, LETTERS, places).unwrap_or(beside);
+        self.write_at("value", at, &words);
     }
 
-    /// The names of what stands there, as far as there is room.
+    /// The names of the largest things, in or beside them, as far as there is room.
     fn name(&mut self, things: &[Thing]) {
-        for thing in things {
-            let patches = &thing.shadows[3 - self.across - self.up];
-            let ends = patches
-                .iter()
-                .copied()
-                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]);
-            let Some([from, to, low, high]) = ends else { continue };
+        let axis = 3 - self.across - self.up;
+        let mut named: Vec<(&Thing, Patch)> =
+            things.iter().filter_map(|thing| Some((thing, thing.extent(axis)?))).collect();
+        let size = |[from, to, low, high]: Patch| (to - from) + (high - low);
+        named.sort_by(|a, b| size(b.1).total_cmp(&size(a.1)));
+        for (thing, [from, to, low, high]) in named.into_iter().take(MOST_NAMED) {
             let ([left, bottom], [right, top]) =
                 (self.project_flat([from, low]), self.project_flat([to, high]));
-            let name = shorten(&thing.name);
-            if let Some(at) = self.labels.place(&name, LETTERS, [left, top, right, bottom]) {
+            let (name, [x, y]) = (shorten(&thing.name), [(left + right) / 2.0, (top + bottom) / 2.0]);
+            let (half, apart) = (name.chars().count() as f64 * 0.3 * LETTERS + 4.0, 0.8 * LETTERS);
+            let around = [[x, y], [x, top - apart], [x, bottom + apart], [right + half, y], [left - half, y]];
+            if let Some(at) = self.labels.place_at(&name, LETTERS, around) {
                 self.write_at("name", at, &name);
             }
         }

@@ -75,14 +75,15 @@ function outlinesOn({ things }, [xs, ys], { x, y, unit, box }, isNamed) {
   });
 }
 
-/** Why the recommended place is not the best of its map, if it is not. */
+/** Why the recommended place is not the best of the map, if it is not. */
 function drawMapNote(found) {
   const home = element("map-note"), { series: of, choice, why } = data.recommended ?? {};
-  const is = chosen.series === of && chosen.choice === choice, own = is ? values()[placeIn(series().scores.over, choice)] : NaN;
+  const own = chosen.series === of ? values()[placeIn(series().scores.over, choice)] ?? NaN : NaN;
   const best = positions(found).reduce((best, one) => best && !isBetter(one.value, best.value) ? best : one, null);
   home.hidden = Number.isNaN(own) || !best || !isBetter(best.value, own);
   if (home.hidden) return;
-  home.textContent = `The ring is not at the best place of this map (${nameOf(best.choice)}, ${measure().title} ${scored(best.value)}; the ring has ${scored(own)}): it marks the recommended one, ${why}, while the map shows ${measure().title} in region ${data.regions[chosen.region]}, ${data.scenes.length > 1 ? extents[chosen.extent] : extents[1]}.`;
+  const where = `${measure().title} in region ${data.regions[chosen.region]}, ${data.scenes.length > 1 ? extents[chosen.extent] : extents[1]}`;
+  home.textContent = `The recommended place is not the best of this map, which shows ${where}: ${nameOf(choice)} has ${scored(own)}, ${nameOf(best.choice)} ${scored(best.value)}. It is ${why}.`;
 }
 
 /** Draws all maps of the chosen member. */

@@ -19,7 +19,7 @@ pub(super) struct Help {
     /// The gain of each change, and what to change.
     changes: Vec<(String, String)>,
     /// Where the numbers are from.
-    source: String,
+    source: &'static str,
 }
 
 impl Help {
@@ -33,10 +33,8 @@ impl Help {
         let mut changes = short_ways(findings)?;
         changes.extend(unknown_causes(findings, region));
         changes.truncate(MOST);
-        let source = format!(
-            "Gains are upper limits for the recommended set: metres to the distance that is needed, and shares of region \
-             {region} at the worst moment of each scene."
-        );
+        let source = "The largest gains first, for the recommended set: metres to the distance that is needed, then shares of \
+             the region at the worst moment of each scene.";
         Ok((!changes.is_empty()).then_some(Help { changes, source }))
     }
 
@@ -103,7 +101,7 @@ fn unknown_causes(findings: &Findings, region: &str) -> Vec<(String, String)> {
     causes.sort_by_key(|(_, _, voxels, _)| std::cmp::Reverse(*voxels));
     let change = |(cause, cure, voxels, human): (&str, &str, u64, u64)| {
         let people = if human > 0 { format!(", {human} of them a person’s") } else { String::new() };
-        let gain = format!("{} of region {region}", percent(voxels as f64 / total as f64, 1));
+        let gain = format!("up to {} of region {region}", percent(voxels as f64 / total as f64, 1));
         (gain, format!("{cure} ({cause}: {voxels} voxels{people})"))
     };
     causes.into_iter().map(change).collect()

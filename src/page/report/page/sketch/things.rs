@@ -23,6 +23,14 @@ pub(in crate::report::page) struct Thing {
     pub(super) shadows: [Vec<Patch>; 3],
 }
 
+impl Thing {
+    /// The ends of its shadow along an axis.
+    pub(super) fn extent(&self, axis: usize) -> Option<Patch> {
+        let join = |a: Patch, b: Patch| [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])];
+        self.shadows[axis].iter().copied().reduce(join)
+    }
+}
+
 /// What stands in a scene, without the room itself and without people.
 pub(in crate::report::page) fn things(truth: &Truth) -> Vec<Thing> {
     let room = room_m(truth);
