@@ -16,6 +16,7 @@ mod pages;
 mod purchase;
 mod render;
 mod report;
+mod report_tables;
 mod versions;
 #[cfg(unix)]
 mod words;

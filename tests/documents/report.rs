@@ -30,7 +30,7 @@ fn held<'a>(page: &'a str, id: &str) -> &'a str {
     rest.split_once("</script>").unwrap().0
 }
 
-fn unpacked(page: &str, id: &str) -> Vec<u8> {
+pub(super) fn unpacked(page: &str, id: &str) -> Vec<u8> {
     let gzip = STANDARD.decode(held(page, id)).unwrap();
     let mut bytes = Vec::new();
     flate2::read::GzDecoder::new(&gzip[..]).read_to_end(&mut bytes).unwrap();
@@ -130,7 +130,8 @@ fn scores_and_voxels_are_those_of_the_sweep() {
             let plotted = plotted(&charts, [region, m, s]);
             assert_eq!(plotted.is_some(), ends[0].is_some(), "{name} in region {region}");
             if let (Some((words, places, near)), [Some(least), Some(largest)]) = (plotted, ends) {
-                assert!(words.contains(&format!(": {least:.3} to {largest:.3}, quartiles ")), "{words}");
+                let [first, last] = [least, largest].map(|value| written(name, value));
+                assert!(words.contains(&format!(": {first} to {last}, quartiles ")), "{words}");
                 let is_near = |(place, value): (f64, f64)| (place - value).abs() <= near;
                 assert!(places.into_iter().zip([least, largest]).all(is_near), "{places:?}: {words}");
             }
@@ -141,6 +142,15 @@ fn scores_and_voxels_are_those_of_the_sweep() {
     // At least three choices of each sensor, in three regions.
     let voxels = voxels_compared(&page, &data, &rows, &reasons(&folder));
     assert!(voxels >= 3 * 2 * 3, "{voxels}");
+}
+
+/// A score as the page writes it.
+fn written(name: &str, value: f64) -> String {
+    match name {
+        "f1" | "kappa" => format!("{value:.3}"),
+        _ if value == 0.0 || value == 1.0 => format!("{}\u{a0}%", value * 100.0),
+        _ => format!("{:.1}\u{a0}%", value * 100.0),
+    }
 }
 
 /// The row of a series in the chart of a region and score: what it tells, the values at its ends, and how exact these are.
@@ -292,11 +302,11 @@ fn folders_that_cannot_be_reported_are_refused() {
     assert!(!out.join("report.html").exists(), "nothing is left of what failed");
 }
 
-const BOTH: &str = "camera:wall/front;camera:wall/back";
+pub(super) const BOTH: &str = "camera:wall/front;camera:wall/back";
 
 /// Of `scenes/approach.toml`, with voxels of 10 cm, swept in a folder of its own. Two cameras are the best by what it
 /// requires, that little is unknown.
-fn shelf() -> Folder {
+pub(super) fn shelf() -> Folder {
     let folder = Folder::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     folder.write("study.toml", fs::read(root.join("approach.toml")).unwrap());

@@ -19,8 +19,23 @@ pub(super) struct Explained {
     pub(super) rows: Vec<[String; 7]>,
     /// How many are monitored all the same.
     pub(super) monitored: String,
-    /// Causes, and what would help.
-    pub(super) advice: Vec<(String, String)>,
+    /// What would help against the most frequent causes.
+    pub(super) advice: Vec<Advice>,
+    /// How many voxels the region has.
+    #[cfg_attr(not(feature = "report"), expect(dead_code))]
+    pub(super) total: u64,
+}
+
+/// What would help against a cause.
+#[derive(Clone, Debug)]
+pub(super) struct Advice {
+    pub(super) cause: String,
+    pub(super) cure: String,
+    /// How many voxels are unknown for it, and how many of these are a person's.
+    #[cfg_attr(not(feature = "report"), expect(dead_code))]
+    pub(super) voxels: u64,
+    #[cfg_attr(not(feature = "report"), expect(dead_code))]
+    pub(super) human: u64,
 }
 
 impl Explained {
@@ -67,7 +82,19 @@ pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<CauseTal
             percent(monitored, unknown),
             percent(unknown - monitored, unknown)
         ),
-        advice: worth.map(|t| (phrase(view, &t.cause), advice(view, &t.cause))).collect(),
+        advice: worth.map(|tally| Advice::new(view, tally)).collect(),
+        total: counts.total(),
+    }
+}
+
+impl Advice {
+    fn new(view: &View, tally: &CauseTally) -> Advice {
+        Advice {
+            cause: phrase(view, &tally.cause),
+            cure: cure(view, &tally.cause),
+            voxels: tally.voxels(),
+            human: tally.human,
+        }
     }
 }
 
@@ -97,7 +124,7 @@ pub fn phrase(view: &View, cause: &Cause) -> String {
 }
 
 /// A sentence that says what would help.
-fn advice(view: &View, cause: &Cause) -> String {
+fn cure(view: &View, cause: &Cause) -> String {
     let object = view.object(cause).unwrap_or_default();
     match cause.reason {
         Reason::OutOfView => {

@@ -66,15 +66,16 @@ pub(super) fn most_sensors(results: &Results) -> Option<usize> {
 }
 
 /// What a combination reaches: its name, its maximum in each scene, their mean, and that as a part of the
-/// reference's.
+/// reference's; a function writes scores.
 pub(super) fn row<'a>(
     results: &'a Results,
     found: &'a Maxima,
     reference: Option<f64>,
+    write: impl Fn(Option<f64>) -> String + 'a,
 ) -> impl Iterator<Item = String> + 'a {
-    let scenes = found.scenes.iter().map(|maximum| number(maximum.map(|m| m.value)));
     let name = results.combinations[found.combination].name.clone();
-    let last = [number(found.mean), number(relative(found.mean, reference))];
+    let last = [write(found.mean), number(relative(found.mean, reference))];
+    let scenes = found.scenes.iter().map(move |maximum| write(maximum.map(|m| m.value)));
     [name].into_iter().chain(scenes).chain(last)
 }
 

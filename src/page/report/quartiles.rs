@@ -1,7 +1,6 @@
 //! Smallest, quartiles and largest of many scores.
 
 use super::series::Series;
-use super::table::number;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::swept::SceneResults;
 
@@ -37,15 +36,16 @@ pub(super) fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
 }
 
 /// How a score of a series is distributed in a scene: scene, series, how many choices have a value, and the five
-/// numbers.
+/// numbers, as a function writes them.
 pub(super) fn row(
     results: &Results,
     scene: &SceneResults,
     series: Series,
     found: Option<Distribution>,
+    write: impl Fn(Option<f64>) -> String,
 ) -> [String; 8] {
     let five = found.map(|d| [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max].map(Some));
-    let [min, lower, median, upper, max] = five.unwrap_or([None; 5]).map(number);
+    let [min, lower, median, upper, max] = five.unwrap_or([None; 5]).map(write);
     let n = found.map_or(0, |d| d.values).to_string();
     [scene.name.clone(), series.title(results), n, min, lower, median, upper, max]
 }

@@ -21,7 +21,7 @@ impl PlacedLabels {
     }
 
     /// Keeps names from covering something.
-    pub(super) fn take(&mut self, area: Area) {
+    pub(crate) fn take(&mut self, area: Area) {
         self.taken.push(area);
     }
 
@@ -55,7 +55,7 @@ impl PlacedLabels {
     }
 
     /// The first of some places at which the middle of a name has room.
-    pub(super) fn place_at(
+    pub(crate) fn place_at(
         &mut self,
         name: &str,
         size: f64,

@@ -6,7 +6,7 @@
 
 mod field;
 mod ground;
-pub(super) mod labels;
+pub(crate) mod labels;
 mod legend;
 mod names;
 mod paper;
@@ -30,7 +30,7 @@ use perirobot_decide::view::watched::Watchers;
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::objects::Role;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::truth::{ObjectVoxels, Truth};
+use perirobot_scene::truth::{ObjectVoxels, Region, Truth};
 use perirobot_study::input::{EntryPlace, Study};
 use perirobot_study::sensor::Setting;
 use perirobot_study::world::place::room_m;
@@ -65,11 +65,32 @@ struct Drawing<'a> {
     legend: Vec<(&'static str, String)>,
     /// What each sensor sees or guards, as words and the corners of the area in the drawing.
     watched: Vec<(String, Vec<[f64; 2]>)>,
+    /// The one region to outline; `None` for all.
+    region: Option<usize>,
 }
 
 /// Draws the plan of a scene at one of its snapshots. The letters A, B and so on stand for the sensors of a choice of
 /// poses, in their order.
 pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Option<Choice>) -> FloorPlan {
+    draw((study, worlds), snapshot, choice, None)
+}
+
+/// The same with the outline of one region only, by its index.
+pub fn region_plan(
+    of_scene: (&Study, &[World]),
+    snapshot: usize,
+    choice: Option<Choice>,
+    region: usize,
+) -> FloorPlan {
+    draw(of_scene, snapshot, choice, Some(region))
+}
+
+fn draw(
+    (study, worlds): (&Study, &[World]),
+    snapshot: usize,
+    choice: Option<Choice>,
+    region: Option<usize>,
+) -> FloorPlan {
     let world = &worlds[snapshot];
     let truth = world.truth();
     let room_m = room_m(&truth);
@@ -79,7 +100,7 @@ pub fn floor_plan(study: &Study, worlds: &[World], snapshot: usize, choice: Opti
     let (svg, legend) = (Svg::default(), Vec::new());
     let watched = Vec::new();
     let mut drawing =
-        Drawing { study, worlds, world, truth, room_m, storey, paper, svg, labels, legend, watched };
+        Drawing { study, worlds, world, truth, room_m, storey, paper, svg, labels, legend, watched, region };
     drawing.floor();
     drawing.furniture();
     let floor_m2 = choice.map_or([0.0; 3], |choice| drawing.watched_floor(choice));
@@ -144,6 +165,16 @@ fn members(study: &Study, choice: Choice) -> Vec<(usize, usize)> {
     let combination = &study.combinations[choice.combination];
     let candidates = combination.choice(choice.choice);
     combination.members.iter().zip(candidates).map(|(member, one)| (member.sensor, one)).collect()
+}
+
+impl<'a> Drawing<'a> {
+    /// The regions to outline.
+    fn outlined_regions(&self) -> Vec<&'a Region> {
+        match self.region {
+            Some(region) => vec![&self.world.regions[region]],
+            None => self.world.regions.iter().collect(),
+        }
+    }
 }
 
 impl Drawing<'_> {
@@ -269,8 +300,7 @@ impl Drawing<'_> {
 
     /// The outlines of what is counted, at any height.
     fn regions(&mut self) {
-        let world = self.world;
-        for region in &world.regions {
+        for region in self.outlined_regions() {
             let path = self.storey.outline(&self.storey.shadow(&region.voxels), &self.paper);
             self.named_path("region", &path, &region.name);
             self.explain("region", "region in which is counted");

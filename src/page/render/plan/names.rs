@@ -95,8 +95,7 @@ impl Drawing<'_> {
 
     /// The names of regions, each on its outline.
     pub(super) fn names_of_regions(&mut self) {
-        let world = self.world;
-        for region in &world.regions {
+        for region in self.outlined_regions() {
             let [left, top, right, bottom] =
                 self.on_paper(self.storey.extent(&self.storey.shadow(&region.voxels)));
             let along = |n: usize| [0.5, 0.3, 0.7, 0.15, 0.85][n];

@@ -30,17 +30,24 @@ pub(crate) struct AxisScale {
     pub(crate) places: [f64; 2],
     /// Whether only whole numbers are marked.
     is_whole: bool,
+    /// Whether its numbers are shares, written as percent.
+    is_percent: bool,
 }
 
 impl AxisScale {
     /// From numbers to places on the paper.
     pub(crate) fn new(ends: [f64; 2], places: [f64; 2]) -> AxisScale {
-        AxisScale { ends, places, is_whole: false }
+        AxisScale { ends, places, is_whole: false, is_percent: false }
     }
 
     /// Of what is counted, as snapshots are.
     pub(crate) fn from_whole_numbers(ends: [f64; 2], places: [f64; 2]) -> AxisScale {
         AxisScale { is_whole: true, ..AxisScale::new(ends, places) }
+    }
+
+    /// The same with its numbers written as percent, or not.
+    pub(crate) fn in_percent(self, is_percent: bool) -> AxisScale {
+        AxisScale { is_percent, ..self }
     }
 
     /// Where a number lies.
@@ -58,7 +65,11 @@ impl AxisScale {
     pub(crate) fn marks(&self, apart: f64) -> impl Iterator<Item = (f64, String)> {
         let [low, high] = self.ends;
         let least = (high - low) * apart / (self.places[1] - self.places[0]).abs();
-        marks(low, high, step(if self.is_whole { least.max(1.0) } else { least }))
+        let step = step(if self.is_whole { least.max(1.0) } else { least });
+        let unit = if self.is_percent { 100.0 } else { 1.0 };
+        let end = if self.is_percent { "\u{a0}%" } else { "" };
+        let all = marks(low * unit, high * unit, step * unit);
+        all.map(move |(value, text)| (value / unit, format!("{text}{end}")))
     }
 
     /// Draws it at the left of a plot, with lines through it to the right, and its numbers.

@@ -25,11 +25,9 @@ pub(crate) fn draw_quartiles(
     sheet.path("median", &format!("M{middle} {}V{}", tenth(top), tenth(bottom)));
 }
 
-/// The numbers of a distribution in words, after whose they are.
-pub(crate) fn describe(title: &str, found: &Distribution) -> String {
+/// The numbers of a distribution in words, after whose they are; a function writes each.
+pub(crate) fn describe(title: &str, found: &Distribution, write: impl Fn(f64) -> String) -> String {
     let Distribution { min, lower_quartile, median, upper_quartile, max, values } = *found;
-    format!(
-        "{title}: {min:.3} to {max:.3}, quartiles {lower_quartile:.3} and {upper_quartile:.3}, median {median:.3}, \
-         {values} choices"
-    )
+    let [min, lower, median, upper, max] = [min, lower_quartile, median, upper_quartile, max].map(write);
+    format!("{title}: {min} to {max}, quartiles {lower} and {upper}, median {median}, {values} choices")
 }

@@ -60,7 +60,7 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
             for ((number, found), title) in row.iter().enumerate().zip(&titles) {
                 if let Some(found) = found {
                     let heights = [y + (ROW - BOX) / 2.0, y + (ROW + BOX) / 2.0];
-                    let told = describe(title, found);
+                    let told = describe(title, found, |value| format!("{value:.3}"));
                     draw_quartiles(&mut sheet, &scale, heights, found, colours::series(number), &told);
                 }
                 y += ROW;

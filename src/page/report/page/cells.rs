@@ -24,8 +24,8 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::swept::SceneResults;
 use perirobot_sweep::results::{Results, RowKey};
 
-/// Most bytes of voxels before they are compressed; less than half of that after.
-const MOST_BYTES: usize = 24 << 20;
+/// Most bytes of voxels before they are compressed; about a quarter of that in the page, which so stays below 3 MB.
+const MOST_BYTES: usize = 8 << 20;
 
 /// How many views are made together, so that all cores have work.
 const AT_ONCE: usize = 128;

@@ -38,7 +38,7 @@ pub(super) struct Data<'a> {
     /// The words of a command line that renders a pose of this sweep, without those that name the pose.
     render: Vec<String>,
     /// What is chosen when the page opens.
-    recommended: Option<RecommendedData>,
+    recommended: Option<RecommendedData<'a>>,
     repeats: usize,
     regions: &'a [String],
     scenes: Vec<SceneData<'a>>,
@@ -64,10 +64,14 @@ pub(super) struct Data<'a> {
 }
 
 #[derive(Serialize)]
-struct RecommendedData {
+struct RecommendedData<'a> {
     series: usize,
     choice: usize,
     region: usize,
+    /// The score by which it is looked at, by its number.
+    measure: usize,
+    /// Of what it is the best, in words.
+    why: &'a str,
     /// The moment and the scene at which it is the worst; a scene counts from 1, after all of them together.
     moment: usize,
     extent: usize,
@@ -108,6 +112,8 @@ struct MeasureData {
     name: &'static str,
     title: String,
     less_is_better: bool,
+    /// Whether it is written as percent.
+    is_share: bool,
 }
 
 #[derive(Serialize)]
@@ -149,6 +155,7 @@ impl<'a> Data<'a> {
             name: score.name(),
             title: measure::title(score),
             less_is_better: score.less_is_better(),
+            is_share: measure::is_share(score),
         });
         let scenes: Vec<SceneData> = results.scenes.iter().map(|scene| scene_data(scene, worlds)).collect();
         let furnished: Vec<Furnished> = scenes.iter().map(SceneData::furnished).collect();
@@ -158,6 +165,8 @@ impl<'a> Data<'a> {
                 series: one.series,
                 choice: one.choice,
                 region: one.region,
+                measure: one.score as usize,
+                why: &one.why,
                 moment: one.moments[one.scene],
                 extent: if results.scenes.len() > 1 { one.scene + 1 } else { 0 },
             }),

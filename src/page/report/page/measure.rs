@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use crate::report::table::number;
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::{Over, Results, RowKey, over};
@@ -23,9 +24,30 @@ pub(super) fn title(score: Score) -> String {
     }
 }
 
-/// Whether it is a share of something, which is told as percent.
+/// Whether it is a share of something, which the page writes as percent.
 pub(super) fn is_share(score: Score) -> bool {
     !matches!(score, Score::F1 | Score::Kappa)
+}
+
+/// A score in a table or chart of the page: a share as percent, F1 and κ as numbers, as in the paper.
+pub(super) fn shown(score: Score, value: Option<f64>) -> String {
+    match value {
+        Some(value) if is_share(score) => percent(value, 1),
+        _ => number(value),
+    }
+}
+
+/// A share with this many digits, not rounded to nothing or all unless it is.
+pub(super) fn percent(share: f64, digits: usize) -> String {
+    let least = 0.1f64.powi(digits as i32);
+    // Halves are rounded up.
+    let written = |value: f64| format!("{:.digits$}\u{a0}%", (value / least).round() * least);
+    match written(share * 100.0) {
+        _ if share == 0.0 || share == 1.0 => format!("{}\u{a0}%", share * 100.0),
+        text if share > 0.0 && text == written(0.0) => format!("<{}", written(least)),
+        text if share < 1.0 && text == written(100.0) => format!(">{}", written(100.0 - least)),
+        text => text,
+    }
 }
 
 /// How many answers need no sensor; the upper bound stands behind them.
@@ -59,4 +81,23 @@ pub(super) fn baseline_measures(results: &Results, moments: Range<usize>, region
 pub(super) fn to_beat(baselines: &[Baseline], measure: usize) -> Option<(&'static str, f64)> {
     let with_value = baselines[..TRIVIAL].iter().filter_map(|(name, values)| Some((*name, values[measure]?)));
     with_value.reduce(|best, next| if next.1 > best.1 { next } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_percent_and_not_rounded_to_nothing_or_all() {
+        let written =
+            |share: f64| [percent(share, 0), percent(share, 1)].map(|text| text.replace('\u{a0}', " "));
+        assert_eq!(written(0.0), ["0 %", "0 %"]);
+        assert_eq!(written(0.0004), ["<1 %", "<0.1 %"]);
+        assert_eq!(written(0.3333), ["33 %", "33.3 %"]);
+        assert_eq!(written(0.9996), [">99 %", ">99.9 %"]);
+        assert_eq!(written(1.0), ["100 %", "100 %"]);
+        let both = [Score::F1, Score::Unknown].map(|score| shown(score, Some(0.1234)));
+        assert_eq!(both, ["0.123", "12.3\u{a0}%"]);
+        assert_eq!(shown(Score::Unknown, None), "–");
+    }
 }

@@ -57,7 +57,7 @@ impl MissedVoxels<'_> {
                     }
                 }
                 p { (why.monitored) }
-                ul { @for (cause, cure) in &why.advice { li { (cause) ": " (cure) } } }
+                ul { @for one in &why.advice { li { (one.cause) ": " (one.cure) } } }
             }
         }
     }

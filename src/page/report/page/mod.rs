@@ -96,6 +96,13 @@ pub struct ReportedSweep<'a> {
     pub note: Option<&'a str>,
 }
 
+impl ReportedSweep<'_> {
+    /// Whether each set of sensors has one choice of poses, as the sets of a front do: then there are no places to compare.
+    fn has_fixed_poses(&self) -> bool {
+        self.results.combinations.iter().all(|combination| combination.choices() == 1)
+    }
+}
+
 /// The page of a sweep, with the choices of poses that it describes.
 #[derive(Debug)]
 pub struct ReportPage<'a> {
@@ -134,7 +141,7 @@ impl<'a> ReportPage<'a> {
         let recommended = recommended.as_ref();
         let cells = views.look((study, worlds), (results, rankings), backend, progress)?;
         let picture = recommended.map(|one| picture(sweep, rankings, one, backend)).transpose()?;
-        let surroundings = Surroundings::new(study)?;
+        let surroundings = Surroundings::new(study, &worlds[0])?;
         // A cell of which it cannot be asked has its report nevertheless.
         let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.choice(rankings))) {
             Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),

@@ -3,7 +3,8 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::device::describe_device;
-use super::sketch;
+use super::sketch::Sketch;
+use super::sketch::compass::compass;
 use super::surroundings::{Surroundings, WAYS};
 use crate::letters::letter;
 use perirobot_study::input::Study;
@@ -47,6 +48,20 @@ impl MountSheet {
             div.mount {
                 (self.view())
                 div.sketches { @for sketch in &self.sketches { (PreEscaped(sketch)) } }
+            }
+        }
+    }
+}
+
+/// How sheets are read, with the compass of pan.
+pub(super) fn explain_sheets() -> Markup {
+    html! {
+        div.explained {
+            (PreEscaped(compass()))
+            p.hint {
+                "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and robots \
+                 left out. The thick line shows where the sensor looks. Pan is counted from x to y, seen from above; tilt is \
+                 above or below the horizon. Grey shows what stands there, blue a robot."
             }
         }
     }
@@ -98,13 +113,21 @@ fn sheet(
                     let around = surroundings.measure(p);
                     let lengths = WAYS.iter().zip(around.map(found));
                     lines.extend(lengths.map(|(way, next)| text(way, next)));
-                    let room = room_m(&worlds[0].truth());
-                    sketches = sketch::sketches(&pose, sensor.kind.stance(), room, &around, &objects).into();
+                    let sketch = Sketch {
+                        letter: &letter,
+                        pose: &pose,
+                        stance: sensor.kind.stance(),
+                        room_m: room_m(&worlds[0].truth()),
+                        around: &around,
+                        names: &objects,
+                        things: surroundings.things(),
+                    };
+                    sketches = sketch.views().into();
                 }
             }
             let turned = Turned::new(&pose);
             let turns = [
-                ("pan, from x to y", format!("{:.1}°", turned.pan_deg)),
+                ("pan", format!("{:.1}°", turned.pan_deg)),
                 ("tilt", describe_tilt(turned.tilt_deg)),
                 ("roll", format!("{:.1}°", turned.roll_deg)),
             ];

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, PreEscaped, html};
 
-use super::mount::sheets;
+use super::mount::{explain_sheets, sheets};
 use super::surroundings::Surroundings;
 use crate::render::plan::{self, floor_plan};
 use crate::report::colours::variables;
@@ -24,7 +24,7 @@ pub fn mounting_sheets(
     combination: usize,
     note: Option<&str>,
 ) -> Result<String> {
-    let surroundings = Surroundings::new(study)?;
+    let surroundings = Surroundings::new(study, &worlds[0])?;
     let choice = Choice { combination, choice: 0, representation: 0, repeat: 0 };
     let of_scene = worlds.chunk_by(|one, next| one.scene == next.scene).next().unwrap_or(worlds);
     let drawing = floor_plan(study, of_scene, 0, Some(choice));
@@ -47,10 +47,7 @@ pub fn mounting_sheets(
                 header { h1 { "Mounting sheets of " (name) } @if let Some(note) = note { p.warning { (note) } } }
                 main {
                     (PreEscaped(drawing.inline()))
-                    p.hint {
-                        "Distances are to the next surface along each axis, people and robots left out; the arrow shows where the \
-                         sensor looks."
-                    }
+                    (explain_sheets())
                     @for sheet in &sheets { (sheet.view_with_sketches()) }
                 }
             }

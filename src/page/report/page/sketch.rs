@@ -1,23 +1,45 @@
-//! A mounting sheet as a drawing: where a sensor is in plan and in elevation, with the distances that are measured to
-//! the next surfaces, and the angles.
+//! A mounting sheet as a drawing: where a sensor is in plan and in elevation among what stands there, with the distances
+//! that are measured to the next surfaces, and the angles. No label covers another.
+
+pub(super) mod compass;
+pub(super) mod things;
 
 use std::fmt::Display;
 
 use glam::DVec3;
 
 use super::surroundings::Around;
+use crate::render::plan::labels::PlacedLabels;
 use crate::render::svg::{Svg, tenth};
 use perirobot_scene::pose::Pose;
 use perirobot_study::sensor::Stance;
 use perirobot_study::sensor::turned::Turned;
+use things::{Patch, Thing};
 
 /// Size of a drawing, and the room around the cell in it.
 const SIZE: [f64; 2] = [340.0, 250.0];
 const EDGE: [f64; 2] = [30.0, 34.0];
-/// How long the arrow is that shows where the sensor looks.
+/// How long the line is that shows where the sensor looks, and the radius of the disc with the sensor's letter.
 const LOOK: f64 = 46.0;
-/// Letters of a name.
+const DISC: f64 = 8.0;
+/// Letters of a name, their size, and the height of the lines of the title and the angles.
 const LONGEST: usize = 24;
+const LETTERS: f64 = 12.0;
+const MARGIN: f64 = 22.0;
+/// Most things that have their names in a drawing; the others have them under the mouse.
+const MOST_NAMED: usize = 6;
+
+/// What a sketch shows.
+pub(super) struct Sketch<'a> {
+    pub(super) letter: &'a str,
+    pub(super) pose: &'a Pose,
+    pub(super) stance: Stance,
+    pub(super) room_m: [DVec3; 2],
+    pub(super) around: &'a Around,
+    /// Those of what is around.
+    pub(super) names: &'a [String],
+    pub(super) things: &'a [Thing],
+}
 
 /// A view of the cell along an axis: which axis goes to the right and which goes up.
 struct ViewSide {
@@ -27,6 +49,7 @@ struct ViewSide {
     high: DVec3,
     scale: f64,
     svg: Svg,
+    labels: PlacedLabels,
 }
 
 impl ViewSide {
@@ -34,14 +57,20 @@ impl ViewSide {
         let size = (high - low).max(DVec3::splat(1e-3));
         let room = |axis: usize, n: usize| (SIZE[n] - 2.0 * EDGE[n]) / size[axis];
         let scale = room(across, 0).min(room(up, 1));
-        ViewSide { across, up, low, high, scale, svg: Svg::default() }
+        // The title and the angles have lines of their own.
+        let labels = PlacedLabels::new([2.0, MARGIN, SIZE[0] - 2.0, SIZE[1] - MARGIN]);
+        ViewSide { across, up, low, high, scale, svg: Svg::default(), labels }
     }
 
     fn project(&self, metres: DVec3) -> [f64; 2] {
+        self.project_flat([metres[self.across], metres[self.up]])
+    }
+
+    fn project_flat(&self, [across, up]: [f64; 2]) -> [f64; 2] {
         let beside =
             |axis: usize, n: usize| (SIZE[n] - (self.high[axis] - self.low[axis]) * self.scale) / 2.0;
-        let x = beside(self.across, 0) + (metres[self.across] - self.low[self.across]) * self.scale;
-        let y = SIZE[1] - beside(self.up, 1) - (metres[self.up] - self.low[self.up]) * self.scale;
+        let x = beside(self.across, 0) + (across - self.low[self.across]) * self.scale;
+        let y = SIZE[1] - beside(self.up, 1) - (up - self.low[self.up]) * self.scale;
         [tenth(x), tenth(y)]
     }
 
@@ -51,23 +80,56 @@ impl ViewSide {
         self.svg.words(&at, words);
     }
 
-    /// The cell, the sensor, and where it looks.
-    fn begin(&mut self, title: &str, pose: &Pose) {
+    /// Words around their middle.
+    fn write_at(&mut self, class: &str, [x, y]: [f64; 2], words: &str) {
+        self.words(class, [x, y + LETTERS / 3.0], "middle", words);
+    }
+
+    /// The cell, and what stands in it.
+    fn begin(&mut self, title: &str, things: &[Thing]) {
         let ([left, bottom], [right, top]) = (self.project(self.low), self.project(self.high));
         let room = format!("M{left} {top}H{right}V{bottom}H{left}Z");
         self.svg.element("path", &[("class", &"room"), ("d", &room)]);
+        for y in [top, bottom] {
+            self.labels.take([left, y - 1.0, right, y + 1.0]);
+        }
+        for x in [left, right] {
+            self.labels.take([x - 1.0, top, x + 1.0, bottom]);
+        }
+        for thing in things {
+            let mut path = String::new();
+            for [from, to, low, high] in &thing.shadows[3 - self.across - self.up] {
+                let ([left, bottom], [right, top]) =
+                    (self.project_flat([*from, *low]), self.project_flat([*to, *high]));
+                path += &format!("M{left} {bottom}H{right}V{top}H{left}Z");
+            }
+            if !path.is_empty() {
+                let class = if thing.is_robot { "thing robot" } else { "thing" };
+                self.svg.add_titled("path", &[("class", &class), ("d", &path)], &thing.name);
+            }
+        }
         self.words("name", [8.0, 16.0], "start", title);
+    }
+
+    /// The sensor, and where it looks.
+    fn draw_sensor(&mut self, pose: &Pose, letter: &str) {
         let [x, y] = self.project(pose.position_m);
         let ahead = pose.link().x_axis;
         let (dx, dy) = (tenth(ahead[self.across] * LOOK), tenth(-ahead[self.up] * LOOK));
         if dx.abs() + dy.abs() > 4.0 {
             self.svg.element("path", &[("class", &"look"), ("d", &format!("M{x} {y}l{dx} {dy}"))]);
+            for part in 1..=8 {
+                let [x, y] = [x + dx * f64::from(part) / 8.0, y + dy * f64::from(part) / 8.0];
+                self.labels.take([x - 2.0, y - 2.0, x + 2.0, y + 2.0]);
+            }
         }
-        let dot: [(&str, &dyn Display); 4] = [("class", &"sensor"), ("cx", &x), ("cy", &y), ("r", &5)];
-        self.svg.element("circle", &dot);
+        let disc: [(&str, &dyn Display); 4] = [("class", &"sensor"), ("cx", &x), ("cy", &y), ("r", &DISC)];
+        self.svg.element("circle", &disc);
+        self.write_at("own", [x, y], letter);
+        self.labels.take([x - DISC, y - DISC, x + DISC, y + DISC]);
     }
 
-    /// A distance from the sensor along an axis, as far as there is something.
+    /// A distance from the sensor along an axis, if something is there.
     fn dimension(&mut self, from: DVec3, around: &Around, axis: usize, names: &[String]) {
         let Some((way, metres, object)) = nearer(around, axis) else { return };
         let mut to = from;
@@ -81,22 +143,46 @@ impl ViewSide {
         };
         self.svg.element("path", &[("class", &"dimension"), ("d", &ticks)]);
         let words = format!("{metres:.3} m to {}", shorten(&names[object]));
+        let half = words.chars().count() as f64 * 0.3 * LETTERS + 1.0;
         let [x, y] = [(ax + bx) / 2.0, (ay + by) / 2.0];
-        // Words stay inside of the drawing, below a level line and beside an upright one.
-        let half = words.chars().count() as f64 * 3.3;
-        match is_across {
-            true => {
-                let below = if y + 16.0 > SIZE[1] - 6.0 { y - 8.0 } else { y + 16.0 };
-                self.words("value", [x.clamp(half + 4.0, SIZE[0] - half - 4.0), below], "middle", &words);
+        // Beside the middle of the line, else farther and farther away from it; always inside of the drawing.
+        let inside = |x: f64| x.clamp(half + 3.0, SIZE[0] - half - 3.0);
+        let steps = (0..9).map(|n| f64::from(n) * 14.0);
+        let places = steps.flat_map(|far| match is_across {
+            true => [[inside(x), y + 14.0 + far], [inside(x), y - 14.0 - far]].to_vec(),
+            false => [far, -far]
+                .into_iter()
+                .flat_map(|far| [[x + half + 12.0, y + far], [x - half - 12.0, y + far]])
+                .collect(),
+        });
+        let places = places.chain((0..12).map(|n| [SIZE[0] / 2.0, MARGIN + 10.0 + f64::from(n) * 15.0]));
+        // A distance is written in any case.
+        let beside = [inside(x), y];
+        let at = self.labels.place_at(&words, LETTERS, places).unwrap_or(beside);
+        self.write_at("value", at, &words);
+    }
+
+    /// The names of the largest things, in or beside them, as far as there is room.
+    fn name(&mut self, things: &[Thing]) {
+        let axis = 3 - self.across - self.up;
+        let mut named: Vec<(&Thing, Patch)> =
+            things.iter().filter_map(|thing| Some((thing, thing.extent(axis)?))).collect();
+        let size = |[from, to, low, high]: Patch| (to - from) + (high - low);
+        named.sort_by(|a, b| size(b.1).total_cmp(&size(a.1)));
+        for (thing, [from, to, low, high]) in named.into_iter().take(MOST_NAMED) {
+            let ([left, bottom], [right, top]) =
+                (self.project_flat([from, low]), self.project_flat([to, high]));
+            let (name, [x, y]) = (shorten(&thing.name), [(left + right) / 2.0, (top + bottom) / 2.0]);
+            let (half, apart) = (name.chars().count() as f64 * 0.3 * LETTERS + 4.0, 0.8 * LETTERS);
+            let around = [[x, y], [x, top - apart], [x, bottom + apart], [right + half, y], [left - half, y]];
+            if let Some(at) = self.labels.place_at(&name, LETTERS, around) {
+                self.write_at("name", at, &name);
             }
-            false if x + 2.0 * half + 14.0 < SIZE[0] => {
-                self.words("value", [x + 8.0, y + 4.0], "start", &words)
-            }
-            false => self.words("value", [x - 8.0, y + 4.0], "end", &words),
         }
     }
 
-    fn finish(self, label: &str) -> String {
+    fn finish(mut self, angles: &str, label: &str) -> String {
+        self.words("angle", [SIZE[0] - 8.0, SIZE[1] - 7.0], "end", angles);
         self.svg.finish("sketch", label, [0.0, 0.0, SIZE[0], SIZE[1]])
     }
 }
@@ -116,42 +202,40 @@ fn nearer(around: &Around, axis: usize) -> Option<(usize, f64, usize)> {
     found.reduce(|a, b| if b.1 < a.1 { b } else { a })
 }
 
-/// Plan and elevation of a sensor that is mounted in the cell. The elevation is seen along the axis that the sensor
-/// looks along the least; `names` are those of the objects around it.
-pub(super) fn sketches(
-    pose: &Pose,
-    stance: Stance,
-    room_m: [DVec3; 2],
-    around: &Around,
-    names: &[String],
-) -> [String; 2] {
-    let at = pose.position_m;
-    let room_m = [room_m[0].min(at), room_m[1].max(at)];
-    let ahead = pose.link().x_axis;
-    let along = if ahead.x.abs() >= ahead.y.abs() { 0 } else { 1 };
-    let turned = Turned::new(pose);
-    let mut plan = ViewSide::new([0, 1], room_m);
-    plan.begin("plan: x to the right, y up", pose);
-    plan.dimension(at, around, 0, names);
-    plan.dimension(at, around, 1, names);
-    plan.words("angle", [SIZE[0] - 8.0, SIZE[1] - 8.0], "end", &format!("pan {:.1}°", turned.pan_deg));
-    let mut side = ViewSide::new([along, 2], room_m);
-    side.begin(&format!("elevation: {} to the right, z up", ["x", "y"][along]), pose);
-    side.dimension(at, around, along, names);
-    // From the floor, as it is measured, even where the ceiling is nearer.
-    let mut from_floor = *around;
-    if from_floor[4].is_some() {
-        from_floor[5] = None;
+impl Sketch<'_> {
+    /// Plan and elevation of a sensor that is mounted in the cell. The elevation is seen along the axis that the sensor
+    /// looks along the least.
+    pub(super) fn views(&self) -> [String; 2] {
+        let ahead = self.pose.link().x_axis;
+        let along = if ahead.x.abs() >= ahead.y.abs() { 0 } else { 1 };
+        let turned = Turned::new(self.pose);
+        let plan = self.view([0, 1], "plan: x to the right, y up", self.around);
+        // From the floor, as it is measured, even where the ceiling is nearer.
+        let mut from_floor = *self.around;
+        if from_floor[4].is_some() {
+            from_floor[5] = None;
+        }
+        let title = format!("elevation: {} to the right, z up", ["x", "y"][along]);
+        let side = self.view([along, 2], &title, &from_floor);
+        let angles = match self.stance {
+            Stance::Level => String::new(),
+            _ => format!("tilt {:.1}°, roll {:.1}°", turned.tilt_deg, turned.roll_deg),
+        };
+        [
+            plan.finish(&format!("pan {:.1}°", turned.pan_deg), "Where it is mounted, seen from above"),
+            side.finish(&angles, "Where it is mounted, seen from the side"),
+        ]
     }
-    side.dimension(at, &from_floor, 2, names);
-    if stance != Stance::Level {
-        let angles = format!("tilt {:.1}°, roll {:.1}°", turned.tilt_deg, turned.roll_deg);
-        side.words("angle", [SIZE[0] - 8.0, SIZE[1] - 8.0], "end", &angles);
+
+    fn view(&self, axes: [usize; 2], title: &str, around: &Around) -> ViewSide {
+        let at = self.pose.position_m;
+        let mut view = ViewSide::new(axes, [self.room_m[0].min(at), self.room_m[1].max(at)]);
+        view.begin(title, self.things);
+        view.draw_sensor(self.pose, self.letter);
+        axes.into_iter().for_each(|axis| view.dimension(at, around, axis, self.names));
+        view.name(self.things);
+        view
     }
-    [
-        plan.finish("Where it is mounted, seen from above"),
-        side.finish("Where it is mounted, seen from the side"),
-    ]
 }
 
 #[cfg(test)]
@@ -174,9 +258,29 @@ mod tests {
                     Some((1.7, 1)),
                     Some((0.5, 0)),
                 ];
-                let drawn = sketches(&pose, Stance::Facing, room, &around, &names);
+                let fence = Thing {
+                    name: "fence".into(),
+                    is_robot: false,
+                    shadows: [
+                        vec![[-1.0, 1.0, 0.0, 2.0]],
+                        vec![[-2.0, -1.9, 0.0, 2.0]],
+                        vec![[-2.0, -1.9, -1.0, 1.0]],
+                    ],
+                };
+                let drawn = Sketch {
+                    letter: "A",
+                    pose: &pose,
+                    stance: Stance::Facing,
+                    room_m: room,
+                    around: &around,
+                    names: &names,
+                    things: &[fence],
+                }
+                .views();
                 let said = drawn.each_ref().map(|svg| {
+                    assert!(svg.contains("class=\"thing\"") && svg.contains(">fence<"), "{svg}");
                     let document = roxmltree::Document::parse(svg).unwrap();
+                    let mut boxes: Vec<[f64; 4]> = Vec::new();
                     let texts = document.descendants().filter(|node| node.has_tag_name("text"));
                     let words = texts.map(|node| {
                         let number = |name: &str| node.attribute(name).unwrap().parse::<f64>().unwrap();
@@ -189,6 +293,11 @@ mod tests {
                         };
                         assert!(left >= 0.0 && left + long <= SIZE[0], "{text:?} from {left} at x {x}");
                         assert!((8.0..=SIZE[1]).contains(&number("y")), "{text:?}");
+                        let own = [left, number("y") - 9.0, left + long, number("y") + 2.0];
+                        let meets =
+                            |other: &[f64; 4]| (0..2).all(|r| own[r] < other[r + 2] && other[r] < own[r + 2]);
+                        assert!(!boxes.iter().any(meets), "{text:?} covers another label at x {x}, y {y}");
+                        boxes.push(own);
                         text
                     });
                     words.collect::<Vec<_>>()

@@ -1,19 +1,26 @@
 //! Measures the distance from a place to the next surface of the cell along each axis, as with a tape
 //! measure, and names its object. Surfaces are those of the scene's files, not voxels; people and robots are
-//! left out.
+//! left out. A side of the room itself is named as the wall, floor or ceiling that it is.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::sketch::things::{Thing, things};
+use crate::render::plan::short_name;
 use perirobot_march::Result;
 use perirobot_scene::objects::build::build;
 use perirobot_scene::objects::{Mesh, Role, Scene, Surface};
 use perirobot_study::input::Study;
+use perirobot_study::world::World;
+use perirobot_study::world::place::{is_room, names_of_walls, room_m};
 
 /// A surface as near as this touches the place, and counts as below or before it, never as above or behind.
 const TOUCHING_M: f64 = 1e-6;
+
+/// A surface of the room at most this far from its end is its wall, floor or ceiling.
+const SIDE_M: f64 = 0.6;
 
 /// The directions that are measured, in order.
 pub(super) const WAYS: [&str; 6] = ["towards −x", "towards +x", "towards −y", "towards +y", "down", "up"];
@@ -21,25 +28,51 @@ pub(super) const WAYS: [&str; 6] = ["towards −x", "towards +x", "towards −y"
 /// For each way, how far it is in metres, and to which object by its index; `None` where nothing is.
 pub(super) type Around = [Option<(f64, usize)>; 6];
 
-/// The surfaces of a scene's first snapshot.
+/// The surfaces of a scene's first snapshot, and what stands there.
 #[derive(Debug)]
 pub(super) struct Surroundings {
     scene: Scene,
+    /// The names of the room's sides in the order of [`WAYS`], and its corners.
+    sides: [String; 6],
+    room_m: [DVec3; 2],
+    /// For each object, whether it is the room itself.
+    are_rooms: Vec<bool>,
+    things: Vec<Thing>,
 }
 
 impl Surroundings {
-    /// Of the study's first scene.
+    /// Of the study's first scene, which is that of the world.
     ///
     /// # Errors
     /// When its files cannot be read any more.
-    pub(super) fn new(study: &Study) -> Result<Surroundings> {
+    pub(super) fn new(study: &Study, world: &World) -> Result<Surroundings> {
         let scene = build(&study.scenes[0], &study.sources, study.voxel_size_m)?.swap_remove(0);
-        Ok(Surroundings { scene })
+        let truth = world.truth();
+        let room_m = room_m(&truth);
+        let rooms: Vec<&str> =
+            truth.objects.iter().filter(|one| is_room(one, room_m)).map(|one| &one.name[..]).collect();
+        let are_rooms = scene.objects.iter().map(|object| rooms.contains(&&object.name[..])).collect();
+        let walls = names_of_walls(study, &truth).map(|names| names.into_iter().next().unwrap_or_default());
+        let [a, b, c, d] = walls;
+        let sides = [a, b, c, d, "floor".into(), "ceiling".into()];
+        Ok(Surroundings { scene, sides, room_m, are_rooms, things: things(&truth) })
     }
 
-    /// The names of the objects.
+    /// The names of the objects, then those of the room's sides.
     pub(super) fn objects(&self) -> Vec<String> {
-        self.scene.objects.iter().map(|object| object.name.clone()).collect()
+        let objects = self.scene.objects.iter().map(|object| short_name(&object.name).to_string());
+        objects.chain(self.sides.clone()).collect()
+    }
+
+    /// What stands in the room.
+    pub(super) fn things(&self) -> &[Thing] {
+        &self.things
+    }
+
+    /// The number of what is next along a way: the room's side if it is one, else the object.
+    fn named(&self, way: usize, place: f64, object: usize) -> usize {
+        let is_side = self.are_rooms[object] && (place - self.room_m[way % 2][way / 2]).abs() <= SIDE_M;
+        if is_side { self.scene.objects.len() + way } else { object }
     }
 
     /// What is around many places, each of them measured once.
@@ -70,6 +103,12 @@ impl Surroundings {
                         hit_voxels(keys, at / *resolution_m, axis, &mut |edges| hit(edges * resolution_m));
                     }
                 }
+            }
+        }
+        for (way, next) in around.iter_mut().enumerate() {
+            if let Some((metres, object)) = next {
+                let place = at[way / 2] + if way % 2 == 0 { -*metres } else { *metres };
+                *object = self.named(way, place, *object);
             }
         }
         around
@@ -163,7 +202,23 @@ mod tests {
             // One voxel of 0.25 m from (1, 0, 1).
             object("map", Role::Environment, Surface::Voxels { resolution_m: 0.25, keys: vec![[4, 0, 4]] }),
         ];
-        Surroundings { scene: Scene { name: "cell".into(), snapshot: 0, objects } }
+        let sides = ["a", "b", "c", "right wall", "floor", "ceiling"].map(String::from);
+        let room_m = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 3.0)];
+        let are_rooms = vec![false; objects.len()];
+        let scene = Scene { name: "cell".into(), snapshot: 0, objects };
+        Surroundings { scene, sides, room_m, are_rooms, things: Vec::new() }
+    }
+
+    #[test]
+    fn a_side_of_the_room_is_a_wall_and_a_beam_in_it_is_not() {
+        let mut cell = cell();
+        cell.are_rooms[3] = true;
+        cell.room_m[1].x = 1.25;
+        // The voxel begins at 1 m, a wall's thickness before the room's end; then far before it.
+        assert_eq!(cell.measure(DVec3::new(0.125, 0.125, 1.125))[1], Some((0.875, 4 + 1)));
+        assert_eq!(cell.objects()[4 + 1], "b");
+        cell.room_m[1].x = 2.0;
+        assert_eq!(cell.measure(DVec3::new(0.125, 0.125, 1.125))[1], Some((0.875, 3)));
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
                 let values = series.summarize(results, &scene.moments, region, score)?;
                 let found = distribution(values.into_iter().flatten().map(|over| over.mean).collect());
                 table.row(
-                    row(results, scene, series, found)
+                    row(results, scene, series, found, number)
                         .into_iter()
                         .chain(["|".into()])
                         .chain(baselines.clone()),

@@ -35,7 +35,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
         let of_reference = of_reference.and_then(|maxima| maxima.mean);
         for &combination in &selection.combinations {
             let found = maxima(results, combination, region, score)?;
-            table.row(row(results, &found, of_reference));
+            table.row(row(results, &found, of_reference, number));
             for (i, ([label, place], scenes)) in choices_at_maxima(results, &found).into_iter().enumerate() {
                 let name =
                     if i == 0 { results.combinations[combination].name.clone() } else { String::new() };

@@ -1,6 +1,6 @@
 //! Why voxels of the regions stay unknown, and what would help, of the best choices or of one.
 
-use crate::report::explained::{Explained, explain};
+use crate::report::explained::{Advice, Explained, explain};
 use crate::report::reasons_file::names;
 use crate::report::series::{Series, series};
 use crate::report::table::Table;
@@ -78,7 +78,7 @@ fn region_reasons(view: &View, region: &str, counts: &Confusion, tallies: Vec<Ca
         .into_iter()
         .chain(numbers.map(String::from))
         .collect();
-    let Explained { headline, rows, monitored, advice } = explained;
+    let Explained { headline, rows, monitored, advice, .. } = explained;
     let mut text = format!("\n{region} region: {headline}\n");
     if rows.is_empty() {
         return text;
@@ -87,7 +87,7 @@ fn region_reasons(view: &View, region: &str, counts: &Confusion, tallies: Vec<Ca
     rows.into_iter().for_each(|row| table.row(row));
     text += &table.text();
     text += &format!("  {monitored}\n");
-    for (cause, cure) in advice {
+    for Advice { cause, cure, .. } in advice {
         text += &format!("  {cause}: {cure}\n");
     }
     text

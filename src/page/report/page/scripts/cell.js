@@ -220,7 +220,7 @@ function linesOf(sensor, pose, metres) {
   const next = found => found ? `${metres(found[0])} to ${data.objects[found[1]]}` : "nothing";
   const places = sensor.on ? [["mounted on", frameOf(sensor)]] : pose.around.map((found, n) => [data.ways[n], next(found)]);
   const [pan, tilt, roll] = pose.turned_deg.map(degrees => `${degrees.toFixed(1)}°`), height = `${Math.abs(pose.turned_deg[1]).toFixed(1)}°`;
-  const turns = [["pan, from x to y", pan], ["tilt", height === "0.0°" ? `${height}, level` : `${height} ${tilt.startsWith("-") ? "down" : "up"}`], ["roll", roll]].slice(0, sensor.level ? 1 : 3);
+  const turns = [["pan", pan], ["tilt", height === "0.0°" ? `${height}, level` : `${height} ${tilt.startsWith("-") ? "down" : "up"}`], ["roll", roll]].slice(0, sensor.level ? 1 : 3);
   const position = NAMES.map((name, axis) => `${name} ${metres(pose.at_m[axis])}`).join(", ");
   return [[sensor.level ? "corner" : "position", position], ...places, ...turns];
 }

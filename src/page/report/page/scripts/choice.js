@@ -38,6 +38,13 @@ function isBetter(a, b, measure = chosen.measure) {
   return Number.isNaN(b) || (data.measures[measure].less_is_better ? a < b : a > b);
 }
 
+/** A score as the page writes it: a share as percent, not rounded to nothing or all unless it is. */
+function scored(value, m = chosen.measure) {
+  if (Number.isNaN(value) || !data.measures[m].is_share) return shown(value);
+  const text = value === 0 || value === 1 ? String(value * 100) : shown(value * 100, 1);
+  return `${text === "0.0" && value > 0 ? "<0.1" : text === "100.0" && value < 1 ? ">99.9" : text}\u00a0%`;
+}
+
 function bestChoice() {
   const all = values();
   let best = 0;

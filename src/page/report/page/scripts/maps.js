@@ -75,9 +75,22 @@ function outlinesOn({ things }, [xs, ys], { x, y, unit, box }, isNamed) {
   });
 }
 
+/** Why the recommended place is not the best of the map, if it is not. */
+function drawMapNote(found) {
+  const home = element("map-note"), { series: of, choice, why } = data.recommended ?? {};
+  const own = chosen.series === of ? values()[placeIn(series().scores.over, choice)] ?? NaN : NaN;
+  const best = positions(found).reduce((best, one) => best && !isBetter(one.value, best.value) ? best : one, null);
+  home.hidden = Number.isNaN(own) || !best || !isBetter(best.value, own);
+  if (home.hidden) return;
+  const where = `${measure().title} in region ${data.regions[chosen.region]}, ${data.scenes.length > 1 ? extents[chosen.extent] : extents[1]}`;
+  home.textContent = `The recommended place is not the best of this map, which shows ${where}: ${nameOf(choice)} has ${scored(own)}, ${nameOf(best.choice)} ${scored(best.value)}. It is ${why}.`;
+}
+
 /** Draws all maps of the chosen member. */
 function drawMaps() {
-  const home = element("maps"), found = bestOfCandidates(), all = maps(found);
+  const home = element("maps");
+  if (!home) return;
+  const found = bestOfCandidates(), all = maps(found);
   home.replaceChildren();
   home.hidden = !all.length;
   const range = span(positions(found).map(p => p.value));
@@ -88,12 +101,14 @@ function drawMaps() {
     plot.parts = map.parts;
     drawMap(plot, map, range, map.title + behind + none);
   }
-  markMaps();
+  markMaps(found);
 }
 
 /** Rings the chosen positions. */
-function markMaps() {
+function markMaps(found = bestOfCandidates()) {
   const own = candidates(chosen.choice)[chosen.member] ?? [];
+  if (!element("maps")) return;
+  drawMapNote(found);
   for (const plot of element("maps").children) {
     const here = plot.parts.flatMap(({ spots }) => spots.filter(([, there]) => there.some(candidate => own.includes(candidate))).map(([at]) => plot.to(at)));
     plot.querySelector(".rings").replaceChildren(...here.map(([cx, cy]) => shape("circle", { cx: px(cx), cy: px(cy), r: 11, class: "ring" })));

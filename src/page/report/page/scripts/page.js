@@ -1,6 +1,7 @@
 // Puts the page together: fills the selectors, and draws again what a choice changes.
 
 /** The selectors of the one score that is chosen; a sensor alone has no maxima. */
+const REGION_SELECTORS = ["region", "region-of-best"].filter(element);
 const SCORE_SELECTORS = ["measure", "measure-of-distributions", "measure-of-maxima"].filter(element);
 
 function fill(id, names, key) {
@@ -25,9 +26,11 @@ function fillMembers() {
 
 function drawSelected() {
   const block = series().scores.over, place = placeIn(block, chosen.choice);
-  const scores = place < 0 ? "" : data.measures.map((one, m) => `${one.title} ${shown(values(m)[place])}`).join(", ");
+  const scores = place < 0 ? "" : data.measures.map((one, m) => `${one.title} ${scored(values(m)[place], m)}`).join(", ");
   element("selected").replaceChildren("Selected: ", made("strong", {}, nameOf(chosen.choice)), ` (${placeOf(chosen.choice)}) — ${scores}`);
-  for (const id of ["extent", "region", "series"]) element(id).value = chosen[id];
+  for (const id of ["extent", "series"]) element(id).value = chosen[id];
+  for (const id of REGION_SELECTORS) element(id).value = chosen.region;
+  for (const part of document.querySelectorAll("[data-of-region]")) part.hidden = Number(part.dataset.ofRegion) !== chosen.region;
   for (const id of SCORE_SELECTORS) element(id).value = chosen.measure;
 }
 
@@ -67,7 +70,7 @@ function chooseNamed({ dataset }) {
 }
 
 fill("extent", extents, "extent");
-fill("region", data.regions, "region");
+REGION_SELECTORS.forEach(id => fill(id, data.regions, "region"));
 fill("series", data.series.map(one => one.title), "series");
 SCORE_SELECTORS.forEach(id => fill(id, data.measures.map(one => one.title), "measure"));
 fill("member", [], "member");
@@ -80,6 +83,11 @@ chosen.member = posed()[0] ?? 0;
 listeners.push(draw);
 draw({ series: 0, measure: 0 });
 await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+// What is scrolled to stands below the bar that sticks to the top.
+const bar = element("choice");
+const keepClear = () => { document.documentElement.style.scrollPaddingTop = getComputedStyle(bar).position === "sticky" ? `${bar.offsetHeight + 8}px` : "0"; };
+new ResizeObserver(keepClear).observe(bar);
+keepClear();
 // Pictures are as wide as their places.
 let width = innerWidth;
 addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; draw({ series: 0 }); } });

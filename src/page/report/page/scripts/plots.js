@@ -13,10 +13,10 @@ const others = new DOMParser().parseFromString(new TextDecoder().decode(await un
 const chartsIn = id => [...element(id)?.children ?? [], ...others.querySelectorAll(`[data-place="${id}"] > div`)];
 const charts = { distributions: chartsIn("distributions"), maxima: chartsIn("maxima") };
 
-/** Shows the charts of some scores, region by region. */
+/** Shows the charts of some scores in the chosen region. */
 function showCharts(id, measures) {
-  const of = (region, m) => charts[id].find(({ dataset }) => Number(dataset.region) === region && Number(dataset.score) === m);
-  element(id)?.replaceChildren(...data.regions.flatMap((_, region) => measures.map(m => of(region, m))));
+  const of = m => charts[id].find(({ dataset }) => Number(dataset.region) === chosen.region && Number(dataset.score) === m);
+  element(id)?.replaceChildren(...measures.map(of));
 }
 
 /** Where a chart that holds the places of 0 and 1 has a value. */
@@ -29,10 +29,10 @@ function drawScores() {
   const place = placeIn(series().scores.over, chosen.choice);
   for (const chart of element("distributions").children) {
     chart.querySelectorAll(".own").forEach(mark => mark.remove());
-    if (Number(chart.dataset.region) !== chosen.region || place < 0) continue;
+    if (place < 0) continue;
     for (const row of chart.querySelectorAll(`[data-series="${chosen.series}"]`)) {
       const value = values(Number(chart.dataset.score), Number(row.dataset.scene) + 1)[place], at = placed(row.closest("[data-zero]").dataset, value);
-      if (!Number.isNaN(value)) row.after(shape("path", { d: `M${at} ${Number(row.getAttribute("y")) + 2}l6 7l-6 7l-6-7Z`, class: "own", title: `selected: ${nameOf(chosen.choice)}, ${shown(value)}` }));
+      if (!Number.isNaN(value)) row.after(shape("path", { d: `M${at} ${Number(row.getAttribute("y")) + 2}l6 7l-6 7l-6-7Z`, class: "own", title: `selected: ${nameOf(chosen.choice)}, ${scored(value, Number(chart.dataset.score))}` }));
     }
   }
 }
@@ -54,7 +54,9 @@ function showRoom(stage, { room_m: [low, high], metres }) {
 
 /** All positions in the room, with their best scores. */
 function drawPositions() {
-  const plot = element("positions"), sensor = data.sensors[combination().members[chosen.member]?.sensor], [moment] = sceneOf().moments;
+  const plot = element("positions");
+  if (!plot) return;
+  const sensor = data.sensors[combination().members[chosen.member]?.sensor], [moment] = sceneOf().moments;
   // What is on a link stands where the link is at the scene's first moment.
   const all = positions().map(p => ({ ...p, at: inWorld(sensor, p.pose, moment).at }));
   plot.hidden = !all.length;
@@ -79,7 +81,7 @@ function drawPositions() {
 }
 
 /** What pointing at a position tells. */
-const told = p => `${nameOf(p.choice)}\n${p.pose.place}\n${measure().title} ${shown(p.value)}`;
+const told = p => `${nameOf(p.choice)}\n${p.pose.place}\n${measure().title} ${scored(p.value)}`;
 
 /** The compared scores of the chosen pose at each moment of scenes that move, beside the best answer without a sensor. */
 function drawTimes() {
@@ -90,8 +92,8 @@ function drawTimes() {
   for (const chart of home.children) {
     const n = Number(chart.dataset.scene), { name, moments: [begin, end] } = data.scenes[n], axes = chart.querySelector("[data-first]").dataset;
     const steps = Array.from({ length: end - begin }, (_, i) => begin + i), floor = toBeat(chosen.measure, n + 1);
-    const lines = compared().map(m => ({ name: data.measures[m].title, values: steps.map(moment => at(m, moment)), colour: hue(`series-${m}`), isChosen: m === chosen.measure }));
-    if (floor) lines.push({ name: floor.name, values: steps.map(() => floor.value), colour: hue("no-sensor"), isDashed: true });
+    const lines = compared().map(m => ({ m, name: data.measures[m].title, values: steps.map(moment => at(m, moment)), colour: hue(`series-${m}`), isChosen: m === chosen.measure }));
+    if (floor) lines.push({ m: chosen.measure, name: floor.name, values: steps.map(() => floor.value), colour: hue("no-sensor"), isDashed: true });
     const none = place < 0 ? ": no scores over time are kept, see results.csv" : "";
     chart.querySelector(".title").textContent = `${nameOf(chosen.choice)} · region ${data.regions[chosen.region]} · scene ${name}${none}`;
     chart.querySelector(".lines").replaceChildren(...lines.flatMap(line => curve(line, axes)));
@@ -104,10 +106,10 @@ function drawTimes() {
 }
 
 /** A line over the snapshots, broken where there is no value, and a point for each. */
-function curve({ name, values, colour, isChosen, isDashed }, axes) {
+function curve({ m, name, values, colour, isChosen, isDashed }, axes) {
   const x = step => px(Number(axes.first) + step * (axes.second - axes.first));
   const points = values.map((value, step) => Number.isNaN(value) ? null : [x(step), placed(axes, value)]);
   const path = points.map((point, step) => point ? `${points[step - 1] ? "L" : "M"}${point.join(" ")}` : "").join("");
-  const dots = points.flatMap((point, step) => point ? [shape("circle", { cx: point[0], cy: point[1], r: isChosen ? 3.5 : 2, fill: colour, title: `${name}, snapshot ${step}: ${shown(values[step])}` })] : []);
+  const dots = points.flatMap((point, step) => point ? [shape("circle", { cx: point[0], cy: point[1], r: isChosen ? 3.5 : 2, fill: colour, title: `${name}, snapshot ${step}: ${scored(values[step], m)}` })] : []);
   return [shape("path", { d: path, class: "curve", stroke: colour, "stroke-width": isChosen ? 3.5 : undefined, "stroke-dasharray": isDashed ? "6 4" : undefined }), ...dots];
 }

@@ -31,5 +31,5 @@ const shades = ([low, high]) => value => Number.isNaN(value) ? NO_VALUE : shade(
 function colourBar([low, high], [x, y], width) {
   const steps = 32, colour = shades([low, high]);
   const patches = Array.from({ length: steps }, (_, n) => shape("rect", { x: px(x + n * width / steps), y, width: px(width / steps + 0.5), height: 8, fill: colour(low + (n + 0.5) / steps * (high - low)) }));
-  return [...patches, word(x, y + 21, shown(low)), word(x + width, y + 21, shown(high), { "text-anchor": "end" }), word(x + width / 2, y + 21, measure().title, { "text-anchor": "middle" })];
+  return [...patches, word(x, y + 21, scored(low)), word(x + width, y + 21, scored(high), { "text-anchor": "end" }), word(x + width / 2, y + 21, measure().title, { "text-anchor": "middle" })];
 }

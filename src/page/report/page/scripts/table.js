@@ -28,6 +28,7 @@ function heading_cell(title, measure) {
 }
 
 function drawTable() {
+  if (!element("table")) return;
   const choices = choicesOf(series().scores.over), all = data.measures.map((_, m) => values(m));
   const floors = [0, 1].map(m => toBeat(m));
   const order = ordered();
@@ -36,7 +37,7 @@ function drawTable() {
     const below = floors.map((floor, m) => floor && all[m][i] < floor.value ? `${data.measures[m].title} below “${floor.name}”` : "").filter(Boolean).join(", ");
     const [name, ...rest] = COLUMNS.map(column => column.of(choice));
     const button = made("button", { type: "button", class: "choose", onclick: () => choose({ choice }) }, name);
-    const cells = [made("td", {}, button), ...rest.map(text => made("td", {}, text)), ...all.map(column => made("td", {}, shown(column[i]))), made("td", { class: "mark" }, below ? `▼ ${below}` : "")];
+    const cells = [made("td", {}, button), ...rest.map(text => made("td", {}, text)), ...all.map((column, m) => made("td", {}, scored(column[i], m))), made("td", { class: "mark" }, below ? `▼ ${below}` : "")];
     return made("tr", choice === chosen.choice ? { class: "chosen", "aria-current": "true" } : {}, ...cells);
   });
   const head = made("thead", {}, made("tr", {}, ...COLUMNS.map(column => heading_cell(column.title)), ...data.measures.map((one, m) => heading_cell(one.title, m)), heading_cell("")));
@@ -46,4 +47,4 @@ function drawTable() {
   element("table-note").textContent = `${series().title} · region ${data.regions[chosen.region]} · ${extents[chosen.extent]}: ${Math.min(order.length, sorting.rows)} of ${order.length} choices of poses${kept}, sorted by ${data.measures[sorting.by].title}. ▼ marks those that a sensor beats which always says the same.`;
 }
 
-element("more").addEventListener("click", () => { sorting.rows += 4 * STEP; drawTable(); });
+element("more")?.addEventListener("click", () => { sorting.rows += 4 * STEP; drawTable(); });

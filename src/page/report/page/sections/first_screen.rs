@@ -7,7 +7,7 @@ mod tile;
 use maud::{Markup, PreEscaped, html};
 
 use super::good::Good;
-use crate::render::plan::{FloorPlan, floor_plan, swatch};
+use crate::render::plan::{FloorPlan, region_plan, swatch};
 use crate::report::page::question::question;
 use crate::report::page::recommended::Recommended;
 use crate::report::page::{Findings, ReportedSweep};
@@ -79,8 +79,9 @@ impl FirstScreen {
         let combination = &results.combinations[series.combination];
         let (choice, region) = (recommended.choice, recommended.region);
         let looked = recommended.choice(rankings);
-        let plan =
-            |scene: usize| draw_plan(sweep, looked, (scene, recommended.moments[scene]), ways.get(scene));
+        let plan = |scene: usize| {
+            draw_plan(sweep, (looked, region), (scene, recommended.moments[scene]), ways.get(scene))
+        };
         let others = (0..results.scenes.len()).filter(|scene| *scene != recommended.scene);
         let plans: Vec<(FloorPlan, ShownPlan)> =
             [recommended.scene].into_iter().chain(others).map(plan).collect();
@@ -199,16 +200,21 @@ impl ShownPlan {
     }
 }
 
-/// The plan of a choice in a scene at a moment, with the ways in if they are known.
+/// The plan of a choice in a scene at a moment, with the outline of the region that is asked about, and with the ways in if
+/// they are known.
 pub(super) fn draw_plan(
     sweep: &ReportedSweep,
-    looked: Choice,
+    (looked, region): (Choice, usize),
     (scene, moment): (usize, usize),
     near: Option<&Vec<Way>>,
 ) -> (FloorPlan, ShownPlan) {
     let of_scene = sweep.results.scenes[scene].moments.clone();
-    let plan =
-        floor_plan(sweep.study, &sweep.worlds[of_scene.clone()], moment - of_scene.start, Some(looked));
+    let plan = region_plan(
+        (sweep.study, &sweep.worlds[of_scene.clone()]),
+        moment - of_scene.start,
+        Some(looked),
+        region,
+    );
     let plan = plan.with_ways(near.map_or(&[], Vec::as_slice));
     let [floor, blind, hardly] = plan.floor_m2;
     let name = &sweep.results.scenes[scene].name;

@@ -7,6 +7,7 @@ mod near;
 use maud::{Markup, html};
 
 use crate::report::page::judged::JudgedChoice;
+use crate::report::page::measure;
 use crate::report::page::plain_table::{Titled, plain};
 use crate::report::page::recommended::Recommended;
 use crate::report::page::verdicts::{ShownRequirement, not_judged, parted_by_now};
@@ -16,6 +17,7 @@ use near::read_approach;
 use perirobot_decide::judge::{ConditionScore, JsonNumber};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
+use perirobot_march::metrics::Score;
 use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_scene::shell;
 use perirobot_sweep::results::files::CONDITIONS;
@@ -219,10 +221,12 @@ fn table(scores: &[&ConditionScore]) -> Table {
     table
 }
 
-/// A value with at most four digits after the point; distances are rounded to the safe side.
+/// A share as percent, another value with at most four digits after the point; distances are rounded to the safe side.
 fn shortened(score: &str, JsonNumber(value): JsonNumber) -> String {
     let text = value.to_string();
+    let counted = Score::ALL.into_iter().find(|known| known.name() == score);
     match score {
+        _ if counted.is_some_and(measure::is_share) => measure::percent(value, 1),
         _ if text.len() <= 6 => text,
         "nearest_unnoticed_m" | "approach_margin_m" => rounded_down(value, 4),
         "missed_m" => rounded_up(value, 4),

@@ -4,6 +4,7 @@ mod blind;
 mod compare;
 mod first_screen;
 mod good;
+mod help;
 mod instead;
 mod money;
 mod run;
@@ -17,6 +18,7 @@ use blind::Blind;
 use compare::Compare;
 use first_screen::FirstScreen;
 use good::Good;
+use help::Help;
 use instead::Instead;
 use money::Money;
 use perirobot_march::Result;
@@ -30,6 +32,7 @@ pub(super) struct Sections<'a> {
     /// What is recommended, in a line; nothing if nothing is.
     pub(super) summary: Option<String>,
     first_screen: Option<FirstScreen>,
+    help: Option<Help>,
     instead: Instead<'a>,
     whereabouts: Whereabouts<'a>,
     blind: Blind<'a>,
@@ -47,6 +50,7 @@ impl<'a> Sections<'a> {
         Ok(Sections {
             summary: first_screen.as_ref().map(|first| summary(findings, first, &good)),
             first_screen,
+            help: Help::from_findings(findings)?,
             instead: Instead::new(findings)?,
             whereabouts: Whereabouts::new(findings),
             blind: Blind::new(findings, picture),
@@ -61,6 +65,7 @@ impl<'a> Sections<'a> {
     pub(super) fn links(&self) -> Markup {
         html! {
             nav aria-label="Sections" {
+                @if self.help.is_some() { a href="#help" { "What would help?" } }
                 a href="#instead" { "Instead?" }
                 a href="#where" { "Where exactly?" }
                 a href="#blind" { "What stays blind?" }
@@ -89,6 +94,7 @@ impl<'a> Sections<'a> {
                 Some(first) => (first.view(&self.good)),
                 None => (first_screen::render_empty()),
             }
+            @if let Some(help) = &self.help { (help.view()) }
             (self.instead.view())
             (self.whereabouts.view())
             form #choice.controls aria-label="What is shown" {

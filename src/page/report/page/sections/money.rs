@@ -8,6 +8,7 @@ use maud::{Markup, html};
 
 use super::{list, score_in_region, scores_in_regions};
 use crate::report::maximum::{most_sensors, row};
+use crate::report::page::measure::shown;
 use crate::report::page::plain_table::{Titled, plain};
 use crate::report::page::ranking::{Ranking, maxima_of};
 use crate::report::page::score_chart::ScoreCharts;
@@ -93,7 +94,9 @@ impl<'a> Money<'a> {
 fn maxima_tables(sweep: &ReportedSweep, rankings: &[Ranking]) -> Vec<Titled> {
     let results = sweep.results;
     // Sensors alone are compared in the first table.
-    if results.combinations.len() < 2 || results.combinations.iter().all(|c| c.members.len() < 2) {
+    let are_alone = results.combinations.iter().all(|one| one.members.len() < 2);
+    // Sets with fixed poses have their scores in the first table.
+    if results.combinations.len() < 2 || are_alone || sweep.has_fixed_poses() {
         return Vec::new();
     }
     let full = most_sensors(results);
@@ -107,7 +110,7 @@ fn maxima_tables(sweep: &ReportedSweep, rankings: &[Ranking]) -> Vec<Titled> {
         let of_full = full.and_then(|full| of(full).mean);
         let mut table = Table::new(&columns);
         for combination in 0..results.combinations.len() {
-            table.row(row(results, &of(combination), of_full));
+            table.row(row(results, &of(combination), of_full, |value| shown(part.1, value)));
         }
         (score_in_region(sweep, part), table)
     };

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::report::page::Findings;
 use crate::report::page::leaders::{Leader, leaders};
-use crate::report::page::mount::{MountSheet, sheets};
+use crate::report::page::mount::{MountSheet, explain_sheets, sheets};
 
 /// How to mount what is recommended, and the best placements by each score.
 pub(super) struct Whereabouts<'a> {
@@ -36,10 +36,7 @@ impl<'a> Whereabouts<'a> {
         html! {
             section #where {
                 h2 { "Where exactly?" }
-                p.hint {
-                    "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and \
-                     robots left out; the arrow shows where the sensor looks."
-                }
+                @if !self.sheets.is_empty() { (explain_sheets()) }
                 @for one in &self.sheets { (one.view_with_sketches()) }
                 details.aside {
                     summary { "Mounting sheets of the best placements by each score" }

@@ -8,6 +8,7 @@ use crate::report::charts::axis::{AxisScale, span};
 use crate::report::charts::quartile_box::{describe, draw_quartiles};
 use crate::report::charts::sheet::Sheet;
 use crate::report::colours;
+use crate::report::page::measure::{is_share, shown};
 use crate::report::page::ranking::{MeanSpread, Ranking};
 use crate::report::page::score_chart::{
     ScoreChart, WIDTH, axis_words, names_width, screen_width, write_name,
@@ -63,7 +64,7 @@ fn draw(
     let ends = spreads().flat_map(|spread| [spread.distribution.min, spread.distribution.max]);
     let titles: Vec<String> = rankings.iter().map(|ranking| ranking.series.title(results)).collect();
     let left = names_width(titles.iter().map(String::as_str), 0.36);
-    let scale = AxisScale::new(span(ends.chain(bounds))?, [left, WIDTH - 14.0]);
+    let scale = AxisScale::new(span(ends.chain(bounds))?, [left, WIDTH - 22.0]).in_percent(is_share(score));
     let each = titles.len() as f64 * ROW + AFTER + if several { NAME } else { 0.0 };
     sheet.y = TOP + scenes.len() as f64 * each;
     scale.draw_below(sheet, TOP, axis_words(score));
@@ -78,7 +79,7 @@ fn draw(
         for (series, (found, title)) in scene.rows.iter().zip(&titles).enumerate() {
             write_name(sheet, left, sheet.y + 15.0, title);
             if let Some(found) = found {
-                draw_row(sheet, &scale, found, title, [series, number]);
+                draw_row(sheet, &scale, found, &told(title, found, score), [series, number]);
             }
             sheet.y += ROW;
         }
@@ -101,11 +102,10 @@ fn draw_row(
     sheet: &mut Sheet,
     scale: &AxisScale,
     found: &MeanSpread,
-    title: &str,
+    told: &str,
     [series, scene]: [usize; 2],
 ) {
     let (y, d, fill) = (sheet.y, &found.distribution, colours::series(series));
-    let told = escape(&describe(title, d));
     let [from, to] = [d.min, d.max].map(|value| scale.position(value));
     let bottom = y + 2.0 + STROKE;
     match &found.single[..] {
@@ -125,8 +125,14 @@ fn draw_row(
     let width = tenth((to - from).max(2.0));
     sheet.add(&format!(
         "<rect class=\"feel\" x=\"{from}\" y=\"{y}\" width=\"{width}\" height=\"{ROW}\" \
-         data-series=\"{series}\" data-scene=\"{scene}\"><title>{told}</title></rect>\n"
+         data-series=\"{series}\" data-scene=\"{scene}\"><title>{}</title></rect>\n",
+        escape(told)
     ));
+}
+
+/// What pointing at a row tells.
+fn told(title: &str, found: &MeanSpread, score: Score) -> String {
+    describe(title, &found.distribution, |value| shown(score, Some(value)))
 }
 
 /// A stroke for each value, one where several lie on each other.

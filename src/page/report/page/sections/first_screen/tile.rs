@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use crate::report::page::measure::percent;
 use crate::report::page::ranking::Ranking;
 use crate::report::page::recommended::Recommended;
 use crate::report::page::{ReportedSweep, measure};
@@ -70,7 +71,7 @@ pub(super) fn tiles(
 }
 
 fn tile(score: Score, over: Over, bound: Option<f64>) -> BigNumber {
-    let shown = |value: f64| if measure::is_share(score) { percent(value) } else { number(Some(value)) };
+    let shown = |value: f64| if measure::is_share(score) { percent(value, 0) } else { number(Some(value)) };
     let mut notes = Vec::new();
     if over.of > 1 {
         notes.push(format!("worst {}", shown(over.worst)));
@@ -113,7 +114,7 @@ fn meaning(score: Score, moments: usize) -> String {
 
 /// The share of a plan's floor that nothing watches.
 pub(super) fn blind_share([floor, blind, _]: [f64; 3]) -> String {
-    percent(blind / floor.max(f64::MIN_POSITIVE))
+    percent(blind / floor.max(f64::MIN_POSITIVE), 0)
 }
 
 /// The same as a large number.
@@ -156,28 +157,9 @@ fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) 
     BigNumber { name, value: sum.to_text(currency), meaning, notes: Vec::new() }
 }
 
-/// A share, rounded, but not to nothing or all unless it is.
-fn percent(share: f64) -> String {
-    match (share * 100.0).round() {
-        0.0 if share > 0.0 => "<1\u{a0}%".into(),
-        100.0 if share < 1.0 => ">99\u{a0}%".into(),
-        rounded => format!("{rounded:.0}\u{a0}%"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn shares_are_not_rounded_to_nothing_or_all() {
-        let shares = [0.0, 0.001, 0.004, 0.333, 0.996, 0.9999, 1.0];
-        assert_eq!(
-            shares.map(percent),
-            ["0 %", "<1 %", "<1 %", "33 %", ">99 %", ">99 %", "100 %"]
-                .map(|text| text.replace(' ', "\u{a0}"))
-        );
-    }
 
     #[test]
     fn a_tile_tells_the_worst_and_what_is_possible() {

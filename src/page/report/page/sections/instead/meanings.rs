@@ -5,6 +5,7 @@ use maud::{Markup, html};
 /// A list of terms; `plain_means` is said of means where snapshots have weights.
 pub(super) fn view(plain_means: Option<&str>) -> Markup {
     html! {
+        p { "F1 and κ are numbers; all other scores are shares, in percent." }
         dl {
             dt { "F1, κ" }
             dd {
@@ -20,7 +21,7 @@ pub(super) fn view(plain_means: Option<&str>) -> Markup {
             dd {
                 "Share of the people’s voxels in the region that returns truly come from, whatever distance they are read \
                  at, or that a presence sensor (pad, gate, cover, field, zone camera) feels. Only the near side of a body \
-                 can be hit: it ends well below 1, while parts detected can reach it."
+                 can be hit: it stays well below 100 %, which parts detected can reach."
             }
             dt { "human claimed" }
             dd {

@@ -25,19 +25,20 @@ pub(super) struct CostPlot {
     /// The front as SVG.
     picture: String,
     /// The front, and where its sensors are.
-    tables: Vec<Titled>,
+    front: Titled,
+    places: Titled,
 }
 
 impl CostPlot {
     pub(super) fn new(chosen: &Chosen) -> CostPlot {
-        let tables = vec![
-            ("The front: the best set of each size and step of cost".into(), chosen_sets::front(chosen)),
-            ("Where the sensors are".into(), chosen_sets::places(chosen)),
-        ];
         CostPlot {
             notes: chosen_sets::reading_guide(chosen).lines().map(String::from).collect(),
             picture: draw(chosen),
-            tables,
+            front: (
+                "The front: the best set of each size and step of cost".into(),
+                chosen_sets::front(chosen),
+            ),
+            places: ("Where the sensors are".into(), chosen_sets::places(chosen)),
         }
     }
 
@@ -53,7 +54,8 @@ impl CostPlot {
                     }
                 }
                 ul { @for note in &self.notes { li { (note) } } }
-                @for table in &self.tables { (plain(table)) }
+                (plain(&self.front))
+                details { summary { (self.places.0) } (plain(&self.places)) }
             }
         }
     }

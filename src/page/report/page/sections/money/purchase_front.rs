@@ -199,7 +199,7 @@ impl ShownSet {
         let names = [set.name.clone(), set.poses(), swept.representations[0].clone()];
         let own = judged.iter().find(|one| one.names == names);
         let good = Good::from_verdicts(findings, choice, &names)?;
-        let (_, plan) = draw_plan(sweep, choice, (scene, moments[scene]), None);
+        let (_, plan) = draw_plan(sweep, (choice, region), (scene, moments[scene]), None);
         let [name, poses, _] = names;
         Ok(Some(ShownSet {
             link: SetLink { series, region, opens, verdict: good.verdict(), overall: good.overall() },

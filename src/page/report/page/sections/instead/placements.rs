@@ -1,0 +1,205 @@
+//! The best placements in a region: a row for each, its scores as columns.
+
+use maud::{Markup, html};
+
+use crate::report::page::Findings;
+use crate::report::page::measure::{self, BESTS, Baseline, shown};
+use crate::report::page::ranking::{Ranking, firsts};
+use perirobot_march::Result;
+use perirobot_march::metrics::{SCORES, Score};
+
+/// A region's best placements.
+#[derive(Debug)]
+pub(super) struct RegionBest<'a> {
+    name: &'a str,
+    number: usize,
+    /// The names of the scores' columns.
+    columns: Vec<String>,
+    /// By F1, and by human_seen and parts_detected if there are people.
+    best: Vec<Best>,
+    /// The scores of answers without a sensor, and the upper bound, in the columns of the rows.
+    baselines: Vec<(&'static str, Vec<String>)>,
+    /// How many choices score below the best answer without a sensor, in words.
+    below: String,
+}
+
+/// The best by one score, or by several that name the same ones.
+#[derive(Debug)]
+struct Best {
+    by: String,
+    /// The best choice of each representation, the best of all first.
+    rows: Vec<BestRow>,
+}
+
+/// A choice of poses and what it scores.
+#[derive(Debug)]
+struct BestRow {
+    series: String,
+    series_number: usize,
+    choice: usize,
+    poses: String,
+    /// Where they are, in words; empty for a set that was chosen, whose poses have a table of their own.
+    place: String,
+    /// In the columns of the scores.
+    cells: Vec<String>,
+    /// The answers without a sensor that score more, in words; empty for none.
+    below: String,
+}
+
+/// Which scores have a column of their worst value beside that of their mean: none if there is one moment.
+#[derive(Clone, Copy)]
+struct Columns {
+    has_worst: bool,
+}
+
+impl Columns {
+    /// For each score what is written of its mean, and of its worst value if that has a column.
+    fn each<T>(self, mean: impl Fn(Score) -> T, worst: impl Fn(Score) -> T) -> Vec<T> {
+        let of = |score| {
+            let second = (self.has_worst && measure::has_worst(score)).then(|| worst(score));
+            [Some(mean(score)), second].into_iter().flatten()
+        };
+        Score::ALL.into_iter().flat_map(of).collect()
+    }
+}
+
+impl<'a> RegionBest<'a> {
+    /// The best of a region.
+    ///
+    /// # Errors
+    /// Those of a journal that cannot be read.
+    pub(super) fn new(findings: &Findings<'a>, region: usize) -> Result<RegionBest<'a>> {
+        let (results, rankings) = (findings.sweep.results, findings.rankings);
+        let columns = Columns { has_worst: results.moments().len() * results.repeats > 1 };
+        let baselines = measure::baseline_measures(results, results.moments(), region);
+        let mut groups: Vec<(Vec<String>, Vec<(usize, usize)>)> = Vec::new();
+        for (best, by) in BESTS.into_iter().enumerate() {
+            let own =
+                firsts(rankings, region, best).into_iter().map(|(number, (choice, _))| (number, choice));
+            let own: Vec<(usize, usize)> = own.collect();
+            let same = groups.iter_mut().find(|(_, known)| {
+                known.len() == own.len() && own.iter().all(|choice| known.contains(choice))
+            });
+            match same {
+                _ if own.is_empty() => {}
+                Some((scores, _)) => scores.push(measure::title(by)),
+                None => groups.push((vec![measure::title(by)], own)),
+            }
+        }
+        let row = |own: &(usize, usize)| row(findings, columns, *own, region, &baselines);
+        let best = groups.into_iter().map(|(scores, own)| {
+            Ok(Best { by: scores.join(", "), rows: own.iter().map(row).collect::<Result<_>>()? })
+        });
+        Ok(RegionBest {
+            name: &results.regions[region],
+            number: region,
+            columns: columns.each(measure::title, |score| format!("worst {}", measure::title(score))),
+            best: best.collect::<Result<_>>()?,
+            below: baselines_note(rankings, region, &baselines),
+            baselines: baselines
+                .iter()
+                .map(|(name, values)| (*name, baseline_cells(columns, values)))
+                .collect(),
+        })
+    }
+
+    /// The table, and what to know of it.
+    pub(super) fn view(&self) -> Markup {
+        let count = self.columns.len() + 2;
+        html! {
+            div data-of-region=(self.number) {
+                h3 { "Best placements in region “" (self.name) "”" }
+                div.wide.cards tabindex="0" role="group" aria-label={ "Best placements in region " (self.name) } {
+                    table.best {
+                        thead {
+                            tr { th { "sensors · representation" } th { "poses" } @for name in &self.columns { th { (name) } } }
+                        }
+                        @for best in &self.best {
+                            tbody.choices {
+                                tr.by { th colspan=(count) scope="rowgroup" { "best by " (best.by) } }
+                                @for row in &best.rows { (self.view_row(row)) }
+                            }
+                        }
+                        tbody.baselines {
+                            tr.by { th colspan=(count) scope="rowgroup" { "answers without a sensor" } }
+                            @for (name, values) in &self.baselines {
+                                tr { td colspan="2" { (name) } (self.view_cells(values)) }
+                            }
+                        }
+                    }
+                }
+                p { (self.below) }
+            }
+        }
+    }
+
+    /// A placement; to click on its poses selects it everywhere.
+    fn view_row(&self, row: &BestRow) -> Markup {
+        html! {
+            tr class=[(!row.below.is_empty()).then_some("below")] {
+                td data-name="sensors" { (row.series) }
+                td {
+                    button.choose type="button" data-series=(row.series_number) data-choice=(row.choice)
+                        data-region=(self.number) { (row.poses) }
+                    @if !row.place.is_empty() { br; (row.place) }
+                    @if !row.below.is_empty() { br; span.mark { "▼ " (row.below) } }
+                }
+                (self.view_cells(&row.cells))
+            }
+        }
+    }
+
+    fn view_cells(&self, cells: &[String]) -> Markup {
+        html! { @for (name, cell) in self.columns.iter().zip(cells) { td data-name=(name) { (cell) } } }
+    }
+}
+
+fn row(
+    findings: &Findings,
+    columns: Columns,
+    (series_number, choice): (usize, usize),
+    region: usize,
+    baselines: &[Baseline],
+) -> Result<BestRow> {
+    let results = findings.sweep.results;
+    let series = findings.rankings[series_number].series;
+    let combination = &results.combinations[series.combination];
+    let over = measure::choice_measures(results, results.moments(), series.key(choice, region))?;
+    // The answer `occupied` everywhere claims all people: only F1 and κ count both kinds of error.
+    let better = (0..2).filter_map(|measure| {
+        let (name, to_beat) = measure::to_beat(baselines, measure)?;
+        let below = over[measure]?.mean < to_beat;
+        below.then(|| format!("{} below “{name}”", measure::title(Score::ALL[measure])))
+    });
+    let mean = |score: Score| match over[score as usize] {
+        // A mean of some values only says so, as in the tables of `summary`.
+        Some(over) if over.values < over.of => format!("[{}] {}", over.values, shown(score, Some(over.mean))),
+        over => shown(score, over.map(|over| over.mean)),
+    };
+    let worst = |score: Score| shown(score, over[score as usize].map(|over| over.worst));
+    Ok(BestRow {
+        series: series.title(results),
+        series_number,
+        choice,
+        poses: combination.label(choice),
+        place: if findings.sweep.chosen.is_some() { String::new() } else { combination.place_of(choice) },
+        cells: columns.each(mean, worst),
+        below: better.collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// The scores of an answer without a sensor, which has no worst value of its own.
+fn baseline_cells(columns: Columns, values: &[Option<f64>; SCORES]) -> Vec<String> {
+    columns.each(|score| shown(score, values[score as usize]), |_| String::new())
+}
+
+fn baselines_note(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -> String {
+    let Some((name, to_beat)) = measure::to_beat(baselines, 0) else { return String::new() };
+    let all: usize = rankings.iter().map(|ranking| ranking.choices_by(0)[region].len()).sum();
+    let values = rankings.iter().flat_map(|ranking| &ranking.choices_by(0)[region]);
+    let below = values.filter(|(_, value)| *value < to_beat).count();
+    format!(
+        "{below} of {all} choices of poses have a mean F1 below {to_beat:.3}, that of a sensor which always says “{name}” and is \
+         useless: one view sees only the near side of things. κ is the fairer guide; all such answers have 0 there."
+    )
+}
