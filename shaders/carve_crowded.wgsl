@@ -57,7 +57,7 @@ fn enough_of_two(row: u32, pixel: vec2<u32>, away: u32) -> u32 {
 fn scan(word: u32, team: u32, column: u32) {
     let box = undecided[UNDECIDED_FIRST + part.first + (word >> 9u)];
     let row = box >> BOX_BITS;
-    let at = box_corner(box) + vec3<u32>(word & 7u, (word >> 3u) & 7u, (word >> 6u) & 7u);
+    let at = box_corner(box) + place_in_box(word);
     let voxel = vec3<i32>(at) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
     let place = place_of(row);
     let own = vec3_of(place.origin_q16) >> vec3<u32>(16u);
@@ -148,9 +148,9 @@ fn main(
     part = bound_part;
     table = bound_table;
     let team = local / TILE;
-    let item = (group.x * ABREAST + group.y) * TEAMS + team;
-    if item < left[part.region * HEAD_WORDS + 3u] {
-        scan(left[HEADS * HEAD_WORDS + item], team, local % TILE);
+    let item = group.x * ABREAST + group.y * TEAMS + team;
+    if item < left[head_of(part.region, false) + 3u] {
+        scan(left[place_in_list(arrayLength(&left), item, false)], team, local % TILE);
     }
     report(CARVE_CROWDED, local);
 }

@@ -7,9 +7,7 @@
 // form.
 //
 // # Practice
-// For sensors with few rays, where looking from each voxel at the rays would cost more, and for the voxels
-// next to a camera, which thousands of its pixels see. Where tiles are known, the rays of those that see none
-// of these are passed over.
+// For sensors with few rays, where looking from each voxel at the rays would cost more.
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
@@ -17,10 +15,8 @@
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> dirs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> ends: array<u32>;
-// What `see_tiles` wrote, if rays go by tiles.
-@group(0) @binding(6) var<storage, read> tiles: array<u32>;
-@group(0) @binding(7) var<storage, read_write> free: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
+@group(0) @binding(6) var<storage, read_write> free: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
 // The crossings made when a ray has entered the window on every axis: none if it begins inside. Where it
 // never comes there, or has left again, the voxel that it is in then is outside.
@@ -63,20 +59,12 @@ fn mark_freed(slot: u32, begin: March, voxels: u32) {
         let axis = next_axis(ray.next_q16);
         let crossed = vec3<u32>(axis) == vec3<u32>(0u, 1u, 2u);
         left -= select(vec3<i32>(), vec3<i32>(1), crossed);
-        inside = min(left.x, min(left.y, left.z)) >= 0
-            && min(ray.next_q16.x, min(ray.next_q16.y, ray.next_q16.z)) <= part.until_q16;
+        inside = min(left.x, min(left.y, left.z)) >= 0;
         ray.next_q16 += select(vec3<u32>(), ray.period_q16, crossed);
         bit += select(select(strides.z, strides.y, crossed.y), strides.x, crossed.x);
         crossings += 1u;
     }
     loop_ended(!inside || opaque(crossings) >= voxels);
-}
-
-// Whether a tile sees voxels that are near. Where all rays are cast, `see_tiles` did not run, and all are followed.
-fn is_wanted(row: u32, tile: u32) -> bool {
-    let start = seen_from(row) + near_from();
-    of_tile = select(ends[word_of_tile(row, tile)], SENT, part.every_ray != 0u);
-    return part.every_ray != 0u || max(tiles[start], tiles[start + 1u + tile]) != 0u;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -89,29 +77,14 @@ fn main(
     table = bound_table;
     let row = part.first_row + group.y;
     let placement = placement_of(row, local);
-    loop {
-        let run = next_run(row, group.x, local);
-        var turn = 0u;
-        loop {
-            if turn < run.count {
-                let ray = run.first + turn * run.stride;
-                var word = of_tile;
-                if (of_tile & SENT) != 0u {
-                    word = ends[word_of_turn(row, run, turn)];
-                }
-                let voxels = freed(unpacked(word), table.no_return_is_free != 0u);
-                mark_freed(placement.slot, launch(placement.believed, dirs[ray]), voxels);
-            }
-            turn += 1u;
-            if turn >= run.count {
-                break;
-            }
-        }
-        loop_ended(opaque(turn) >= run.count);
-        if tiles_done >= part.tiles {
-            break;
-        }
+    // Rays that lie apart: neighbours take neighbouring rays.
+    let first = part.first + group.x * WORKGROUP * TILE + local / TILE * TILE * TILE + local % TILE;
+    let end = min(part.end, first + TILE * TILE);
+    var ray = first;
+    for (; ray < end; ray += TILE) {
+        let voxels = freed(unpacked(ends[row * table.ends_stride + ray]), table.no_return_is_free != 0u);
+        mark_freed(placement.slot, launch(placement.believed, dirs[ray]), voxels);
     }
-    loop_ended(opaque(tiles_done) >= part.tiles);
+    loop_ended(opaque(ray) >= end);
     report(CARVE_RAYS, local);
 }

@@ -1,11 +1,10 @@
 // Decides the boxes that `carve_boxes` left: whole cubes of 2 × 2 × 2 voxels, as boxes are, and the voxels of the other
-// cubes as far as blocks of pixels tell. Voxels whose pixels must be asked are listed for `carve_crowded`. One
-// workgroup a box.
+// cubes as far as blocks of pixels tell. Voxels whose pixels must be asked are listed for `carve_crowded`, near ones for
+// `carve_near`. One workgroup a box.
 //
 // # Theory
 // A voxel is free if and only if some ray that visits it frees more voxels than the voxel is away: one
-// witness is enough, and whether a ray visits a voxel is a matter of six crossings. Near voxels, which most
-// pixels may see, are left to `carve_rays`.
+// witness is enough, and whether a ray visits a voxel is a matter of six crossings.
 //
 // # Practice
 // Most cubes are decided, and most voxels of the others. So what is left after a step is listed, and all invocations go
@@ -27,15 +26,20 @@ var<workgroup> free_rows: array<atomic<u32>, WORKGROUP>;
 // Its undecided cubes.
 var<workgroup> cubes: array<u32, WORKGROUP>;
 var<workgroup> cubes_left: atomic<u32>;
-// Its voxels whose pixels must be asked, and where they begin in the list of all.
-var<workgroup> voxels: array<u32, BOX_EDGE * BOX_EDGE * BOX_EDGE>;
-var<workgroup> voxels_left: atomic<u32>;
-var<workgroup> first_place: u32;
+// Its voxels whose pixels must be asked, those that are near from the end on; how many there are of both, and where they
+// begin in the lists of all.
+var<workgroup> voxels: array<u32, MOST_VOXELS>;
+var<workgroup> voxels_left: array<atomic<u32>, 2>;
+var<workgroup> first_places: array<u32, 2>;
 
-// What blocks of pixels say of a voxel: that it is not free, that it is, or that its pixels must be asked.
+const MOST_VOXELS = BOX_EDGE * BOX_EDGE * BOX_EDGE;
+
+// What blocks of pixels say of a voxel: that it is not free, that it is, or that its pixels must be asked; most of them if it is
+// near.
 const HIDDEN = 0u;
 const FREE = 1u;
 const OPEN = 2u;
+const NEAR = 3u;
 
 // Whether some pixel of a block about one of them that reaches no farther than so many pixels beside it frees more than so
 // many voxels.
@@ -58,16 +62,12 @@ fn look(projection: Projection, row: u32, voxel: vec3<i32>, away: u32) -> u32 {
         return FREE;
     }
     let range = freed_range(row, pixel_rect.first, pixel_rect.last);
-    return select(HIDDEN, OPEN, pixel_rect.seen && !pixel_rect.near && range.y > away);
+    return select(HIDDEN, select(OPEN, NEAR, pixel_rect.near), pixel_rect.seen && range.y > away);
 }
 
-// A voxel's number in its box: three bits an axis.
+// A voxel's number in its box (`left.wgsl`).
 fn number_of(at: vec3<u32>) -> u32 {
     return at.x + at.y * BOX_EDGE + at.z * (BOX_EDGE * BOX_EDGE);
-}
-
-fn place_of_number(number: u32) -> vec3<u32> {
-    return (vec3<u32>(number) >> vec3<u32>(0u, 3u, 6u)) & vec3<u32>(BOX_EDGE - 1u);
 }
 
 // Where one of the eight voxels of a cube of two is in it.
@@ -100,22 +100,24 @@ fn decide_voxel(projection: Projection, row: u32, own: vec3<i32>, corner: vec3<i
         atomicOr(&free_rows[number_of(at) / BOX_EDGE], 1u << at.x);
     }
     if seen == OPEN {
-        voxels[atomicAdd(&voxels_left, 1u)] = number_of(at);
+        voxels[atomicAdd(&voxels_left[0], 1u)] = number_of(at);
+    }
+    if seen == NEAR {
+        voxels[MOST_VOXELS - 1u - atomicAdd(&voxels_left[1], 1u)] = number_of(at);
     }
 }
 
-// Makes room for so many voxels in the list for `carve_crowded`, whose workgroups, ABREAST at a time, take TEAMS of them
-// each. What that kernel is to do is taken from its completion counters, so that they come to nothing when all is done.
-fn make_room(count: u32) -> u32 {
-    let head = part.region * HEAD_WORDS;
+// Makes room for so many voxels in the list of a kernel, which takes ABREAST of them for each of its workgroups on x. What it
+// is to do is taken from its completion counters, so that they come to nothing when all is done.
+fn make_room(head: u32, kernel: u32, count: u32) -> u32 {
     let first = atomicAdd(&left[head + 3u], count);
-    let together = TEAMS * ABREAST;
-    let launches = (first + count + together - 1u) / together - (first + together - 1u) / together;
-    if launches > 0u {
-        atomicAdd(&left[head], launches);
-        atomicSub(&done[CARVE_CROWDED], launches * ABREAST);
-        atomicSub(&done[KERNELS + CARVE_CROWDED], launches * (WORKGROUP * ABREAST));
-        atomicAdd(&done[2u * KERNELS + CARVE_CROWDED], launches * ABREAST);
+    let more = (first + count + ABREAST - 1u) / ABREAST - (first + ABREAST - 1u) / ABREAST;
+    if more > 0u {
+        let groups = more * atomicLoad(&left[head + 1u]) * atomicLoad(&left[head + 2u]);
+        atomicAdd(&left[head], more);
+        atomicSub(&done[kernel], groups);
+        atomicSub(&done[KERNELS + kernel], groups * WORKGROUP);
+        atomicAdd(&done[2u * KERNELS + kernel], groups);
     }
     return first;
 }
@@ -144,16 +146,20 @@ fn main(
     let looks = 8u * atomicLoad(&cubes_left);
     var i = local;
     for (; i < looks; i += WORKGROUP) {
-        let at = place_of_number(cubes[i >> 3u]) + place_in_cube(i & 7u);
+        let at = place_in_box(cubes[i >> 3u]) + place_in_cube(i & 7u);
         if all(low + at < window) {
             decide_voxel(projection, row, own, corner, at);
         }
     }
     loop_ended(opaque(i) >= looks);
     workgroupBarrier();
-    let count = atomicLoad(&voxels_left);
-    if local == 0u && count > 0u {
-        first_place = make_room(count);
+    let crowded = atomicLoad(&voxels_left[0]);
+    let near = atomicLoad(&voxels_left[1]);
+    if local == 0u && crowded > 0u {
+        first_places[0] = make_room(head_of(part.region, false), CARVE_CROWDED, crowded);
+    }
+    if local == 0u && near > 0u {
+        first_places[1] = make_room(head_of(part.region, true), CARVE_NEAR, near);
     }
     let of_row = atomicLoad(&free_rows[local]) & (0xffu >> (BOX_EDGE - min(BOX_EDGE, window.x - low.x)));
     let y = low.y + local % BOX_EDGE;
@@ -164,9 +170,13 @@ fn main(
     }
     workgroupBarrier();
     var k = local;
-    for (; k < count; k += WORKGROUP) {
-        atomicStore(&left[HEADS * HEAD_WORDS + first_place + k], (group.x << 9u) | voxels[k]);
+    for (; k < crowded + near; k += WORKGROUP) {
+        let is_near = k >= crowded;
+        let number = select(k, k - crowded, is_near);
+        let voxel = voxels[select(number, MOST_VOXELS - 1u - number, is_near)];
+        let place = place_in_list(arrayLength(&left), first_places[u32(is_near)] + number, is_near);
+        atomicStore(&left[place], (group.x << 9u) | voxel);
     }
-    loop_ended(opaque(k) >= count);
+    loop_ended(opaque(k) >= crowded + near);
     report(CARVE_VOXELS, local);
 }

@@ -24,6 +24,7 @@ shaders! {
     BLOCKS = "blocks";
     CARVE_BOXES = "carve_boxes";
     CARVE_CROWDED = "carve_crowded";
+    CARVE_NEAR = "carve_near";
     CARVE_RAYS = "carve_rays";
     CARVE_VOXELS = "carve_voxels";
     CAST = "cast";
@@ -37,6 +38,7 @@ shaders! {
     FUSE = "fuse";
     INTEGERS = "integers";
     LAYER = "layer";
+    LEFT = "left";
     MARCH = "march";
     OUTLINE = "outline";
     PLACEMENT = "placement";

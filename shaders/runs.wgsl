@@ -1,4 +1,4 @@
-// Which rays an invocation of `cast` and `carve_rays` takes: columns of tiles that follow each other, or where rays do not
+// Which rays an invocation of `cast` takes: columns of tiles that follow each other, or where rays do not
 // go by tiles some that lie apart. The kernel says with `is_wanted` which tiles it takes.
 //
 // # Practice

@@ -5,17 +5,13 @@
 // # Theory
 // No ray of a tile that sees no box visits a voxel that matters, so what it hits and frees does not count. The cubes of a box
 // hold its voxels, so all tiles that see the box see one of them.
-//
-// Voxels that are near are left to `carve_rays`, which follows the rays of the tiles that see some. If a voxel is near, so is
-// its cube of two, and so are the cube of four and the box; and the pixels that may see it are among those that may see its
-// cube (`projection.wgsl`).
 
 @group(0) @binding(0) var<uniform> bound_setup: Setup;
 @group(0) @binding(1) var<uniform> bound_part: Part;
 @group(0) @binding(2) var<uniform> bound_table: Table;
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> boxes: array<u32>;
-// How far in voxels what is seen reaches, or 0; and whether some of it is near.
+// How far in voxels what is seen reaches, or 0.
 @group(0) @binding(5) var<storage, read_write> tiles: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
 
@@ -31,16 +27,14 @@ struct TileRect {
     count: u32,
 }
 
-// Those of boxes, or of cubes: of what is seen of each, and of what is near.
-var<workgroup> rects: array<TileRect, 2u * WORKGROUP>;
+// Those of boxes, or of cubes.
+var<workgroup> rects: array<TileRect, WORKGROUP>;
 var<workgroup> rect_count: atomic<u32>;
 
 // From more tiles on a box is large: marking its cubes apart spares `cast` more than it costs.
 const LARGE_TILES = 16u * WORKGROUP;
 
-// The boxes whose cubes are looked at, by their places in `boxes`: with LARGE those that are large, else only for what is near
-// of them. So many at once that each invocation has a cube.
-const LARGE = 0x80000000u;
+// The large boxes, by their places in `boxes`. So many at once that each invocation has a cube.
 const AT_ONCE = WORKGROUP / CUBES;
 var<workgroup> again: array<u32, WORKGROUP>;
 var<workgroup> again_count: atomic<u32>;
@@ -72,34 +66,12 @@ fn list_tiles(start: u32, first: vec2<i32>, last: vec2<i32>, value: u32) {
     }
 }
 
-// The pixels that may see near voxels of a cube, as a rectangle around those of its cubes of two: next to a sensor, a whole
-// cube is seen by nearly all pixels, though most look past what is near of it.
-fn near_rect(projection: Projection, corner: vec3<i32>, of_cube: PixelRect) -> PixelRect {
-    var rect = of_cube;
-    rect.first = of_cube.last;
-    rect.last = of_cube.first;
-    rect.seen = false;
-    let edge = CUBE_EDGE / 2u;
-    let cubes = select(0u, edge * edge * edge, of_cube.seen && of_cube.near);
-    var i = 0u;
-    for (; i < cubes; i += 1u) {
-        let at = vec3<u32>(i % edge, i / edge % edge, i / (edge * edge)) * 2u;
-        let cube = pixel_rect(projection, corner + vec3<i32>(at), 2);
-        let is_near = cube.seen && cube.near;
-        rect.first = select(rect.first, min(rect.first, cube.first), is_near);
-        rect.last = select(rect.last, max(rect.last, cube.last), is_near);
-        rect.seen = rect.seen || is_near;
-    }
-    loop_ended(opaque(i) >= cubes);
-    return rect;
-}
-
 // The lowest voxel of a box in the grid.
 fn corner_of(item: u32) -> vec3<i32> {
     return vec3<i32>(box_corner(boxes[item])) + vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z);
 }
 
-// Lists the tiles that see a box, or the box itself: if many see it, or if some of it is near.
+// Lists the tiles that see a box, or the box itself if many see it.
 fn list_box(projection: Projection, row: u32, item: u32) {
     let corner = corner_of(item);
     let rect = pixel_rect(projection, corner, i32(BOX_EDGE));
@@ -108,23 +80,18 @@ fn list_box(projection: Projection, row: u32, item: u32) {
     if rect.seen && !is_large {
         list_tiles(seen_from(row), rect.first, rect.last, reaches(projection, corner, i32(BOX_EDGE)));
     }
-    if rect.seen && (is_large || rect.near) {
-        again[atomicAdd(&again_count, 1u)] = item | select(0u, LARGE, is_large);
+    if rect.seen && is_large {
+        again[atomicAdd(&again_count, 1u)] = item;
     }
 }
 
-// Lists the tiles that see a cube of a box, and those that see what is near of it.
+// Lists the tiles that see a cube of a box.
 fn list_cube(projection: Projection, row: u32, box: u32, cube: u32) {
     let at = vec3<u32>(cube & 1u, (cube >> 1u) & 1u, cube >> 2u) * CUBE_EDGE;
-    let corner = corner_of(box & ~LARGE) + vec3<i32>(at);
+    let corner = corner_of(box) + vec3<i32>(at);
     let rect = pixel_rect(projection, corner, i32(CUBE_EDGE));
-    let start = seen_from(row);
-    if rect.seen && (box & LARGE) != 0u {
-        list_tiles(start, rect.first, rect.last, reaches(projection, corner, i32(CUBE_EDGE)));
-    }
-    let near = near_rect(projection, corner, rect);
-    if near.seen {
-        list_tiles(start + near_from(), near.first, near.last, 1u);
+    if rect.seen {
+        list_tiles(seen_from(row), rect.first, rect.last, reaches(projection, corner, i32(CUBE_EDGE)));
     }
 }
 

@@ -13,16 +13,10 @@ fn tiles_of_image() -> vec2<u32> {
     return (vec2<u32>(table.image_x, table.image_y) + TILE - 1u) / TILE;
 }
 
-// The word of `tiles` that tells how far all tiles of a placement see. That of each follows; then in the same order whether
-// something near is seen.
+// The word of `tiles` that tells how far all tiles of a placement see. That of each follows.
 fn seen_from(row: u32) -> u32 {
-    return row * 2u * near_from();
-}
-
-// Words between how far a tile sees and whether that is near.
-fn near_from() -> u32 {
     let size = tiles_of_image();
-    return size.x * size.y + 1u;
+    return row * (size.x * size.y + 1u);
 }
 
 // The word of a tile in `ends`.

@@ -60,8 +60,6 @@ struct Part {
     region: u32,
     // Whether all rays are cast, those included that do not come near the window or that tiles would do without.
     every_ray: u32,
-    // Voxels entered later than that are not marked.
-    until_q16: u32,
     // Of how many tiles an invocation takes a column; 0 where rays do not go by tiles. In `see_tiles` how
     // many boxes a workgroup takes, in `cast_listed` how many tiles there are from one of a workgroup to its next.
     tiles: u32,

@@ -153,6 +153,21 @@ fn hall(seed: u64) -> Case {
     case
 }
 
+/// A case whose cameras look along rows of boxes, each of which a quarter of an image sees.
+fn narrow(seed: u64) -> Case {
+    let mut case = close_up(seed, true);
+    let camera = Camera { fov_rad: [0.3, 0.3], resolution_px: [640, 480] };
+    case.tables[0].dirs_q15 = camera.dirs_q15().into();
+    case.tables[0].image = Some(camera.image());
+    let [x, y, z] = case.scene.window.min;
+    for shot in &mut case.shots {
+        shot.placement.axis_q15 = [[0, 0, 32_768], [32_768, 0, 0], [0, 32_768, 0]];
+        shot.placement.origin_q16 = [x, y + 8, z + 8].map(|n| (n << 16) + 77);
+        shot.placement.truly = None;
+    }
+    case
+}
+
 /// What a backend counts of a case.
 fn counts(backend: &mut dyn Backend, case: &Case) -> Result<Vec<Vec<Confusion>>> {
     backend.tables(&case.tables)?;
@@ -182,12 +197,13 @@ fn each_loop_that_is_cut_is_found_in_the_same_batch() {
     // Room for whole boxes of free voxels.
     let is_large = |seed: &u64| case(*seed).scene.window.size.iter().all(|&n| n >= 24);
     let empty = (24..).filter(is_large).take(4).map(|seed| close_up(seed, true));
+    let narrow = (24..).filter(is_large).take(4).map(narrow);
     let is_small = |seed: &u64| {
         let scene = case(*seed).scene;
         !scene.regions.is_empty() && scene.window.size.iter().all(|&n| n <= 16)
     };
     let halls = (24..).filter(is_small).take(12).map(hall);
-    let cases: Vec<_> = (0..24).map(of_seed).chain(empty).chain(halls).collect();
+    let cases: Vec<_> = (0..24).map(of_seed).chain(empty).chain(narrow).chain(halls).collect();
     let of_oracle = |case: &Case| counts(&mut Oracle::default(), case).unwrap_or_else(|e| panic!("{e}"));
     let expected: Vec<_> = cases.iter().map(of_oracle).collect();
     // Tiles are listed on a GPU only.
@@ -205,21 +221,16 @@ fn each_loop_that_is_cut_is_found_in_the_same_batch() {
     }
     for stage in Stage::ALL {
         // It comes with `freed_range` of shaders/freed.wgsl, and does not call it.
-        let uncalled = usize::from(stage == Stage::CarveCrowded);
+        let uncalled = usize::from([Stage::CarveCrowded, Stage::CarveNear].contains(&stage));
         for (number, head) in heads(&shader_source(stage)).into_iter().enumerate().skip(uncalled) {
             let place = format!("loop {number} of `{}`", stage.name());
             let source = |s: Stage| if s == stage { cut(&shader_source(s), head) } else { shader_source(s) };
             let listed = stage == Stage::CastListed;
             let mut gpu = opened(listed, &source).unwrap_or_else(|e| panic!("{place}: {e}"));
             let mut found = 0;
-            // Rays free voxels near a camera, by tiles, and where all is carved by them.
-            let carvings = [Carving::ByVoxel, Carving::ByRay];
-            let carvings = &carvings[..1 + usize::from(stage == Stage::CarveRays)];
-            let runs = carvings.iter().flat_map(|&carving| {
-                cases.iter().zip(&expected).map(move |(case, expected)| (carving, case, expected))
-            });
-            for (carving, case, expected) in runs {
-                gpu.carve_by(Some(carving));
+            let by_ray = stage == Stage::CarveRays;
+            gpu.carve_by(Some(if by_ray { Carving::ByRay } else { Carving::ByVoxel }));
+            for (case, expected) in cases.iter().zip(&expected) {
                 match counts(&mut gpu, case) {
                     Ok(counts) => assert!(counts == *expected, "{place}, case {}: not found", case.seed),
                     Err(Error::Device(what)) => {

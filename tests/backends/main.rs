@@ -7,6 +7,7 @@ mod batches;
 mod cameras;
 mod loops;
 mod moving;
+mod near;
 mod places;
 mod random_cells;
 mod real_scans;

@@ -63,7 +63,7 @@ fn structs_match_their_mirrors() {
         regions bricks_x bricks_y bricks_word first_hits_stride detection_counters);
     mirrored!("Table", TableWords, ends_stride range_min_q16 range_max_q16 along_axis near_ignore_q16 no_return_is_free backdrop noisy lost_below
         image_x image_y focal_x focal_y near nearer);
-    mirrored!("Part", Part, first_row first end region every_ray until_q16 tiles whole_layer boxes_at_once zero);
+    mirrored!("Part", Part, first_row first end region every_ray tiles whole_layer boxes_at_once zero);
     mirrored!("GridFrame", GridFrame, origin_q16 axis_q15);
     mirrored!("GridPose", PlacementWords, believed truly is_off draws slot first_hits);
     mirrored!("Job", JobWords, first end octomap);

@@ -81,11 +81,13 @@ kernels! {
     /// Which boxes of voxels are decided by the pyramid alone.
     CarveBoxes = CARVE_BOXES, &[PLACEMENT, PROJECTION, BLOCKS, FREED], WORKGROUP, [Uniform Part Uniform Read Read Read Write Write Write];
     /// The voxels of the boxes that are left.
-    CarveVoxels = CARVE_VOXELS, &[PLACEMENT, PROJECTION, BLOCKS, FREED, TILES], 1, [Uniform Part Uniform Read Read Read Read Write Write Write];
+    CarveVoxels = CARVE_VOXELS, &[PLACEMENT, PROJECTION, BLOCKS, FREED, TILES, LEFT], 1, [Uniform Part Uniform Read Read Read Read Write Write Write];
     /// The voxels among those that many pixels may see.
-    CarveCrowded = CARVE_CROWDED, &[PROJECTION, BLOCKS, FREED, TILES, OUTLINE], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
+    CarveCrowded = CARVE_CROWDED, &[PROJECTION, BLOCKS, FREED, TILES, OUTLINE, LEFT], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
+    /// The voxels among those that are near, which most pixels may see.
+    CarveNear = CARVE_NEAR, &[PLACEMENT, PROJECTION, BLOCKS, FREED, TILES, OUTLINE, LEFT], 1, [Uniform Part Uniform Read Read Read Read Read Read Write Write];
     /// The voxels that each ray frees, one by one.
-    CarveRays = CARVE_RAYS, &[PLACEMENT, TILES, RUNS], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Read Write Write];
+    CarveRays = CARVE_RAYS, &[PLACEMENT], WORKGROUP * TILE, [Uniform Part Uniform Read Read Read Write Write];
     /// The labels from the evidence of several sensors.
     Fuse = FUSE, &[], WORKGROUP * FUSED_WORDS, [Uniform Part Read Read Read Read Write Write Write];
     /// The labels counted in a region.

@@ -80,8 +80,6 @@ pub(super) struct DeviceScene {
     pub(super) layers: Option<[wgpu::Buffer; 2]>,
     /// The numbers of the boxes of voxels that the window is decided in, those of the regions first.
     pub(super) boxes: wgpu::Buffer,
-    /// The lowest voxels of the boxes of the regions, in the grid.
-    pub(super) corners: Vec<[i32; 3]>,
     pub(super) truth: wgpu::Buffer,
     pub(super) human: wgpu::Buffer,
     pub(super) robot: wgpu::Buffer,
@@ -102,7 +100,7 @@ impl DeviceScene {
     pub(super) fn new(
         device: &GpuDevice,
         scene: &VoxelScene,
-        (sizes, HostScene { boxes, wanted, body_words, layer }): (SceneSizes, HostScene),
+        (sizes, HostScene { boxes, body_words, layer, .. }): (SceneSizes, HostScene),
         memory_bytes: Option<u64>,
         kept: &mut FirstHitCache,
         room: &mut BufferPool,
@@ -124,7 +122,6 @@ impl DeviceScene {
             let [x, y, z] = corner.map(|c| c / BOX_EDGE);
             x | y << bits | z << (2 * bits)
         };
-        let in_grid = |corner: &[u32; 3]| std::array::from_fn(|r| scene.window.min[r] + corner[r] as i32);
         DeviceScene {
             window: scene.window,
             setup: GrowingBuffer::uniform("setup")
@@ -132,7 +129,6 @@ impl DeviceScene {
             blockers: all,
             layers,
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
-            corners: boxes[..wanted as usize].iter().map(in_grid).collect(),
             truth: device.upload("truth", scene.truth.words()),
             human: device.upload("human", scene.human.words()),
             robot: device.upload("robot", scene.robot.words()),

@@ -14,7 +14,7 @@
 //! `carve_boxes`, `carve_voxels` and `count` make some hundred turns. What the others do is bounded below. That no loop was
 //! ended early is proved by `shaders/completion.wgsl`, on every device and in every batch.
 
-use super::tiles::{BOX_EDGE, CUBES, TILE};
+use super::tiles::{CUBES, TILE};
 use crate::backend::Image;
 use crate::march::{MAX_RANGE_VOXELS, deviation};
 
@@ -34,14 +34,14 @@ const ALLOWED: u32 = 65_535;
 /// Most invocations of a vector: 512 bits.
 const LANES: u32 = 16;
 
-/// Most tiles of which an invocation of `cast` or `carve_rays` takes a column, one after the other: a software adapter is
+/// Most tiles of which an invocation of `cast` takes a column, one after the other: a software adapter is
 /// spared looks at tiles that are done, while on a GPU 32 wait for the one with the most to do.
 pub(super) const fn most_tiles(software: bool) -> u32 {
     if software { 8 } else { 2 }
 }
 
-/// Turns for a column of a tile whose rays make so many crossings: `cast` searches for the blockers of each ray, `carve_rays`
-/// follows each. Each invocation looks for the next tile by itself.
+/// Turns for a column of a tile whose rays make so many crossings: `cast` searches for the blockers of each ray. Each invocation
+/// looks for the next tile by itself. `carve_rays` follows as many rays.
 const fn turns_of_tile(crossings: u32) -> u32 {
     TILE * (crossings + 3) + 1 + LANES
 }
@@ -73,12 +73,8 @@ pub(super) const fn boxes_of_group(is_gpu: bool) -> u32 {
 /// Most tiles of a rectangle that a workgroup of `see_tiles` marks one by one.
 pub(super) const MOST_SEEING: u32 = 2048;
 
-// All of its invocations together mark a rectangle of each box, and two of each of its cubes. Each asks the cubes of two of its
-// own cubes, in as many rounds.
-const _: () = assert!(
-    WORKGROUP * (1 + 2 * CUBES) * (MOST_SEEING / WORKGROUP + 2) + CUBES * ((BOX_EDGE / 4).pow(3) + 2)
-        < ALLOWED
-);
+// All of its invocations together mark a rectangle of each box, and one of each of its cubes.
+const _: () = assert!(WORKGROUP * (1 + CUBES) * (MOST_SEEING / WORKGROUP + 2) + CUBES < ALLOWED);
 
 /// What an invocation of `cast_tiles` does at most: leaps and sections of a cone, rows of a section, layers
 /// that may lie across it, and how many of them are looked at.
@@ -122,6 +118,12 @@ const _: () = {
         rows += 1;
     }
 };
+
+/// Most tiles of an image that a workgroup of `carve_near` goes through.
+pub(super) const NEAR_TILES: u32 = 1 << 14;
+
+// It looks at as many tiles in a round as it has invocations, and then asks one after the other.
+const _: () = assert!((WORKGROUP + 2) * (NEAR_TILES / WORKGROUP + 1) <= ALLOWED);
 
 /// Most readings that are fused for a choice: `fuse` looks at each of them once, and again for each of the 32
 /// voxels of a word.

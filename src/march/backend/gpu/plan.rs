@@ -8,10 +8,10 @@ mod sizes;
 use std::ops::Range;
 
 use super::kernels::Stage;
-use super::loop_bounds::{TEAMS, WORKGROUP, boxes_of_group, groups_of_lists, tiles_of_invocation};
+use super::loop_bounds::{WORKGROUP, boxes_of_group, groups_of_lists, tiles_of_invocation};
 use super::pace::Pace;
 use super::tiles::{BOX_EDGE, PYRAMID_LEVELS};
-use super::types::{ABREAST, BOXES_AT_ONCE, FARTHEST_READ_Q16, HEADS, Part};
+use super::types::{ABREAST, BOXES_AT_ONCE, HEADS, Part};
 use crate::backend::{Carving, VoxelScene};
 pub(super) use budget::{fits, rays_at_once};
 pub(super) use launched::Launched;
@@ -29,8 +29,8 @@ const CARVE_VOXELS_COST: u64 = 4000;
 const LEAST_AT_ONCE: u64 = WORKGROUP as u64;
 /// Most workgroups of a row of a dispatch.
 const MOST_GROUPS: u64 = 65_535;
-// `carve_crowded` may be left all voxels of the boxes of a dispatch.
-const _: () = assert!((BOXES_AT_ONCE * BOX_EDGE.pow(3)) as u64 <= MOST_GROUPS * (ABREAST * TEAMS) as u64);
+// `carve_crowded` or `carve_near` may be left all voxels of the boxes of a dispatch.
+const _: () = assert!((BOXES_AT_ONCE * BOX_EDGE.pow(3)) as u64 <= MOST_GROUPS * ABREAST as u64);
 /// What a word of one reading costs to fuse, where each of its voxels has its own sum, and a word to count.
 const STEPS_PER_READING: u64 = 32;
 const COUNT_COST: u64 = 4;
@@ -54,7 +54,11 @@ impl Dispatch {
 
     /// The number of the head that tells its workgroups, if the device alone knows how many they are.
     pub(super) fn head(&self) -> Option<u32> {
-        matches!(self.stage, Stage::CarveVoxels | Stage::CarveCrowded).then_some(self.part.region)
+        match self.stage {
+            Stage::CarveVoxels | Stage::CarveCrowded => Some(self.part.region),
+            Stage::CarveNear => Some(HEADS + self.part.region),
+            _ => None,
+        }
     }
 }
 
@@ -62,8 +66,6 @@ impl Dispatch {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CastBatch {
     pub(super) placements: u32,
-    /// Placements, the first of the batch, that are near to boxes.
-    pub(super) near: u32,
     /// Whether all is wanted, or only what is inside the regions.
     pub(super) everything: bool,
     pub(super) carving: Carving,
@@ -120,31 +122,24 @@ impl SceneSizes {
             let part = Part { whole_layer: batch.whole_layer as u32, ..Part::default() };
             out.extend(self.stage(Stage::CastTiles, rows, 0..table.tiles(), CAST_TILES_COST, part, pace));
         }
-        // Rays that are not cast are followed as far as voxels are near, whatever the range.
-        let farthest = table.reach.max(table.last_near_q16() >> 16);
-        let tiles = if batch.is_tiled() { tiles_of_invocation(table.most_tiles, farthest) } else { 0 };
+        let tiles = if batch.is_tiled() { tiles_of_invocation(table.most_tiles, table.reach) } else { 0 };
         let every_ray = batch.everything as u32;
         let cast = Part { every_ray, tiles, ..Part::default() };
         let items = if batch.is_tiled() { 0..table.rays_of_tiles() } else { 0..table.rays };
         if batch.caster() == Caster::Listed {
-            let groups = groups_of_lists(table.tiles(), farthest);
+            let groups = groups_of_lists(table.tiles(), table.reach);
             let part = Part { tiles: groups, ..Part::default() };
             let cost = (u64::from(items.end) * CAST_COST).div_ceil(u64::from(groups.max(1)));
             out.extend(self.stage(Stage::CastListed, rows, 0..groups, cost, part, pace));
         } else {
             out.extend(self.stage(Stage::Cast, rows, items.clone(), CAST_COST, cast, pace));
         }
-        let by_ray = |rows: u32, items: Range<u32>, until_q16: u32| {
-            let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
-            let cost = (sizes / 2).min(3 * (until_q16 >> 16) as u64).max(1);
-            let part = Part { until_q16, tiles, every_ray, ..Part::default() };
-            self.stage(Stage::CarveRays, rows, items, cost, part, pace)
-        };
         if batch.carving == Carving::ByRay {
-            out.extend(by_ray(rows, items, FARTHEST_READ_Q16));
+            let sizes = self.window.iter().map(|&n| (n.min(table.reach)) as u64).sum::<u64>();
+            let cost = (sizes / 2).max(1);
+            out.extend(self.stage(Stage::CarveRays, rows, items, cost, Part::default(), pace));
             return out;
         }
-        out.extend(by_ray(batch.near, items, table.last_near_q16()));
         let boxes = 0..self.boxes[batch.everything as usize];
         let tile_cost = PYRAMID_COST << (2 * PYRAMID_LEVELS.end());
         out.extend(self.stage(
@@ -205,8 +200,9 @@ impl SceneSizes {
 
 /// How many of some boxes a dispatch of `carve_voxels` takes.
 fn boxes_at_once(boxes: u32, pace: &Pace) -> u32 {
-    // `carve_crowded` takes the same boxes, and may be slower.
-    let work = pace.work_at_once(Stage::CarveVoxels).min(pace.work_at_once(Stage::CarveCrowded));
+    // `carve_crowded` and `carve_near` take the same boxes, and may be slower.
+    let stages = [Stage::CarveVoxels, Stage::CarveCrowded, Stage::CarveNear];
+    let work = stages.map(|stage| pace.work_at_once(stage)).into_iter().fold(u64::MAX, u64::min);
     let at_once = (work / CARVE_VOXELS_COST).clamp(LEAST_AT_ONCE, BOXES_AT_ONCE as u64) as u32;
     at_once.max(boxes.div_ceil(HEADS))
 }
@@ -220,7 +216,11 @@ fn carving_voxels(boxes: u32, pace: &Pace) -> impl Iterator<Item = Dispatch> + u
         let part = Part { region: head, ..Part::default() };
         let block =
             Dispatch { groups: [0, 0], ..block.dispatch(Stage::CarveVoxels, part, CARVE_VOXELS_COST) };
-        [block, Dispatch { stage: Stage::CarveCrowded, ..block }]
+        [
+            block,
+            Dispatch { stage: Stage::CarveCrowded, ..block },
+            Dispatch { stage: Stage::CarveNear, ..block },
+        ]
     })
 }
 

@@ -7,8 +7,8 @@ use perirobot_shaders::{INTEGERS, MARCH, TYPES};
 
 use super::kernels::{DONE_WORDS, ENTRIES, KernelEntry, SHADER_COMPLETION, Stage};
 use super::loop_bounds::{
-    DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_ROWS, MOST_SECTIONS, MOST_SEEING, TEAMS,
-    WORDS_PER_INVOCATION, WORKGROUP,
+    DEVIATION_PER_VOXEL, MOST_LAYERS, MOST_LEAPS, MOST_LOOKS, MOST_ROWS, MOST_SECTIONS, MOST_SEEING,
+    NEAR_TILES, TEAMS, WORDS_PER_INVOCATION, WORKGROUP,
 };
 use super::tiles::{BOX_BITS, BOX_EDGE, CUBES, PYRAMID_LEVELS, TILE};
 use super::types::{
@@ -54,6 +54,7 @@ pub fn shader_prelude() -> String {
         ("MOST_LAYERS", MOST_LAYERS),
         ("MOST_LOOKS", MOST_LOOKS),
         ("TEAMS", TEAMS),
+        ("NEAR_TILES", NEAR_TILES),
         ("ABREAST", ABREAST),
         ("HEADS", HEADS),
         ("HEAD_WORDS", HEAD_WORDS),

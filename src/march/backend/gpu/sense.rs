@@ -30,16 +30,12 @@ impl Gpu {
             loaded.clear_slot(&mut encoder, slot)?;
             loaded.held[slot as usize] = true;
         }
-        let near =
-            |shot: &&Shot| everything || table.sizes.is_near(shot.placement.origin_q16, &loaded.corners);
-        let (near, far): (Vec<&Shot>, Vec<&Shot>) = shots.iter().partition(near);
         // Where the first hits in the still layer are known, the other blockers are enough.
         let known = shots.iter().all(|shot| shot.first_hits.is_some());
         let others = loaded.layers.as_ref().filter(|_| known).map(|[_, moving]| moving);
         let sizes = &loaded.sizes;
         let batch = CastBatch {
             placements: shots.len() as u32,
-            near: near.len() as u32,
             everything,
             carving: carving.filter(|_| table.sizes.has_tiles()).unwrap_or(sizes.carving(&table.sizes)),
             whole_layer: others.is_none(),
@@ -47,7 +43,7 @@ impl Gpu {
             lists: queue.lists(),
         };
         let dispatches = sizes.sensing(&table.sizes, &batch, &queue.pace);
-        let words: Vec<_> = near.into_iter().chain(far).map(PlacementWords::from).collect();
+        let words: Vec<_> = shots.iter().map(PlacementWords::from).collect();
         let rays = RayBuffers::new(queue, room, kept.buffer(&queue.device), &words, table);
         let parts = queue.parts(&dispatches);
         let uniforms = [&loaded.setup, &parts, &table.words];
@@ -61,11 +57,11 @@ impl Gpu {
                     passes.see_tiles(),
                     passes.cast_tiles(),
                     passes.cast(batch.caster()),
-                    passes.carve_rays(),
                     passes.build_pyramid(&voxels),
                     passes.carve_boxes(&voxels),
                     passes.carve_voxels(&voxels),
                     passes.carve_crowded(&voxels),
+                    passes.carve_near(&voxels),
                 ]
             }
         };

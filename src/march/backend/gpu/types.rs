@@ -10,7 +10,7 @@ use crate::backend::{Fusion, GridFrame, GridPose, Image, Rays, Shot, Slot, Voxel
 use crate::metrics::COUNTERS;
 use crate::voxel::Bricks;
 
-/// Most dispatches of `carve_voxels` in a batch; each has a head in the list of boxes, and in the list of what it leaves.
+/// Most dispatches of `carve_voxels` in a batch; each has a head in the list of boxes, and two in the list of what it leaves.
 pub const HEADS: u32 = 2048;
 
 /// Words of a head: the workgroups of a dispatch (x, y, z), and how many voxels are left, or boxes of all dispatches.
@@ -22,8 +22,8 @@ pub const MOST_PLACEMENTS: u32 = 512;
 /// Most boxes of a dispatch of `carve_voxels`: the list of what it leaves holds all of their voxels.
 pub const BOXES_AT_ONCE: u32 = 16_320;
 
-/// Workgroups of `carve_crowded` on y, for each on x: those on x are limited.
-pub const ABREAST: u32 = 16;
+/// Voxels that `carve_crowded` and `carve_near` take for each of their workgroups on x, whose number is limited.
+pub const ABREAST: u32 = 128;
 
 /// No ray is read farther away: noise of 64 voxels, times the four or so of the largest of its steps, past
 /// the farthest range.
@@ -158,8 +158,6 @@ pub struct Part {
     pub region: u32,
     /// Whether all rays are cast, those included that do not come near the window or that tiles would do without.
     pub every_ray: u32,
-    /// Voxels entered later than that are not marked.
-    pub until_q16: u32,
     /// Of how many tiles an invocation takes a column; 0 where rays do not go by tiles. In `see_tiles` how
     /// many boxes a workgroup takes, in `cast_listed` how many tiles there are from one of a workgroup to its next.
     pub tiles: u32,

@@ -9,9 +9,9 @@ use super::{CARVE_BOXES_COST, CARVE_VOXELS_COST, PYRAMID_COST};
 use crate::Result;
 use crate::backend::adapter::AdapterReport;
 use crate::backend::body_words::{BodyWord, BodyWords};
-use crate::backend::gpu::loop_bounds::{last_near_voxels, most_tiles};
-use crate::backend::gpu::tiles::{BOX_EDGE, PYRAMID_LEVELS, TILE, place_of_pixel};
-use crate::backend::gpu::types::{FARTHEST_READ_Q16, HEAD_WORDS, HEADS, MOST_PLACEMENTS};
+use crate::backend::gpu::loop_bounds::{NEAR_TILES, most_tiles};
+use crate::backend::gpu::tiles::{PYRAMID_LEVELS, TILE, place_of_pixel};
+use crate::backend::gpu::types::{HEAD_WORDS, HEADS, MOST_PLACEMENTS};
 use crate::backend::{Carving, Image, Rays, VoxelScene};
 use crate::voxel::Bricks;
 
@@ -102,9 +102,14 @@ impl TableSizes {
         self.blocks(TILE.ilog2())
     }
 
-    /// Bytes of what the tiles of one placement see: two words of all, and of each.
+    /// Workgroups of `carve_near` that share a voxel.
+    pub(in crate::backend::gpu) fn groups_of_near(&self) -> u32 {
+        self.tiles().div_ceil(NEAR_TILES).max(1)
+    }
+
+    /// Bytes of what the tiles of one placement see: a word of all, and of each.
     pub(in crate::backend::gpu) fn tiles_bytes(&self) -> u64 {
-        (u64::from(self.tiles()) + 1) * 2 * 4
+        (u64::from(self.tiles()) + 1) * 4
     }
 
     /// Bytes of the lists of tiles of some placements that are left open.
@@ -143,29 +148,6 @@ impl TableSizes {
     /// How many placements' first hits in a still layer are kept.
     pub(in crate::backend::gpu) fn first_hits_at_once(&self, adapter: &AdapterReport) -> usize {
         FIRST_HIT_BYTES.holds(adapter, &[self.rays_bytes()]) as usize
-    }
-
-    /// The distance in 1/65536 voxels up to which rays can pass near voxels, so that rays need be followed no
-    /// farther: a near voxel begins at most `near` deep, is less than two voxels deep, and the rays of the
-    /// corners take the longest way there.
-    pub(super) fn last_near_q16(&self) -> u32 {
-        let Some(image) = self.image else { return FARTHEST_READ_Q16 };
-        let corner = |a: usize| f64::from(image.size_px[a]) / 2.0 / image.focal_px[a];
-        let slant = (1.0 + corner(0).powi(2) + corner(1).powi(2)).sqrt();
-        let until = (last_near_voxels(&image) + 2.2) * slant * 1.01 + 1.0;
-        ((until * 65_536.0) as u64).min(FARTHEST_READ_Q16 as u64) as u32
-    }
-
-    /// Whether a placement may be so near to boxes of voxels that some of their voxels are near.
-    pub(in crate::backend::gpu) fn is_near(&self, origin_q16: [i32; 3], boxes: &[[i32; 3]]) -> bool {
-        let until = (self.last_near_q16() >> 16) as i32 + 2;
-        let near = |corner: &[i32; 3]| {
-            (0..3).all(|r| {
-                let from = corner[r] - (origin_q16[r] >> 16);
-                from <= until && from + BOX_EDGE as i32 > -until
-            })
-        };
-        boxes.iter().any(near)
     }
 }
 

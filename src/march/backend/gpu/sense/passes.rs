@@ -2,6 +2,7 @@
 
 use crate::backend::gpu::kernels::Stage;
 use crate::backend::gpu::loaded::{BufferPool, DeviceScene, DeviceTable};
+use crate::backend::gpu::loop_bounds::TEAMS;
 use crate::backend::gpu::pass::Pass;
 use crate::backend::gpu::plan::{Caster, Dispatch};
 use crate::backend::gpu::queue::Queue;
@@ -40,7 +41,7 @@ pub(super) struct VoxelBuffers {
     pyramid: wgpu::Buffer,
     /// The boxes that the pyramid does not decide.
     undecided: wgpu::Buffer,
-    /// The voxels that `carve_voxels` leaves to `carve_crowded`, behind a head for each dispatch.
+    /// The voxels that `carve_voxels` leaves to `carve_crowded` and `carve_near`, behind a head for each dispatch of either.
     left: wgpu::Buffer,
 }
 
@@ -87,9 +88,11 @@ impl VoxelBuffers {
         let undecided = room.undecided.hold(device, loaded.sizes.undecided_bytes(rays.count));
         device.write(&undecided, 0, &vec![[0, 1, 1, 0]; heads]);
         let most_boxes = by_voxel.map(|d| d.part.end - d.part.first).max().unwrap_or(0);
-        let list_words = u64::from(HEADS * HEAD_WORDS + most_boxes * BOX_EDGE.pow(3));
+        let list_words = u64::from(2 * HEADS * HEAD_WORDS + most_boxes * BOX_EDGE.pow(3));
         let left = room.left.hold(device, list_words * 4);
-        device.write(&left, 0, &vec![[0, ABREAST, 1, 0]; heads]);
+        device.write(&left, 0, &vec![[0, ABREAST / TEAMS, 1, 0]; heads]);
+        let near = [0, ABREAST, table.sizes.groups_of_near(), 0];
+        device.write(&left, u64::from(HEADS * HEAD_WORDS) * 4, &vec![near; heads]);
         VoxelBuffers { pyramid, undecided, left }
     }
 }
@@ -116,8 +119,8 @@ impl SensePasses<'_> {
     }
 
     pub(super) fn carve_rays(&self) -> Pass {
-        let RayBuffers { placements, ends, tiles, .. } = self.rays;
-        self.pass(Stage::CarveRays, &[placements, &self.table.dirs, ends, tiles, &self.loaded.free])
+        let RayBuffers { placements, ends, .. } = self.rays;
+        self.pass(Stage::CarveRays, &[placements, &self.table.dirs, ends, &self.loaded.free])
     }
 
     pub(super) fn build_pyramid(&self, voxels: &VoxelBuffers) -> Pass {
@@ -142,6 +145,13 @@ impl SensePasses<'_> {
         let VoxelBuffers { pyramid, undecided, left } = voxels;
         let storage = [placements, &self.table.dirs, ends, pyramid, undecided, left, &self.loaded.free];
         self.pass(Stage::CarveCrowded, &storage).with_heads(left)
+    }
+
+    pub(super) fn carve_near(&self, voxels: &VoxelBuffers) -> Pass {
+        let RayBuffers { placements, ends, .. } = self.rays;
+        let VoxelBuffers { pyramid, undecided, left } = voxels;
+        let storage = [placements, &self.table.dirs, ends, pyramid, undecided, left, &self.loaded.free];
+        self.pass(Stage::CarveNear, &storage).with_heads(left)
     }
 
     fn pass(&self, stage: Stage, storage: &[&wgpu::Buffer]) -> Pass {
