@@ -147,6 +147,7 @@ impl FirstScreen {
                     "This is " (self.why) ". " a href="#instead" { "What instead?" } " " a href="#where" { "Where exactly?" }
                 }
                 dl.tiles { @for tile in &self.tiles { (tile.view()) } }
+                p.disclaimer { "A planning aid, not a validation: " a href="#assumed" { "what was assumed" } "." }
                 p.note { (self.counted) "." }
                 @for thinned in &self.thinned { p.note.thinned { (thinned) } }
                 @if !good.required.is_empty() {
@@ -162,7 +163,6 @@ impl FirstScreen {
                         }
                     }
                 }
-                p.disclaimer { "A planning aid, not a validation: " a href="#assumed" { "what was assumed" } "." }
             }
         }
     }

@@ -65,7 +65,7 @@ impl<'a> Sections<'a> {
     pub(super) fn links(&self) -> Markup {
         html! {
             nav aria-label="Sections" {
-                @if self.help.is_some() { a href="#help" { "What would help?" } }
+                @if self.help.is_some() { a href="#help" { "Improve?" } }
                 a href="#instead" { "Instead?" }
                 a href="#where" { "Where exactly?" }
                 a href="#blind" { "What stays blind?" }

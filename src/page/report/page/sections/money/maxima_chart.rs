@@ -16,7 +16,7 @@ const ROW: f64 = 24.0;
 const BAR: f64 = 16.0;
 
 /// Room for the number behind a bar.
-const NUMBER: f64 = 96.0;
+const NUMBER: f64 = 112.0;
 
 /// The chart of a score in a region.
 pub(super) fn maxima_chart(results: &Results, rankings: &[Ranking], part: (usize, Score)) -> ScoreChart {
