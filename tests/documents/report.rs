@@ -149,7 +149,7 @@ fn written(name: &str, value: f64) -> String {
     match name {
         "f1" | "kappa" => format!("{value:.3}"),
         _ if value == 0.0 || value == 1.0 => format!("{}\u{a0}%", value * 100.0),
-        _ => format!("{:.1}\u{a0}%", value * 100.0),
+        _ => format!("{:.1}\u{a0}%", (value * 1000.0).round() / 10.0),
     }
 }
 

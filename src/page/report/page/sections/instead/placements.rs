@@ -8,6 +8,9 @@ use crate::report::page::ranking::{Ranking, firsts};
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 
+/// The number of a ranking, and a choice of its poses.
+type Placement = (usize, usize);
+
 /// A region's best placements.
 #[derive(Debug)]
 pub(super) struct RegionBest<'a> {
@@ -72,11 +75,11 @@ impl<'a> RegionBest<'a> {
         let (results, rankings) = (findings.sweep.results, findings.rankings);
         let columns = Columns { has_worst: results.moments().len() * results.repeats > 1 };
         let baselines = measure::baseline_measures(results, results.moments(), region);
-        let mut groups: Vec<(Vec<String>, Vec<(usize, usize)>)> = Vec::new();
+        let mut groups: Vec<(Vec<String>, Vec<Placement>)> = Vec::new();
         for (best, by) in BESTS.into_iter().enumerate() {
             let own =
                 firsts(rankings, region, best).into_iter().map(|(number, (choice, _))| (number, choice));
-            let own: Vec<(usize, usize)> = own.collect();
+            let own: Vec<Placement> = own.collect();
             let same = groups.iter_mut().find(|(_, known)| {
                 known.len() == own.len() && own.iter().all(|choice| known.contains(choice))
             });
@@ -86,7 +89,7 @@ impl<'a> RegionBest<'a> {
                 None => groups.push((vec![measure::title(by)], own)),
             }
         }
-        let row = |own: &(usize, usize)| row(findings, columns, *own, region, &baselines);
+        let row = |own: &Placement| row(findings, columns, *own, region, &baselines);
         let best = groups.into_iter().map(|(scores, own)| {
             Ok(Best { by: scores.join(", "), rows: own.iter().map(row).collect::<Result<_>>()? })
         });
@@ -157,7 +160,7 @@ impl<'a> RegionBest<'a> {
 fn row(
     findings: &Findings,
     columns: Columns,
-    (series_number, choice): (usize, usize),
+    (series_number, choice): Placement,
     region: usize,
     baselines: &[Baseline],
 ) -> Result<BestRow> {
