@@ -1,5 +1,5 @@
-// Decides the voxels that `carve_voxels` left, from the pixels that may see each: a team of invocations a voxel, one a
-// column of each tile.
+// Decides the voxels that `carve_voxels` left, from the pixels that may see each: a team of invocations a voxel, each
+// of which takes two columns of four tiles at a time.
 //
 // # Theory
 // As `carve_voxels`: one witness is enough, whichever invocation finds it. Rays that pass through a voxel's outline, but not

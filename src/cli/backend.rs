@@ -23,7 +23,8 @@ pub(super) struct BackendArgs {
     /// `software` for one that runs on the processor. Several, with commas between them, share a sweep
     #[arg(long, value_name = "INDEX|NAME|software,...")]
     adapter: Vec<String>,
-    /// Give a software adapter the large batches and the kernels of a GPU, to check them without one
+    /// Give a software adapter the large batches and the kernels of a GPU, to check them without one; without
+    /// --adapter, the first software adapter
     #[arg(long)]
     as_gpu: bool,
     /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may
@@ -69,8 +70,9 @@ impl BackendArgs {
     /// Does other work while the backend is opened on a thread of its own. If that work fails, its error counts.
     /// Several adapters may be named.
     pub(super) fn backends_after<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<(T, ChosenBackends)> {
+        let choice = self.choice()?;
         std::thread::scope(|threads| {
-            let opening = threads.spawn(|| ChosenBackends::open(&self.choice()?));
+            let opening = threads.spawn(|| ChosenBackends::open(&choice));
             let done = work();
             let opened = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             Ok((done?, opened.map(warn_if_unused)?))
@@ -116,7 +118,8 @@ impl BackendArgs {
     /// The choice, if its arguments fit each other.
     fn choice(&self) -> Result<BackendChoice> {
         let mut adapters = self.adapter.iter().map(|names| AdapterChoice::parse_list(names));
-        let adapters = adapters.try_fold(Vec::new(), |all, names| Ok::<_, Error>([all, names?].concat()))?;
+        let mut adapters =
+            adapters.try_fold(Vec::new(), |all, names| Ok::<_, Error>([all, names?].concat()))?;
         if matches!(self.backend, BackendWord::Cpu | BackendWord::Oracle) {
             for (flag, is_given) in [("--adapter", !adapters.is_empty()), ("--as-gpu", self.as_gpu)] {
                 if is_given {
@@ -125,6 +128,9 @@ impl BackendArgs {
             }
         }
 
+        if self.as_gpu && adapters.is_empty() {
+            adapters.push(AdapterChoice::Software);
+        }
         let kind = match self.backend {
             BackendWord::Auto => BackendKind::Auto,
             BackendWord::Cpu => BackendKind::Cpu,

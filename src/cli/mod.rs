@@ -91,8 +91,10 @@ First steps:
       write a small study to begin with
   perirobot check my-cell/study.toml
       what it contains, what is wrong, how long it takes
+  perirobot choose scenes/cheapest.toml --out out/cheapest
+      the cheapest sensors that meet all requirements of a study that ships
   perirobot sweep scenes/quick.toml --out out/quick
-      score the poses of a study that ships
+      score every pose of another one
   perirobot summary out/quick
       the tables of the paper from those results
   perirobot why out/quick
@@ -107,7 +109,8 @@ First steps:
       see which GPU would be used
 
 Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device
-or the disk failed; 4 a requirement is missed (judge); 75 a sweep was stopped
+or the disk failed; 4 a requirement is missed (judge)
+or no set passes (choose); 75 a sweep was stopped
 before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time), or another run is at
 work in its folder: the same command goes on, now or later; 70 a bug of
 perirobot: its message says what to report.";

@@ -36,11 +36,7 @@ fn a_study_with_requirements_and_costs_needs_no_more() {
     let sentence = first.stdout.lines().next().unwrap();
     assert!(sentence.contains(" requirements; the robot may run at "), "{sentence}");
     assert!(sentence.contains("4 m/s is impossible with these places: entry \"door\" begins "), "{sentence}");
-    assert!(
-        first.stdout.contains("proven: no cheaper set of the 6 listed places passes"),
-        "{}",
-        first.stdout
-    );
+    assert!(first.stdout.contains("proven: no cheaper set of the 6 listed poses passes"), "{}", first.stdout);
     // Slower robots need no dearer sets.
     let points = rows(&folder.path("oracle").join("cheapest.csv"));
     assert_eq!(
@@ -76,7 +72,7 @@ fn what_stands_in_the_way_is_named() {
     let text = &outcome.stdout;
     assert!(text.starts_with("no allowed set passes all; "), "{text}");
     assert!(
-        text.contains("the robot's surroundings are known: all listed places together have unknown 0."),
+        text.contains("the robot's surroundings are known: all listed poses together have unknown 0."),
         "{text}"
     );
     assert!(text.contains("\n      for SF2: what is around the robot\n"), "{text}");

@@ -161,7 +161,7 @@ fn why_nothing_passes_is_told_first() {
         found.starts_with("no allowed set passes all; 2 sensors for 501 meet 1 of 2 requirements"),
         "{found}"
     );
-    let why = "the robot's surroundings are known: all listed places together have unknown 0.0";
+    let why = "the robot's surroundings are known: all listed poses together have unknown 0.0";
     assert!(found.contains(why) && found.contains("list more places, or ask for less"), "{found}");
     assert!(page.contains(
         "the set that comes nearest: the cheapest for all but “the robot's surroundings are known”"
@@ -177,7 +177,7 @@ fn why_nothing_passes_is_told_first() {
     assert_eq!(choose(&folder, "nothing", &[]).code, Some(4));
     let outcome = perirobot(&["report", text(&folder.path("nothing"))]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    let words = "there is no set to show: no allowed set of the listed places passes, nor does any come near; \"the robot's";
+    let words = "there is no set to show: no allowed set of the listed poses passes, nor does any come near; \"the robot's";
     assert!(
         outcome.stderr.contains(words) && outcome.stderr.contains("list more places"),
         "{}",

@@ -59,7 +59,7 @@ fn without_a_question_body_parts_are_compared() {
     let stuck = cells(&told, "stuck at \"occupied\"").last().unwrap().clone();
     let f1: Vec<f64> = rows.iter().filter(|r| r["region"] == "robot").map(|r| number(r, "f1_mean")).collect();
     let below = f1.iter().filter(|f1| **f1 < stuck.parse().unwrap()).count();
-    let expected = format!("has F1 {stuck}, more than {below} of {} placements have", f1.len());
+    let expected = format!("has F1 {stuck}, and {below} of {} placements have less:", f1.len());
     assert!(below > 0 && told.contains(&expected), "{expected} in {told}");
 }
 

@@ -101,6 +101,23 @@ fn a_device_that_counts_wrongly_ends_the_sweep_of_all_and_is_named() {
     assert!(manifest(&out)["runs"][0]["ended"].as_str().is_some_and(|ended| ended.contains("disagree")));
 }
 
+/// The first difference decides what is kept: a second liar must not put the new, empty journal over it.
+#[test]
+fn two_devices_that_count_wrongly_leave_all_rows_set_aside() {
+    let theatre = Theatre::new();
+    let liar = || {
+        Troupe::new(|call, fallback, _| {
+            ((call, fallback) == (Call::Receive, Fallback::None)).then_some(Trouble::Lies)
+        })
+    };
+    let error =
+        theatre.sweep("out", &mut Several(vec![liar(), liar()]), 500, &Onlooker::default()).unwrap_err();
+    assert!(matches!(error, Error::Disagreement(_)), "{error}");
+    let out = theatre.out("out");
+    let [aside, after] = [DISAGREED, JOURNAL].map(|name| fs::read(out.join(name)).unwrap().len());
+    assert!(aside > after, "{aside} bytes are set aside, {after} are left");
+}
+
 #[test]
 fn rows_in_memory_are_those_of_one_device() {
     let theatre = Theatre::new();

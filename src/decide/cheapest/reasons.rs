@@ -117,7 +117,7 @@ impl<'o> Obstacle<'o> {
                     ),
                 };
                 format!(
-                    "all listed places{but} together have {name} {best:.4} in {region}, and {side} {limit} is \
+                    "all listed poses{but} together have {name} {best:.4} in {region}, and {side} {limit} is \
                      required: {cure}, or ask for less"
                 )
             }
@@ -190,6 +190,6 @@ fn who_notices(noticed_by: usize, requirement: &Requirement) -> String {
     let dead = requirement.under.iter().filter_map(|&condition| dead_in(condition)).max().unwrap_or(0);
     match noticed_by {
         0 => "no listed place notices it".to_string(),
-        few => format!("only {few} listed places notice it, and {} are needed", dead + 1),
+        few => format!("only {few} listed poses notice it, and {} are needed", dead + 1),
     }
 }

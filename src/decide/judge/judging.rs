@@ -64,8 +64,9 @@ pub fn requires_something(study: &Study) -> Result<()> {
     let example = format!(
         "[[require]] name = \"parts seen\", score = \"parts_detected\", region = {region:?}, at_least = 0.9"
     );
-    Err(Error::from(Issue::missing("require").with_place(&study.path))
-        .with_advice(format!("say what sensors must reach, as in {example}")))
+    Err(Error::from(Issue::missing("require").with_place(&study.path)).with_advice(format!(
+        "say what sensors must reach, as in {example}; `require` of [choose] only limits a search"
+    )))
 }
 
 /// Removes the files of an earlier judgement from a folder, and one more file, so that none of them is taken for those

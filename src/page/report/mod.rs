@@ -33,7 +33,7 @@ use perirobot_march::metrics::Score;
 pub use selection::ReportSelection;
 
 /// What stands under tables with an upper bound of human_seen.
-const NEAR_SIDE: &str = "Only the near side of a body can be hit: human_seen ends well below 1, while parts_detected can reach it.";
+const NEAR_SIDE: &str = "Only the near side of a body can be hit: human_seen mostly ends well below 1, while parts_detected can reach it.";
 
 /// What is said of means where snapshots last differently and the means do not know it.
 pub const PLAIN_MEANS: &str = "Means count each snapshot once, however long it lasts (dwell_s); weighted means are in scores.csv and in the summary.";

@@ -10,10 +10,10 @@ pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String
     let Some(set) = report.recommended() else {
         return match report.main().proven {
             true if report.stopped => {
-                "no allowed set of the listed places passes; which comes nearest was not searched to the end"
+                "no allowed set of the listed poses passes; which comes nearest was not searched to the end"
                     .into()
             }
-            true => "no allowed set of the listed places passes, nor does any come near".into(),
+            true => "no allowed set of the listed poses passes, nor does any come near".into(),
             false => "no set that passes was found so far".into(),
         };
     };
@@ -93,7 +93,7 @@ pub fn describe_proof(report: &PurchaseReport) -> String {
     };
     match (set, no_set_below, proven) {
         (Some(_), _, true) => format!(
-            "proven: no cheaper set of the {} listed places passes ({by}){}",
+            "proven: no cheaper set of the {} listed poses passes ({by}){}",
             report.candidates,
             describe_ties(report)
         ),
@@ -105,7 +105,7 @@ pub fn describe_proof(report: &PurchaseReport) -> String {
             )
         }
         (None, _, true) => {
-            format!("proven: no allowed set of the {} listed places passes ({by})", report.candidates)
+            format!("proven: no allowed set of the {} listed poses passes ({by})", report.candidates)
         }
         (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", report.amount(*bound)),
         (_, None, _) => format!("stopped ({by})"),

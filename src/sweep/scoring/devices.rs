@@ -18,20 +18,23 @@ use perirobot_march::backend::StageTiming;
 use perirobot_march::backend::factory::{BackendFactory, KeptBackends};
 use perirobot_march::error::catch_panic;
 
-/// Fewer choices are not worth making a world ready for.
+/// Fewer choices are not worth making a world ready for, unless a device would get nothing otherwise.
 const LEAST_CHOICES: usize = 64;
 
 /// The choices of a job that no device has taken.
 pub(super) struct Parts<'a> {
     left: Mutex<Option<&'a [PoseChoice]>>,
     devices: usize,
+    /// The least choices of a part.
+    least: usize,
     halted: AtomicBool,
 }
 
 impl<'a> Parts<'a> {
     /// All choices of a job, for so many devices.
     pub(super) fn new(pose_choices: &'a [PoseChoice], devices: usize) -> Parts<'a> {
-        Parts { left: Mutex::new(Some(pose_choices)), devices, halted: AtomicBool::new(false) }
+        let least = LEAST_CHOICES.min(pose_choices.len().div_ceil(devices.max(1)));
+        Parts { left: Mutex::new(Some(pose_choices)), devices, least, halted: AtomicBool::new(false) }
     }
 
     /// The next part; a device that works alone gets all.
@@ -41,7 +44,7 @@ impl<'a> Parts<'a> {
         }
         let mut left = self.left.lock().unwrap_or_else(PoisonError::into_inner);
         let all = left.take()?;
-        let share = all.len().div_ceil(2 * self.devices).max(LEAST_CHOICES);
+        let share = all.len().div_ceil(2 * self.devices).max(self.least);
         if self.devices == 1 || all.len() <= share {
             return Some(all);
         }
@@ -147,8 +150,9 @@ mod tests {
     fn parts_get_smaller_and_a_device_alone_takes_all() {
         assert_eq!(sizes(1000, 1), [1000]);
         assert_eq!(sizes(1000, 2), [250, 188, 141, 106, 79, 64, 64, 64, 44]);
-        assert_eq!(sizes(130, 8), [64, 64, 2]);
-        assert_eq!(sizes(10, 2), [10]);
+        assert_eq!(sizes(130, 8), [17, 17, 17, 17, 17, 17, 17, 11], "each device has work");
+        assert_eq!(sizes(10, 2), [5, 5]);
+        assert_eq!(sizes(1, 2), [1]);
         assert_eq!(sizes(0, 2), [0]);
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::checkpoint::Checkpoint;
+use super::checkpoint::{Checkpoint, Record};
 use super::evidence::Store;
 use super::failover::{Resumable, TaskChoices};
 use super::order::{Ledger, Task, score};
@@ -66,19 +66,12 @@ impl Resumable for Sweeping<'_> {
             Err(difference) => {
                 // A later run or a merge would take rows of a device that counts wrongly for finished ones.
                 let mut record = self.checkpoint.record();
-                record.is_set_aside = true;
-                let cleared = match record.journal.set_aside(DISAGREED) {
-                    Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),
-                    Err(e) => format!("Its rows could not be set aside ({e}): remove the folder"),
-                };
-                let path = self.folder.join(DISAGREEMENT);
-                let bytes = format!("{:#}\n", difference.evidence).into_bytes();
-                let kept = match write_whole(&path, &bytes) {
-                    Ok(()) => format!("Both counts are in {}", path.display()),
-                    Err(e) => format!("Both counts: {} ({e})", difference.evidence),
+                let kept = match std::mem::replace(&mut record.is_set_aside, true) {
+                    false => set_aside(&mut record, self.folder, &difference.evidence),
+                    true => format!("Both counts: {}. Another device disagreed before", difference.evidence),
                 };
                 let device = self.device.as_deref().unwrap_or("the device");
-                let what = format!("{device} and the CPU disagree: {}. {kept}. {cleared}", difference.place);
+                let what = format!("{device} and the CPU disagree: {}. {kept}", difference.place);
                 let cure = Words::from("run again with ")
                     + Argument("backend").with_value("cpu")
                     + ", and `perirobot verify-backends` to see more";
@@ -94,5 +87,18 @@ impl Resumable for Sweeping<'_> {
 
     fn is_stopped(&self) -> bool {
         self.checkpoint.stopped.is_some() || self.checkpoint.parts.is_halted()
+    }
+}
+
+/// Sets all rows aside, and writes both counts of a difference down; says where they are.
+fn set_aside(record: &mut Record, folder: &Path, evidence: &serde_json::Value) -> String {
+    let cleared = match record.journal.set_aside(DISAGREED) {
+        Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),
+        Err(e) => format!("Its rows could not be set aside ({e}): remove the folder"),
+    };
+    let path = folder.join(DISAGREEMENT);
+    match write_whole(&path, &format!("{evidence:#}\n").into_bytes()) {
+        Ok(()) => format!("Both counts are in {}. {cleared}", path.display()),
+        Err(e) => format!("Both counts: {evidence} ({e}). {cleared}"),
     }
 }

@@ -1,6 +1,6 @@
 //! The kernels, each stated once: its file in `shaders/`, the code it shares with others, what it binds, and
 //! how many items a workgroup takes. Its name is also its label in timings and, in capitals, the constant by
-//! which it reports. Adding a kernel is a shader file, a line in `shaders/lib.rs`, and an entry here.
+//! which it reports. `src/guide/change_it.md` lists what a new kernel takes.
 
 use perirobot_shaders::*;
 

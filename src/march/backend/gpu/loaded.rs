@@ -243,13 +243,14 @@ impl FirstHitCache {
         device: &GpuDevice,
         over_time: Option<&Arc<OverTime>>,
         tables: &[DeviceTable],
+        memory_bytes: Option<u64>,
     ) {
         // Another layer's buffer goes before the new one is made, so that both need not fit side by side.
         self.still.take_if(|(still, _)| !over_time.is_some_and(|all| Arc::ptr_eq(still, &all.always)));
         let same = self.over_time.as_ref().zip(over_time).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.rays_bytes());
-            let slots = largest.map_or(0, |sizes| sizes.first_hits_at_once(&device.report));
+            let slots = largest.map_or(0, |sizes| sizes.first_hits_at_once(&device.report, memory_bytes));
             self.stride = largest.map_or(0, |sizes| (sizes.rays_bytes() / 4) as u32);
             self.held = vec![false; if over_time.is_some() { slots.min(MOST_FIRST_HITS) } else { 0 }];
             self.over_time = over_time.cloned();
@@ -280,7 +281,7 @@ pub(super) struct BufferPool {
     pub(super) listed: GrowingBuffer,
     pub(super) pyramid: GrowingBuffer,
     pub(super) undecided: GrowingBuffer,
-    /// What `carve_voxels` leaves to `carve_crowded`: heads, then voxels.
+    /// What `carve_voxels` leaves to `carve_crowded` and `carve_near`: heads, then voxels.
     pub(super) left: GrowingBuffer,
     /// The arenas of [`DeviceScene`].
     ended: GrowingBuffer,

@@ -155,8 +155,8 @@ impl Backend for Gpu {
         let made = made.map_or_else(|| HostScene::new(scene), |made| *made);
         let boxes = [made.wanted, made.boxes.len() as u32];
         let sizes = SceneSizes::new(scene, boxes, &made.body_words, &device.report)?;
-        self.kept.load(device, scene.over_time.as_ref(), &self.tables);
         let memory_bytes = self.memory_bytes;
+        self.kept.load(device, scene.over_time.as_ref(), &self.tables, memory_bytes);
         self.loaded = Some(DeviceScene::new(
             device,
             scene,

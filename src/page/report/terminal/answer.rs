@@ -4,7 +4,7 @@
 use crate::report::NEAR_SIDE;
 use crate::report::series::{Series, series};
 use crate::report::table::{NONE, Table, number};
-use crate::report::wording::{count, extent};
+use crate::report::wording::extent;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_study::input::{Requirement, Study, Wanted};
@@ -126,7 +126,7 @@ pub fn render(study: &Study, results: &Results) -> Result<String> {
     if let Some(stuck) = stuck.filter(|_| below > 0) {
         let choices: usize = all.iter().map(|one| results.combinations[one.combination].choices()).sum();
         text += &format!(
-            "\nA sensor stuck at \"occupied\" has F1 {stuck:.3}, more than {below} of {choices} placements have: compare kappa \
+            "\nA sensor stuck at \"occupied\" has F1 {stuck:.3}, and {below} of {choices} placements have less: compare kappa \
              and parts_detected,\nwhich are 0 for it. {NEAR_SIDE}\n"
         );
     } else {

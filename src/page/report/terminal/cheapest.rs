@@ -5,8 +5,11 @@ use crate::report::purchased::{
     describe_bound, describe_cost, describe_disturb, describe_heading, describe_proof, sentence,
 };
 use crate::report::table::Table;
+use crate::report::terminal::judge::less_m;
+use crate::report::wording::words;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
-use perirobot_decide::judge::SetVerdicts;
+use perirobot_decide::judge::{RequirementVerdict, SetVerdicts};
+use std::cmp::Ordering;
 
 /// The answer; `judged` has the verdicts on the recommended set, if there is one.
 pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
@@ -26,11 +29,42 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
         text += &format!("\n{heading}{}", sensors(report, set).text());
     }
     text += &format!("\n{}\n", describe_proof(report));
+    text += &judged.and_then(|judged| tightest(report, judged)).unwrap_or_default();
     text += &describe_disturb(report);
     for table in [front(report), numbers(report)].into_iter().flatten() {
         text += &format!("\n{}", table.text());
     }
     text
+}
+
+/// The requirement that the set meets with the smallest margin, as a share of its limit, and how far its voxels may be off.
+fn tightest(report: &PurchaseReport, judged: &SetVerdicts) -> Option<String> {
+    let margin = |verdict: &&RequirementVerdict| {
+        let (limit, value) = (verdict.at_least.or(verdict.at_most)?, verdict.value?.0);
+        (verdict.is_met && value.is_finite() && limit != 0.0).then(|| ((value - limit) / limit).abs())
+    };
+    let met = judged.requirements.iter().filter(|verdict| margin(verdict).is_some());
+    let verdict = met.min_by(|a, b| margin(a).partial_cmp(&margin(b)).unwrap_or(Ordering::Equal))?;
+    let (word, limit) = match (verdict.at_least, verdict.at_most) {
+        (Some(limit), _) => ("at least", limit),
+        (None, limit) => ("at most", limit?),
+    };
+    let unit = match &verdict.score {
+        score if score.ends_with("_m2") => " m²",
+        score if score.ends_with("_m") => " m",
+        _ => "",
+    };
+    let mut text = format!(
+        "smallest margin: {:?} ({}): {:.3}{unit}, {word} {limit}{unit} is required",
+        verdict.requirement,
+        words(verdict.condition),
+        verdict.value?.0
+    );
+    let size_m = report.voxel_size_m;
+    if unit == " m" {
+        text += &format!("; with voxels of {size_m} m the gap may be {:.2} m less", less_m(size_m));
+    }
+    Some(text + "\n")
 }
 
 /// The sensors of a set.

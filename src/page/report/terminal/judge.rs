@@ -120,11 +120,16 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
 fn gap(set: &JudgedSet, measure: &Measure) -> String {
     match measure {
         Measure::Nearness(nearness) if !nearness.score.is_area() => {
-            let less_m = ((3f64.sqrt() + 0.5) * set.conditions.voxel_size_m * 100.0).ceil() / 100.0;
+            let less_m = less_m(set.conditions.voxel_size_m);
             format!("; between centres of voxels, with sizes rounded: the gap may be {less_m:.2} m less")
         }
         _ => String::new(),
     }
+}
+
+/// By how much the gap between surfaces may be less than a distance of voxels of a size.
+pub(super) fn less_m(voxel_size_m: f64) -> f64 {
+    ((3f64.sqrt() + 0.5) * voxel_size_m * 100.0).ceil() / 100.0
 }
 
 /// A value with as many digits as tell it apart from a limit.

@@ -7,9 +7,9 @@ use crate::backend::gpu::types::MOST_PLACEMENTS;
 use crate::error::{Argument, Issue, Words};
 
 /// Bytes in the processor's memory and in a GPU's: for the evidence that is kept, and for what a batch needs
-/// meanwhile (the ends of its rays, or its fused planes).
+/// meanwhile (the ends of its rays, their pyramid, and the lists of tiles and boxes, or its fused planes).
 pub(super) const EVIDENCE_BYTES: DeviceBudget = DeviceBudget { software: 256 << 20, hardware: 1 << 30 };
-pub(super) const BATCH_BYTES: DeviceBudget = DeviceBudget { software: 64 << 20, hardware: 512 << 20 };
+pub(super) const BATCH_BYTES: DeviceBudget = DeviceBudget { software: 96 << 20, hardware: 512 << 20 };
 /// The same of first hits in a still layer.
 pub(super) const FIRST_HIT_BYTES: DeviceBudget = DeviceBudget { software: 256 << 20, hardware: 4 << 30 };
 

@@ -136,18 +136,25 @@ impl TableSizes {
         scene: &SceneSizes,
         adapter: &AdapterReport,
     ) -> usize {
-        let pyramid = if self.has_tiles() { self.pyramid_bytes() } else { 0 };
-        let bytes = self.ends_bytes().max(pyramid).max(scene.undecided_bytes(1));
+        let of_tiles = if self.has_tiles() { [self.pyramid_bytes(), 2 * self.tiles_bytes()] } else { [0; 2] };
+        let [pyramid, tiles] = of_tiles;
+        let bytes = [self.ends_bytes(), pyramid, tiles, scene.undecided_bytes(1)];
         // On a slow adapter a dispatch takes few boxes, and there are so many dispatches at most.
         let boxes = (HEADS * LEAST_BOXES) as u64 / u64::from(scene.boxes[1].max(1));
         let rays = RAYS_PER_BATCH.limit(adapter) / u64::from(self.rays.max(1));
         let most = PLACEMENTS_PER_BATCH.limit(adapter);
-        BATCH_BYTES.holds(adapter, &[bytes]).min(boxes).min(rays).clamp(1, most) as usize
+        BATCH_BYTES.holds(adapter, &bytes).min(boxes).min(rays).clamp(1, most) as usize
     }
 
-    /// How many placements' first hits in a still layer are kept.
-    pub(in crate::backend::gpu) fn first_hits_at_once(&self, adapter: &AdapterReport) -> usize {
-        FIRST_HIT_BYTES.holds(adapter, &[self.rays_bytes()]) as usize
+    /// How many placements' first hits in a still layer are kept: as many as the budget, a quarter of the memory if that was
+    /// said, and a binding hold.
+    pub(in crate::backend::gpu) fn first_hits_at_once(
+        &self,
+        adapter: &AdapterReport,
+        memory_bytes: Option<u64>,
+    ) -> usize {
+        let told = memory_bytes.map(|bytes| DeviceBudget { software: bytes / 4, hardware: bytes / 4 });
+        told.unwrap_or(FIRST_HIT_BYTES).holds(adapter, &[self.rays_bytes()]) as usize
     }
 }
 
