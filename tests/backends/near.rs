@@ -176,6 +176,6 @@ fn large_images_share_their_near_voxels() {
         gpu.carve_by(Some(Carving::ByVoxel));
         assert_eq!(counts(gpu, &scene, &rays, &shots), expected, "the GPU's counts, then the CPU's");
         // Three share each.
-        assert!(groups_of_near(gpu) >= 3 * 128 && groups_of_near(gpu) % (3 * 128) == 0);
+        assert!(groups_of_near(gpu) >= 3 * 128 && groups_of_near(gpu).is_multiple_of(3 * 128));
     }
 }
