@@ -1,11 +1,12 @@
-//! Labels of whole grids as numpy arrays, of many choices of poses at once.
+//! Labels of whole grids as numpy arrays, of many choices of poses at once, and the truth beside them.
 
 use numpy::npyffi::NPY_ORDER;
-use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use numpy::{Element, PyArray1, PyArray3, PyArrayMethods};
 use perirobot_decide::view::{Choice, Viewer};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
+use perirobot_march::voxel::BitGrid;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use pyo3::prelude::*;
@@ -46,11 +47,28 @@ pub(crate) fn all(
     Ok(all)
 }
 
-/// Labels as an array: uint8 of the grid's shape, 1 occupied, 0 free, 255 unknown. The bytes are handed over, not copied.
-pub(crate) fn array<'py>(
+/// What is truly there in a world: the voxels that are occupied, those of people, of the robot, and of each region.
+pub(crate) fn truth(world: &World) -> Vec<Vec<bool>> {
+    let truth = world.truth();
+    let regions = world.regions.iter().map(|region| &*region.voxels);
+    let planes = [&*truth.occupied, &truth.human, &truth.robot].into_iter().chain(regions);
+    let [nx, ny, nz] = world.grid.size.map(|n| n as usize);
+    let to_bytes = |plane: &BitGrid| {
+        let mut bytes = vec![false; nx * ny * nz];
+        for [x, y, z] in plane.to_window(world.grid.window()).voxels() {
+            bytes[x as usize + nx * (y as usize + ny * z as usize)] = true;
+        }
+        bytes
+    };
+    planes.map(to_bytes).collect()
+}
+
+/// A value for each voxel as an array of the grid's shape: labels as uint8, 1 occupied, 0 free, 255 unknown; planes of the
+/// truth as bool. The bytes are handed over, not copied.
+pub(crate) fn array<'py, T: Element>(
     py: Python<'py>,
     size: [u32; 3],
-    labels: Vec<u8>,
-) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    labels: Vec<T>,
+) -> PyResult<Bound<'py, PyArray3<T>>> {
     PyArray1::from_vec(py, labels).reshape_with_order(size.map(|n| n as usize), NPY_ORDER::NPY_FORTRANORDER)
 }

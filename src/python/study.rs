@@ -16,7 +16,7 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 use perirobot_sweep::results::jobs;
 use perirobot_sweep::scoring;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::backends::{BackendWords, LastBackends, open_all};
@@ -326,6 +326,15 @@ impl Study {
             (world.scene, world.snapshot, world.grid.corner_m([0; 3]).to_array(), world.grid.size)
         };
         Ok(worlds.iter().map(grid).collect())
+    }
+
+    /// What is truly there in a world, by its number: the planes of `labels::truth`.
+    fn truth<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Vec<Bound<'py, PyArray3<bool>>>> {
+        let Some(world) = self.worlds(py)?.get(world) else {
+            return Err(PyIndexError::new_err(format!("there is no world {world}")));
+        };
+        let planes = py.detach(|| labels::truth(world));
+        planes.into_iter().map(|plane| labels::array(py, world.grid.size, plane)).collect()
     }
 
     /// The labels of whole grids; views of the same world follow each other.

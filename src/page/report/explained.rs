@@ -53,7 +53,7 @@ pub(super) fn explain(view: &View, counts: &Confusion, mut tallies: Vec<CauseTal
     let of_all = percent(unknown, counts.total());
     let people = match counts.human.uo {
         0 => String::new(),
-        some => format!(", {some} of them a person's"),
+        some => format!(", {some} of them people's"),
     };
     let mut headline = format!("{of_all} unknown ({unknown} of {} voxels{people})", counts.total());
     if !tallies.is_empty() {

@@ -14,7 +14,7 @@ from ._perirobot import VERSION as __version__
 from .best import Best
 from .cell import Cell
 from .device import Backend
-from .labels import FREE, OCCUPIED, UNKNOWN, Labels
+from .labels import FREE, OCCUPIED, UNKNOWN, Labels, Truth
 from .planner import Planner, plan
 from .purchase import Purchase, PurchasedSensor, PurchasedSet, Reason
 from .result import Result
@@ -25,6 +25,6 @@ from .warned import DeviceWarning, InputWarning
 __all__ = [
     *("COUNTERS", "FREE", "OCCUPIED", "UNKNOWN"),
     *("Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Planner", "Purchase"),
-    *("PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study"),
+    *("PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study", "Truth"),
     *("__version__", "plan", "score_map"),
 ]

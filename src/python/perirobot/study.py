@@ -16,7 +16,7 @@ from .best import Best
 from .cell import Cell
 from .checks import index, json_of, needed, texts
 from .device import Backend, words
-from .labels import Labels
+from .labels import Labels, Truth
 from .memory import in_memory
 from .page import table
 from .poses import Frame, each
@@ -244,6 +244,26 @@ class Study:
             name = self._sensor(sensor)
             named = [(name, rows) for rows in each(poses, name, frame)]
         return self._native.evaluate(named, frame == "optical", words(backend, adapter, threads))
+
+    def truth(self, scene: str | None = None, snapshot: int = 0) -> Truth:
+        """What is truly there at one moment, voxel by voxel: with :meth:`each_labels` the targets of a training set.
+
+        :param scene: the scene's name; the first by default.
+        :raises ValueError: for a scene or a snapshot that the study does not have.
+        """
+        known, number = self.scenes, index("snapshot", snapshot)
+        wanted = known[0] if scene is None else scene
+        if wanted not in known:
+            raise ValueError(f"scene = {scene!r}: must be one of {known}")
+        grids = self._native.grids()
+        of_scene = [world for world, (name, *_) in enumerate(grids) if known[name] == wanted]
+        if number >= len(of_scene):
+            raise ValueError(f"snapshot = {snapshot}: scene {wanted!r} has {len(of_scene)}, counted from 0")
+        world = of_scene[number]
+        occupied, human, robot, *regions = self._native.truth(world)
+        by_name = dict(zip(self.regions, regions))
+        origin_m = np.array(grids[world][2])
+        return Truth(occupied, human, robot, by_name, origin_m, self.voxel_size_m, wanted, number)
 
     def labels(
         self,

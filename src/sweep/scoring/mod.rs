@@ -1,6 +1,7 @@
 //! Candidates × scenes → counts: the main job, what keeps it safe on disk and splits it over machines, and
 //! the comparison of backends. Tables of results are written by `results`.
 
+mod ahead;
 pub mod bench;
 pub mod check;
 mod checkpoint;

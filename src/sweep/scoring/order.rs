@@ -15,9 +15,10 @@ use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
 use super::Row;
+use super::ahead::Ahead;
 use super::evidence::{BatchSize, FirstHitSlots, Store};
 use crate::results::{PoseChoice, layout_of};
-use perirobot_march::backend::{Backend, MadeScene, Rays, SceneMaker, VoxelScene};
+use perirobot_march::backend::{Backend, Rays, VoxelScene};
 use perirobot_march::error::Issue;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::Window;
@@ -181,7 +182,7 @@ pub(super) fn each_world(
     }
     let tables = ray_tables_of(study, |sensor| members.contains(&sensor));
     backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
-    let mut ahead = Ahead(None);
+    let mut ahead = Ahead::default();
     let mut after = 0;
     for snapshots in worlds.chunk_by(|a, b| a.scene == b.scene) {
         after += snapshots.len();
@@ -226,39 +227,6 @@ pub(super) fn each_world(
         }
     }
     Ok(())
-}
-
-/// The scene of the world that comes next, and what the backend's maker made of it.
-struct Ahead<'a>(Option<(&'a World, VoxelScene, Option<MadeScene>)>);
-
-impl<'a> Ahead<'a> {
-    /// The scene of a world over a window; from now on none is there.
-    fn take(&mut self, world: &World, window: Window) -> (VoxelScene, Option<MadeScene>) {
-        let known = self.0.take().filter(|(of, scene, _)| std::ptr::eq(*of, world) && scene.window == window);
-        known.map_or_else(|| (world.scene(window), None), |(_, scene, made)| (scene, made))
-    }
-
-    /// Makes the next scene on a thread of its own while other work is done.
-    fn make_while<T>(
-        &mut self,
-        next: Option<(&'a World, Window, Option<SceneMaker>)>,
-        work: impl FnOnce() -> T,
-    ) -> T {
-        // A program that may have one thread does one thing after the other.
-        let next = next.filter(|_| rayon::current_num_threads() > 1);
-        let Some((world, window, maker)) = next else { return work() };
-        let make = || {
-            let scene = world.scene(window);
-            let made = maker.and_then(|maker| maker(&scene));
-            (world, scene, made)
-        };
-        std::thread::scope(|threads| {
-            let making = threads.spawn(make);
-            let done = work();
-            self.0 = Some(making.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-            done
-        })
-    }
 }
 
 /// The first choices whose sensors' first hits fit this many places, and those places. First hits of a sensor

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 
 use super::device::{GpuDevice, GrowingBuffer};
+use super::first_hits::FirstHitCache;
 use super::plan::{SceneSizes, TableSizes};
 use super::tiles::{BOX_BITS, BOX_EDGE};
 use super::types::{NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
@@ -188,7 +189,7 @@ impl LazyLayer {
 }
 
 /// A layer of blockers as `shaders/layer.wgsl` reads it: its words, then its bricks, two a word.
-fn layer_words(blockers: &BitGrid) -> Vec<u32> {
+pub(super) fn layer_words(blockers: &BitGrid) -> Vec<u32> {
     let bricks = Bricks::new(blockers);
     let mut halves: Vec<u32> = bricks.reach().iter().map(|&reach| u32::from(reach) << 8).collect();
     let [_, ny, _] = blockers.window().size;
@@ -207,70 +208,6 @@ fn layer_words(blockers: &BitGrid) -> Vec<u32> {
     let two = |halves: &[u32]| halves.iter().rev().fold(0, |word, half| word << 16 | half);
     blockers.words().iter().copied().chain(halves.chunks(2).map(two)).collect()
 }
-
-/// A still layer, and what rays hit first in it: these are kept as long as the layer and the tables are.
-pub(super) struct FirstHitCache {
-    over_time: Option<Arc<OverTime>>,
-    /// The still layer that was uploaded last, which is mostly that of the next snapshot.
-    still: Option<(Arc<BitGrid>, wgpu::Buffer)>,
-    /// Words of a slot.
-    pub(super) stride: u32,
-    /// Which slots hold first hits in this layer.
-    pub(super) held: Vec<bool>,
-    room: GrowingBuffer,
-}
-
-impl FirstHitCache {
-    /// Nothing is kept.
-    pub(super) fn new() -> Self {
-        FirstHitCache {
-            over_time: None,
-            still: None,
-            stride: 0,
-            held: Vec::new(),
-            room: GrowingBuffer::storage("first_hits"),
-        }
-    }
-
-    /// Forgets what is kept: other tables are to be cast.
-    pub(super) fn forget(&mut self) {
-        self.over_time = None;
-    }
-
-    /// Another scene, perhaps of the same still layer.
-    pub(super) fn load(
-        &mut self,
-        device: &GpuDevice,
-        over_time: Option<&Arc<OverTime>>,
-        tables: &[DeviceTable],
-        memory_bytes: Option<u64>,
-    ) {
-        // Another layer's buffer goes before the new one is made, so that both need not fit side by side.
-        self.still.take_if(|(still, _)| !over_time.is_some_and(|all| Arc::ptr_eq(still, &all.always)));
-        let same = self.over_time.as_ref().zip(over_time).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
-        if !same {
-            let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.rays_bytes());
-            let slots = largest.map_or(0, |sizes| sizes.first_hits_at_once(&device.report, memory_bytes));
-            self.stride = largest.map_or(0, |sizes| (sizes.rays_bytes() / 4) as u32);
-            self.held = vec![false; if over_time.is_some() { slots.min(MOST_FIRST_HITS) } else { 0 }];
-            self.over_time = over_time.cloned();
-        }
-    }
-
-    /// The still layer of the loaded scene on the device.
-    fn still_layer(&mut self, device: &GpuDevice, still: &Arc<BitGrid>) -> wgpu::Buffer {
-        let upload = || (still.clone(), device.upload("still", &layer_words(still)));
-        self.still.get_or_insert_with(upload).1.clone()
-    }
-
-    /// The buffer of all slots.
-    pub(super) fn buffer(&mut self, device: &GpuDevice) -> wgpu::Buffer {
-        self.room.hold(device, self.held.len() as u64 * u64::from(self.stride) * 4)
-    }
-}
-
-/// Most placements whose first hits are kept, however few their rays.
-const MOST_FIRST_HITS: usize = 4096;
 
 /// Buffers that are kept from scene to scene, because the next scene mostly needs the same sizes.
 pub(super) struct BufferPool {

@@ -3,6 +3,7 @@
 
 pub mod device;
 mod enumerate;
+mod first_hits;
 mod kernels;
 mod loaded;
 mod loop_bounds;
@@ -38,7 +39,8 @@ use crate::march::End;
 use crate::metrics::Confusion;
 use crate::voxel::BitGrid;
 use crate::{Error, Result};
-use loaded::{BufferPool, DeviceScene, DeviceTable, FirstHitCache, HostScene};
+use first_hits::FirstHitCache;
+use loaded::{BufferPool, DeviceScene, DeviceTable, HostScene};
 use plan::SceneSizes;
 use queue::{Queue, StageDone};
 use score::PendingCounts;

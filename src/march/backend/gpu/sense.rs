@@ -2,8 +2,8 @@
 
 mod passes;
 
+use super::first_hits::FirstHitCache;
 use super::kernels::Stage;
-use super::loaded::FirstHitCache;
 use super::plan::CastBatch;
 use super::types::PlacementWords;
 use super::{Gpu, no_scene};

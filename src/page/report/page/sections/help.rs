@@ -100,7 +100,7 @@ fn unknown_causes(findings: &Findings, region: &str) -> Vec<(String, String)> {
     }
     causes.sort_by_key(|(_, _, voxels, _)| std::cmp::Reverse(*voxels));
     let change = |(cause, cure, voxels, human): (&str, &str, u64, u64)| {
-        let people = if human > 0 { format!(", {human} of them a person’s") } else { String::new() };
+        let people = if human > 0 { format!(", {human} of them people’s") } else { String::new() };
         let gain = format!("up to {} of region {region}", percent(voxels as f64 / total as f64, 1));
         (gain, format!("{cure} ({cause}: {voxels} voxels{people})"))
     };
