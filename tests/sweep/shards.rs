@@ -291,7 +291,7 @@ fn there_are_no_more_shards_than_choices() {
     let folder = whole();
     let outcome = folder.sweep(&["--shard", "0/33"]);
     assert_eq!(outcome.code, Some(2));
-    let told = format!("--shard 0/33: the study has {CHOICES} choices of poses");
+    let told = format!("--shard 0/33: has no work: the study has {CHOICES} choices of poses");
     assert!(outcome.stderr.contains(&told), "{}", outcome.stderr);
     assert!(!folder.path("out").exists());
     for wrong in ["3/3", "x/3", "3", "-1/3"] {
