@@ -269,8 +269,9 @@ def the_front_is_drawn(browser):
         return [x + width / 2, y + height / 2, point.className.baseVal, point.textContent]; })"""
     )
     assert len(points) == len(rows), (points, rows)
-    for (x, y, kind, words), (_, cost, score, bound, _, poses) in zip(points, rows):
-        assert kind == ("proven" if "proven" in bound else "open"), (kind, bound)
+    # Where all are proven, no column says what else is possible.
+    for (x, y, kind, words), (_, cost, score, *possible, _, poses) in zip(points, rows):
+        assert kind == ("proven" if possible in ([], ["proven"]) else "open"), (kind, possible)
         assert words.endswith(f" {score}, cost {cost}: {poses}"), (words, score, cost, poses)
     by_cost, by_score = ([points[i][:2] for i in sorted(range(len(rows)), key=lambda i: float(rows[i][column]))] for column in (1, 2))
     assert all(a[0] <= b[0] for a, b in zip(by_cost, by_cost[1:])), by_cost
@@ -287,9 +288,11 @@ def the_front_is_drawn(browser):
 
 
 def the_cheapest_sets_are_shown(browser, size):
-    """The answer is the first of all, and nothing sticks out; each set opens."""
-    box = browser.run("const { top, bottom } = document.querySelector('main .sentence').getBoundingClientRect(); return [top, bottom]")
-    assert 0 < box[0] < 200 and box[1] < size[1] / 2, box
+    """The answer in short and then in a sentence are the first of all, and nothing sticks out; each set opens."""
+    box = "const { top, bottom } = document.querySelector('%s').getBoundingClientRect(); return [top, bottom]"
+    short, sentence = (browser.run(box % part) for part in (".summary", "main .sentence"))
+    assert 0 < short[0] and short[1] < 200, short
+    assert short[1] < sentence[0] < size[1] / 3 and sentence[1] < size[1] * 2 / 3, (sentence, size)
     nothing_sticks_out(browser, size[0])
     nothing_is_cut_off(browser, size[0])
     colours_follow_the_scheme(browser)
