@@ -136,7 +136,10 @@ fn every_set_is_a_row_that_the_other_commands_take() {
     assert!(on("compare", &["--pose", sets[0], "--pose", sets[1]]).contains("Region robot"));
     let summary = on("summary", &["--score", "f1"]);
     assert!(summary.contains("best 3 for ") && summary.starts_with("asked: the highest F1"), "{summary}");
-    assert!(summary.contains("\nAll are proven: no set of as many sensors or fewer "), "the front is told: {summary}");
+    assert!(
+        summary.contains("\nAll are proven: no set of as many sensors or fewer "),
+        "the front is told: {summary}"
+    );
     on("report", &["--best", "1"]);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert_eq!(page.matches("<circle class=\"proven\"").count(), front.len());
