@@ -52,6 +52,15 @@ fn a_study_with_requirements_and_costs_needs_no_more() {
     let again = perirobot(&["judge", text(&out), "--backend", "cpu", "--progress", "none"]);
     assert_eq!(again.code, Some(0), "{}{}", again.stdout, again.stderr);
     let sets = serde_json::from_str::<Value>(&expected[4]).unwrap();
+    // What is met with the least to spare is told.
+    let margin = |verdict: &Value| {
+        let limit = verdict["at_least"].as_f64().or(verdict["at_most"].as_f64())?;
+        Some(((verdict["value"].as_f64()? - limit) / limit).abs())
+    };
+    let met = sets["sets"][0]["requirements"].as_array().unwrap().iter().filter(|one| margin(one).is_some());
+    let least = met.min_by(|a, b| margin(a).unwrap().total_cmp(&margin(b).unwrap())).unwrap();
+    let told = format!("\nsmallest margin: {} (", least["requirement"]);
+    assert!(first.stdout.contains(&told), "{told} in {}", first.stdout);
     // Every set of the answer, as choose judged them.
     assert_eq!(json(&folder, "oracle", "judge.json"), sets);
     assert!(again.stdout.contains("recommended: cheapest ("), "{}", again.stdout);
