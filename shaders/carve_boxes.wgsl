@@ -13,8 +13,8 @@
 @group(0) @binding(3) var<storage, read> placements: array<array<u32, PLACEMENT_WORDS>>;
 @group(0) @binding(4) var<storage, read> pyramid: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> boxes: array<u32>;
-// Heads, which tell the dispatches of `carve_voxels` their workgroups; the first tells how many boxes are left, too. Then
-// which: the placement of each in the batch, and its number.
+// First the heads: the workgroups of each dispatch of `carve_voxels`; the first head also counts the boxes that are left.
+// Then the boxes: the placement in the batch and the number of each.
 @group(0) @binding(6) var<storage, read_write> undecided: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> free: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> done: array<atomic<u32>, DONE_WORDS>;
@@ -23,8 +23,8 @@
 var<workgroup> left_here: atomic<u32>;
 var<workgroup> first_place: u32;
 
-// Makes room for so many boxes in the list. Two dispatches of `carve_voxels` share them at most. What they are to do is taken
-// from their completion counters, so that these come to nothing when all is done.
+// Reserves places for some boxes in the list, of two dispatches of `carve_voxels` at most, and returns the first. Their work is
+// subtracted from their completion counters, which are zero again when all of it is done.
 fn make_room(count: u32) -> u32 {
     let first = atomicAdd(&undecided[3], count);
     let dispatch = first / part.boxes_at_once;

@@ -1,10 +1,10 @@
 // Decides the near voxels that `carve_voxels` left, which most pixels of an image may see: a workgroup a voxel.
 //
 // # Theory
-// As `carve_voxels`: one witness is enough. Of most voxels that are free, a pixel about the middle is one. Else all tiles
-// are gone through, but for those that free too little, those outside of the voxel's outline (`outline.wgsl`), and those
-// whose rays go away from the voxel on some axis on which it is not level with the sensor: right behind the sensor's
-// own voxel, an outline is no bound.
+// As `carve_voxels`: one witness is enough. For most free voxels, a pixel close to the middle is one. If not, all tiles are
+// checked, except those that free too little, those outside of the voxel's outline (`outline.wgsl`), and those whose rays go
+// away from the voxel on some axis on which it is not level with the sensor. The outline alone does not limit the tiles of
+// voxels right behind the sensor's own.
 //
 // # Practice
 // The invocations look at a tile each, list those that may see the voxel, and ask the pixels of each listed tile together.

@@ -107,8 +107,8 @@ fn decide_voxel(projection: Projection, row: u32, own: vec3<i32>, corner: vec3<i
     }
 }
 
-// Makes room for so many voxels in the list of a kernel, which takes ABREAST of them for each of its workgroups on x. What it
-// is to do is taken from its completion counters, so that they come to nothing when all is done.
+// Reserves places for some voxels in the list of a kernel, which takes ABREAST of them for each of its workgroups on x, and
+// returns the first. Its work is subtracted from its completion counters, which are zero again when all of it is done.
 fn make_room(head: u32, kernel: u32, count: u32) -> u32 {
     let first = atomicAdd(&left[head + 3u], count);
     let more = (first + count + ABREAST - 1u) / ABREAST - (first + ABREAST - 1u) / ABREAST;

@@ -31,7 +31,7 @@
 // Whether tiles are listed: on GPUs, whose lanes would wait for others while they look for the next open tile.
 override LISTS: bool = false;
 
-// Of both lists, how many tiles the workgroup adds, and where these begin.
+// How many tiles the workgroup adds to each of the two lists, and the places where they begin.
 var<workgroup> added: array<atomic<u32>, 2>;
 var<workgroup> begins: array<u32, 2>;
 

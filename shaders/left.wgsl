@@ -7,7 +7,7 @@ fn head_of(number: u32, is_near: bool) -> u32 {
     return (number + select(0u, HEADS, is_near)) * HEAD_WORDS;
 }
 
-// The word of a voxel, of so many that the list has: its box among those of the dispatch, and its number in the box.
+// The word of a voxel in a list of `words` words. It holds the number of its box in the dispatch, and its own in the box.
 fn place_in_list(words: u32, number: u32, is_near: bool) -> u32 {
     return select(2u * HEADS * HEAD_WORDS + number, words - 1u - number, is_near);
 }

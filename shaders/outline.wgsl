@@ -35,7 +35,7 @@ struct PixelRays {
     down: vec3<f32>,
 }
 
-// What is added to the ray of the first pixel is no longer than that, of one as deep as long.
+// An upper bound on the length of any pixel's ray with a depth of 1.
 fn image_reach() -> f32 {
     return 1.0 + f32(table.image_x) / table.focal_x + f32(table.image_y) / table.focal_y;
 }
@@ -61,8 +61,8 @@ fn edges_of(on: vec3<f32>, on_next: vec3<f32>, rays: PixelRays, sign: f32, by_de
     );
 }
 
-// The outline of the box between two corners, counted from the sensor, with margins for what lies so far from it as a share
-// of its least depth.
+// The outline of the box between two corners, relative to the sensor. `by_depth` is the margin around the box, divided by the
+// least depth of the box.
 fn outline_of(projection: Projection, low: vec3<f32>, high: vec3<f32>, by_depth: f32) -> Outline {
     // As if the box were not behind the sensor on any axis.
     let behind = high < vec3<f32>();

@@ -34,7 +34,7 @@ var<workgroup> rect_count: atomic<u32>;
 // From more tiles on a box is large: marking its cubes apart spares `cast` more than it costs.
 const LARGE_TILES = 16u * WORKGROUP;
 
-// The large boxes, by their places in `boxes`. So many at once that each invocation has a cube.
+// The large boxes, by their places in `boxes`. AT_ONCE of them have one cube for each invocation.
 const AT_ONCE = WORKGROUP / CUBES;
 var<workgroup> again: array<u32, WORKGROUP>;
 var<workgroup> again_count: atomic<u32>;

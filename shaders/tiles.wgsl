@@ -35,8 +35,8 @@ fn pixel_at(place: u32) -> vec2<u32> {
     return vec2<u32>(((place >> 2u) & 3u) * 2u + (place & 1u), (place >> 4u) * 2u + ((place >> 1u) & 1u));
 }
 
-// The word of `listed` with the number of tiles of a placement whose rays are searched for what they hit; the next has that
-// of tiles whose rays are sent to a layer.
+// The word of `listed` that counts the tiles of a placement whose rays search for blockers. The next word counts those whose rays
+// are sent to a layer.
 fn head_of_lists(row: u32) -> u32 {
     return 2u * row;
 }

@@ -24,8 +24,8 @@ use super::swept::StudyPlace;
 /// bytes. With --pose its colours say what the sensors make of each occupied voxel; free space that a volume
 /// or zone calls occupied is a veil, a part of the returns are dots, and the sensors stand where they are
 /// mounted, visible through everything. From straight above (--from top) it lies as a floor plan does, with
-/// names, axes and a scale bar. A folder of results instead of the study draws what was swept or
-/// chosen there.
+/// names, axes and a scale bar. Instead of the study it takes a folder of
+/// results, and draws what was swept or chosen there.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {

@@ -1,31 +1,13 @@
 //! Cameras in the large batches and on the kernels of a GPU, also on a software adapter: every count is the CPU's.
 
-use super::cameras::{dispatched, gpus, room, unwrap};
+use super::cameras::{counts_alone, dispatched, gpus, room, unwrap};
 use crate::common::Random;
 use crate::common::cases;
 use perirobot_march::backend::cpu::Cpu;
-use perirobot_march::backend::{Backend, Carving, Fusion, GridPose, Noise, Rays, Reading, Shot, VoxelScene};
+use perirobot_march::backend::{Carving, GridPose, Noise, Rays, Shot, VoxelScene};
 use perirobot_march::march::Gates;
-use perirobot_march::metrics::{COUNTERS, Confusion};
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_study::sensor::Camera;
-
-/// What a backend counts of placements alone, all cast at once.
-fn counts(
-    backend: &mut dyn Backend,
-    scene: &VoxelScene,
-    rays: &Rays,
-    shots: &[Shot],
-) -> Vec<[u64; COUNTERS]> {
-    unwrap(backend.tables(std::slice::from_ref(rays)));
-    unwrap(backend.load(scene));
-    assert!(backend.slots() >= shots.len());
-    unwrap(backend.sense(0, shots));
-    let job =
-        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
-    let counts = unwrap(backend.score(Fusion::OccupiedWins, &shots.iter().map(job).collect::<Vec<_>>()));
-    counts.iter().flatten().map(Confusion::counts).collect()
-}
 
 /// As many cameras as a GPU takes at once, in one batch and one dispatch of each kernel.
 #[test]
@@ -47,9 +29,9 @@ fn a_batch_of_80_cameras_equals_the_cpu() {
         Shot::once(slot, GridPose { origin_q16, axis_q15, truly: None, draws: slot })
     });
     let shots: Vec<_> = shots.collect();
-    let expected = counts(&mut unwrap(Cpu::new(Some(2))), &scene, &rays, &shots);
+    let expected = counts_alone(&mut unwrap(Cpu::new(Some(2))), &scene, &rays, &shots);
     gpu.carve_by(Some(Carving::ByVoxel));
-    assert_eq!(counts(&mut gpu, &scene, &rays, &shots), expected, "the GPU's counts, then the CPU's");
+    assert_eq!(counts_alone(&mut gpu, &scene, &rays, &shots), expected, "the GPU's counts, then the CPU's");
     for kernel in ["see_tiles", "cast_tiles", "cast_listed", "pyramid", "carve_boxes"] {
         assert_eq!(dispatched(&gpu, kernel), [1, 80], "{kernel}");
     }
@@ -94,11 +76,11 @@ fn one_box_in_front_of_a_camera_equals_the_cpu() {
             Shot::once(slot, GridPose { origin_q16, axis_q15, truly: None, draws: slot })
         });
         let shots: Vec<_> = shots.collect();
-        let expected = counts(&mut cpu, &scene, &rays, &shots);
+        let expected = counts_alone(&mut cpu, &scene, &rays, &shots);
         assert!(expected.iter().all(|c| c[3] > 20), "each sees free voxels: {expected:?}");
         for gpu in &mut gpus {
             gpu.carve_by(Some(Carving::ByVoxel));
-            assert_eq!(counts(gpu, &scene, &rays, &shots), expected, "the GPU's counts, seed {seed}");
+            assert_eq!(counts_alone(gpu, &scene, &rays, &shots), expected, "the GPU's counts, seed {seed}");
         }
     }
 }

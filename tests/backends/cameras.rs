@@ -74,6 +74,23 @@ pub(super) fn dispatched(gpu: &Gpu, kernel: &str) -> [u64; 2] {
     timing.map_or([0; 2], |timing| [timing.dispatches, timing.rows])
 }
 
+/// What a backend counts of placements alone, all cast at once.
+pub(super) fn counts_alone(
+    backend: &mut dyn Backend,
+    scene: &VoxelScene,
+    rays: &Rays,
+    shots: &[Shot],
+) -> Vec<[u64; COUNTERS]> {
+    unwrap(backend.tables(std::slice::from_ref(rays)));
+    unwrap(backend.load(scene));
+    assert!(backend.slots() >= shots.len());
+    unwrap(backend.sense(0, shots));
+    let job =
+        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
+    let counts = unwrap(backend.score(Fusion::OccupiedWins, &shots.iter().map(job).collect::<Vec<_>>()));
+    counts.iter().flatten().map(Confusion::counts).collect()
+}
+
 #[track_caller]
 pub(super) fn unwrap<T>(result: perirobot_march::Result<T>) -> T {
     result.unwrap_or_else(|e| panic!("{e}"))

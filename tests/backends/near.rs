@@ -1,15 +1,14 @@
 //! Cameras in the middle of what matters: voxels so near that most of an image may see them, before blockers and behind them.
 //! Every count is the oracle's. `PERIROBOT_CASE=<seed>` runs one case.
 
-use super::cameras::{gpus, unwrap};
+use super::cameras::{counts_alone, gpus, unwrap};
 use crate::common::Random;
 use crate::common::cases;
 use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::oracle::Oracle;
-use perirobot_march::backend::{Backend, Carving, Fusion, GridPose, Noise, Rays, Reading, Shot, VoxelScene};
+use perirobot_march::backend::{Backend, Carving, GridPose, Noise, Rays, Shot, VoxelScene};
 use perirobot_march::march::Gates;
-use perirobot_march::metrics::{COUNTERS, Confusion};
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_study::sensor::Camera;
 
@@ -86,22 +85,6 @@ fn camera(random: &mut Random, seed: u64) -> Rays {
     Rays { dirs_q15: camera.dirs_q15().into(), image: Some(camera.image()), gates, noise }
 }
 
-/// What a backend counts of placements alone, all cast at once.
-fn counts(
-    backend: &mut dyn Backend,
-    scene: &VoxelScene,
-    rays: &Rays,
-    shots: &[Shot],
-) -> Vec<[u64; COUNTERS]> {
-    unwrap(backend.tables(std::slice::from_ref(rays)));
-    unwrap(backend.load(scene));
-    unwrap(backend.sense(0, shots));
-    let job =
-        |shot: &Shot| vec![Reading { slot: shot.slot, volume: None, hit: 847, miss: -405, presence: false }];
-    let counts = unwrap(backend.score(Fusion::OccupiedWins, &shots.iter().map(job).collect::<Vec<_>>()));
-    counts.iter().flatten().map(Confusion::counts).collect()
-}
-
 /// Workgroups of the kernel of near voxels so far.
 fn groups_of_near(gpu: &Gpu) -> u64 {
     gpu.timings().iter().filter(|timing| timing.stage == "carve_near").map(|timing| timing.lanes / 64).sum()
@@ -128,16 +111,16 @@ fn cameras_before_walls_equal_the_oracle() {
             Shot::once(slot, GridPose { origin_q16, axis_q15, truly, draws: slot })
         });
         let shots: Vec<_> = shots.collect();
-        let expected = counts(&mut Oracle::default(), &scene, &rays, &shots);
+        let expected = counts_alone(&mut Oracle::default(), &scene, &rays, &shots);
         let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --test backends near");
         assert_eq!(
-            counts(&mut unwrap(Cpu::new(Some(1))), &scene, &rays, &shots),
+            counts_alone(&mut unwrap(Cpu::new(Some(1))), &scene, &rays, &shots),
             expected,
             "the CPU, {rerun}"
         );
         for (gpu, number) in gpus.iter_mut().zip(0..) {
             gpu.carve_by(Some(Carving::ByVoxel));
-            let found = counts(gpu, &scene, &rays, &shots);
+            let found = counts_alone(gpu, &scene, &rays, &shots);
             let image = rays.image;
             assert_eq!(found, expected, "{image:?} {shots:?}, as a GPU: {}, {rerun}", number == 1);
         }
@@ -170,11 +153,11 @@ fn large_images_share_their_near_voxels() {
         Shot::once(slot, GridPose { origin_q16, axis_q15, truly: None, draws: slot })
     });
     let shots: Vec<_> = shots.collect();
-    let expected = counts(&mut unwrap(Cpu::new(Some(2))), &scene, &rays, &shots);
+    let expected = counts_alone(&mut unwrap(Cpu::new(Some(2))), &scene, &rays, &shots);
     assert!(expected.iter().all(|c| c[3] > 20), "each sees free voxels: {expected:?}");
     for gpu in &mut gpus {
         gpu.carve_by(Some(Carving::ByVoxel));
-        assert_eq!(counts(gpu, &scene, &rays, &shots), expected, "the GPU's counts, then the CPU's");
+        assert_eq!(counts_alone(gpu, &scene, &rays, &shots), expected, "the GPU's counts, then the CPU's");
         // Three share each.
         assert!(groups_of_near(gpu) >= 3 * 128 && groups_of_near(gpu).is_multiple_of(3 * 128));
     }

@@ -89,3 +89,20 @@ fn all_scores_are_printed_on_request() {
     assert!(again.stdout.contains("Best poses by ") && !again.stdout.contains("poses/s"), "{}", again.stdout);
     assert!(again.stdout.ends_with(&format!("next: perirobot report {}\n", text(&out))), "{}", again.stdout);
 }
+
+/// Scores that have no value anywhere are no columns.
+#[test]
+fn without_people_f1_is_compared() {
+    let folder = Folder::new();
+    folder.edit("cell.toml", "role = \"human\"", "role = \"environment\"");
+    folder.edit(
+        "study.toml",
+        "human_box = { object = \"operator\", margin_m = 0.2 }",
+        "sphere = { center_m = [0.2, 0.3, 0.4], radius_m = 0.4 }",
+    );
+    let told = folder.sweep(&[]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    assert!(told.stdout.contains("\nBest poses by F1 in region "), "{}", told.stdout);
+    let of_people = ["parts_detected  ", "human_seen", "near side"];
+    assert!(of_people.iter().all(|words| !told.stdout.contains(words)), "{}", told.stdout);
+}

@@ -70,9 +70,11 @@ struct BestChoice {
 /// Those of a journal that cannot be read.
 pub fn render(study: &Study, results: &Results) -> Result<String> {
     let Question { region, score, source } = Question::new(study, results);
-    let others = SCORES.into_iter().filter(|other| *other != score);
-    let scores: Vec<Score> = std::iter::once(score).chain(others).collect();
     let baselines = |score: Score| results.baselines_over(results.moments(), region, score);
+    // Without people some scores have no value anywhere.
+    let has_value = |score: Score| baselines(score)[0].1.is_some_and(|over| over.values > 0);
+    let others = SCORES.into_iter().filter(|&other| other != score && has_value(other));
+    let scores: Vec<Score> = std::iter::once(score).chain(others).collect();
     let f1_of = |name: &str| {
         let all = baselines(Score::F1);
         all.into_iter().find(|(known, _)| *known == name).and_then(|(_, over)| Some(over?.mean))
@@ -126,10 +128,11 @@ pub fn render(study: &Study, results: &Results) -> Result<String> {
     if let Some(stuck) = stuck.filter(|_| below > 0) {
         let choices: usize = all.iter().map(|one| results.combinations[one.combination].choices()).sum();
         text += &format!(
-            "\nA sensor stuck at \"occupied\" has F1 {stuck:.3}, and {below} of {choices} placements have less: compare kappa \
-             and parts_detected,\nwhich are 0 for it. {NEAR_SIDE}\n"
+            "\nA sensor stuck at \"occupied\" has F1 {stuck:.3}, and {below} of {choices} placements have less: compare kappa\n\
+             or parts_detected, which are 0 for it.\n"
         );
-    } else {
+    }
+    if scores.contains(&Score::HumanSeen) {
         text += &format!("\n{NEAR_SIDE}\n");
     }
     Ok(text)

@@ -5,7 +5,7 @@ use crate::report::purchased::{
     describe_bound, describe_cost, describe_disturb, describe_heading, describe_proof, sentence,
 };
 use crate::report::table::Table;
-use crate::report::terminal::judge::less_m;
+use crate::report::terminal::judge::most_excess_m;
 use crate::report::wording::words;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{RequirementVerdict, SetVerdicts};
@@ -29,7 +29,7 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
         text += &format!("\n{heading}{}", sensors(report, set).text());
     }
     text += &format!("\n{}\n", describe_proof(report));
-    text += &judged.and_then(|judged| tightest(report, judged)).unwrap_or_default();
+    text += &judged.and_then(|judged| smallest_margin(report, judged)).unwrap_or_default();
     text += &describe_disturb(report);
     for table in [front(report), numbers(report)].into_iter().flatten() {
         text += &format!("\n{}", table.text());
@@ -37,11 +37,13 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     text
 }
 
-/// The requirement that the set meets with the smallest margin, as a share of its limit, and how far its voxels may be off.
-fn tightest(report: &PurchaseReport, judged: &SetVerdicts) -> Option<String> {
+/// The requirement that the set meets with the smallest margin, as a share of its limit (of 1 if that is 0), and by how much
+/// a distance of voxels may be too large.
+fn smallest_margin(report: &PurchaseReport, judged: &SetVerdicts) -> Option<String> {
     let margin = |verdict: &&RequirementVerdict| {
         let (limit, value) = (verdict.at_least.or(verdict.at_most)?, verdict.value?.0);
-        (verdict.is_met && value.is_finite() && limit != 0.0).then(|| ((value - limit) / limit).abs())
+        let scale = if limit == 0.0 { 1.0 } else { limit.abs() };
+        (verdict.is_met && value.is_finite()).then(|| (value - limit).abs() / scale)
     };
     let met = judged.requirements.iter().filter(|verdict| margin(verdict).is_some());
     let verdict = met.min_by(|a, b| margin(a).partial_cmp(&margin(b)).unwrap_or(Ordering::Equal))?;
@@ -62,7 +64,7 @@ fn tightest(report: &PurchaseReport, judged: &SetVerdicts) -> Option<String> {
     );
     let size_m = report.voxel_size_m;
     if unit == " m" {
-        text += &format!("; with voxels of {size_m} m the gap may be {:.2} m less", less_m(size_m));
+        text += &format!("; with voxels of {size_m} m the gap may be {:.2} m less", most_excess_m(size_m));
     }
     Some(text + "\n")
 }

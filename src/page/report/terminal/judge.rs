@@ -115,20 +115,20 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
     text
 }
 
-/// How much less than a distance of voxels the gap between surfaces may be, rounded up to centimetres: the diagonal of
-/// a voxel, and half a voxel by which a size is rounded. Nothing of other scores.
+/// A note on scores that are distances, nothing on others.
 fn gap(set: &JudgedSet, measure: &Measure) -> String {
     match measure {
         Measure::Nearness(nearness) if !nearness.score.is_area() => {
-            let less_m = less_m(set.conditions.voxel_size_m);
+            let less_m = most_excess_m(set.conditions.voxel_size_m);
             format!("; between centres of voxels, with sizes rounded: the gap may be {less_m:.2} m less")
         }
         _ => String::new(),
     }
 }
 
-/// By how much the gap between surfaces may be less than a distance of voxels of a size.
-pub(super) fn less_m(voxel_size_m: f64) -> f64 {
+/// By how many metres a distance between voxels may exceed the gap between surfaces: the diagonal of a voxel, and half a voxel
+/// by which a size is rounded; rounded up to centimetres.
+pub(super) fn most_excess_m(voxel_size_m: f64) -> f64 {
     ((3f64.sqrt() + 0.5) * voxel_size_m * 100.0).ceil() / 100.0
 }
 
