@@ -10,6 +10,7 @@ mod bad_numbers;
 mod bad_places;
 mod bad_sensors;
 mod bad_urdf;
+mod carried;
 mod check;
 mod corpus;
 mod first_hour;

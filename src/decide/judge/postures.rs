@@ -202,6 +202,7 @@ fn person(scene: &SceneSpec, posture: &Posture) -> ObjectSpec {
         interior: scene.interior,
         optical: Optical::Opaque,
         tag_only: false,
+        on: None,
         position_m: posture.position_m,
         rotation: posture.rotation,
         surface: posture.person.clone(),

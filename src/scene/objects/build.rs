@@ -2,10 +2,11 @@
 //! places them in each snapshot.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use super::loaded::SceneFiles;
-use super::spec::SceneSpec;
-use super::{Scene, moving};
+use super::spec::{ObjectSpec, SceneSpec};
+use super::{Object, Scene, moving};
 use crate::source::Sources;
 use perirobot_march::{Error, Result};
 
@@ -45,17 +46,55 @@ fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scen
         .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
         .collect();
     let (mut files, mut problems) = (SceneFiles::new(sources), Vec::new());
-    for object in &spec.objects {
-        match moving::moments(object, spec.snapshots, &mut files, voxel_size_m / 8.0) {
-            Ok(moments) => {
-                scenes.iter_mut().zip(moments).for_each(|(scene, moment)| scene.objects.extend(moment))
+    // The parts of each object in each snapshot, by its place in the file.
+    let mut moments: Vec<Vec<Vec<Arc<Object>>>> = vec![Vec::new(); spec.objects.len()];
+    let mut unread: Vec<&str> = Vec::new();
+    for number in carriers_first(&spec.objects) {
+        let object = &spec.objects[number];
+        // What is wrong with its robot is told with the robot.
+        if object.on.as_ref().is_some_and(|on| unread.contains(&on.object.as_str())) {
+            unread.push(&object.name);
+            continue;
+        }
+        match moving::moments(object, &scenes, &mut files, voxel_size_m / 8.0) {
+            Ok(of_object) => {
+                for (scene, parts) in scenes.iter_mut().zip(&of_object) {
+                    scene.objects.extend(parts.iter().cloned());
+                }
+                moments[number] = of_object;
             }
             Err(e) => {
+                unread.push(&object.name);
                 problems.push(e.with_place(format!("object {:?}", object.name)).with_place(&spec.path));
             }
         }
     }
+    for (snapshot, scene) in scenes.iter_mut().enumerate() {
+        let parts = moments.iter_mut().filter_map(|moments| moments.get_mut(snapshot));
+        scene.objects = parts.flat_map(std::mem::take).collect();
+    }
     (scenes, problems)
+}
+
+/// The numbers of all objects in the order of the file, but each robot before what its links carry. A scene file
+/// with robots that carry each other is refused before.
+fn carriers_first(objects: &[ObjectSpec]) -> Vec<usize> {
+    let (mut placed, mut left): (Vec<usize>, Vec<usize>) = (Vec::new(), (0..objects.len()).collect());
+    loop {
+        let waits = |number: &usize| {
+            objects[*number]
+                .on
+                .as_ref()
+                .is_some_and(|on| left.iter().any(|&other| objects[other].name == on.object))
+        };
+        let (waiting, ready): (Vec<usize>, Vec<usize>) = left.iter().copied().partition(waits);
+        placed.extend(&ready);
+        if ready.is_empty() {
+            placed.extend(waiting);
+            return placed;
+        }
+        left = waiting;
+    }
 }
 
 #[cfg(test)]
@@ -75,6 +114,7 @@ mod tests {
             interior: Interior::Occupied,
             optical: Optical::SeeThrough,
             tag_only: true,
+            on: None,
             position_m: DVec3::new(1.0, 2.0, 3.0),
             // A quarter turn about z: x becomes y.
             rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),

@@ -57,14 +57,15 @@ pub fn read_link_surface(robot: &UrdfSpec, link: &str, sources: &Sources) -> Res
 
 impl ObjectSpec {
     /// Whether this object leaves no room for a sensor in front of another's surface, both places in the world: the sensor
-    /// is inside of a body, behind a plane, or outside of a room in which the surface is. Of what is read from files that
-    /// is unknown here.
+    /// is inside of a body, behind a plane, or outside of a room in which the surface is. Of what is read from files, or
+    /// carried by a robot, that is unknown here.
     pub fn is_in_the_way(&self, surface_m: DVec3, sensor_m: DVec3) -> bool {
         let own = |at: DVec3| self.rotation.inverse() * (at - self.position_m);
         let (foot, head) = (own(surface_m), own(sensor_m));
         let is_within = |at: DVec3, size_m: DVec3, more_m: f64| at.abs().cmple(size_m / 2.0 + more_m).all();
         let to_axis = head.truncate().length();
         match &self.surface {
+            _ if self.on.is_some() => false,
             SurfaceSpec::Box { size_m } => is_within(head, *size_m, NEARLY_M),
             SurfaceSpec::Sphere { radius_m } => head.length() <= radius_m + NEARLY_M,
             SurfaceSpec::Cylinder { radius_m, height_m } => {
@@ -106,6 +107,7 @@ mod tests {
             interior: Interior::Ignored,
             optical: Optical::Opaque,
             tag_only: false,
+            on: None,
             position_m: DVec3::new(1.0, 0.0, 0.0),
             // A quarter turn about z: what is along x is along y.
             rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),

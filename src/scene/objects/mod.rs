@@ -18,6 +18,7 @@ pub mod spec;
 pub mod stl;
 pub mod urdf;
 
+mod links;
 pub mod loaded;
 mod mesh;
 pub mod mesh_file;
@@ -30,9 +31,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::pose::Pose;
 use keypoints::Keypoints;
-use perirobot_march::error::Issue;
+pub(crate) use links::unknown_link;
+pub use links::{Linkage, MountLink};
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -130,35 +131,6 @@ pub struct Object {
     pub warnings: Vec<String>,
 }
 
-/// The links of a robot where its joint values put them, for what is mounted on them or measured from them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Linkage {
-    /// Each link's name and its frame in the world; the root is the first.
-    pub links: Vec<(String, Pose)>,
-    /// Where the robot begins, in the world: what `reach_m` is measured from.
-    pub base_m: DVec3,
-    /// The farthest from there that the frame of any link can get, whatever the joint values, in metres.
-    pub reach_m: f64,
-}
-
-impl Linkage {
-    /// The frame of a link in the world.
-    ///
-    /// # Errors
-    /// Names the links there are.
-    pub fn link(&self, name: &str) -> Result<&Pose, Issue> {
-        let found = self.links.iter().find(|(link, _)| link == name).map(|(_, pose)| pose);
-        found.ok_or_else(|| unknown_link(name, self.links.iter().map(|(link, _)| link.as_str())))
-    }
-
-    /// The same robot, standing somewhere else.
-    pub(crate) fn carried_by(&self, frame: &Pose) -> Linkage {
-        let links = self.links.iter().map(|(name, pose)| (name.clone(), pose.carried_by(frame)));
-        let base = Pose { position_m: self.base_m, ..Pose::ORIGIN };
-        Linkage { links: links.collect(), base_m: base.carried_by(frame).position_m, reach_m: self.reach_m }
-    }
-}
-
 /// Everything in the cell at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
@@ -169,10 +141,4 @@ pub struct Scene {
     /// Objects in file order, the same ones in every snapshot of a scene. What does not move from one snapshot to
     /// another is one allocation in both, so that it is voxelized once.
     pub objects: Vec<Arc<Object>>,
-}
-
-/// The error for a link that a robot does not have.
-fn unknown_link<'a>(name: &str, links: impl Iterator<Item = &'a str>) -> Issue {
-    let known = links.collect::<Vec<_>>().join(", ");
-    Issue::says(format!("there is no link {name:?}")).cure(format!("there are {known}"))
 }

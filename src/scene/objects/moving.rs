@@ -7,28 +7,32 @@ use glam::{DQuat, DVec3};
 
 use super::loaded::{SceneFiles, with_key};
 use super::parts::parts;
-use super::{Object, Surface, keypoints};
+use super::{Object, Scene, Surface, keypoints};
 use crate::objects::spec::{MotionSpec, ObjectSpec, PersonFile, SurfaceSpec};
 use crate::pose::Pose;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 
 /// The parts of an object in each snapshot, the same parts in the same order. A part that is the same as in
-/// an earlier snapshot is the same allocation.
+/// an earlier snapshot is the same allocation. The scenes, one a snapshot, have what carries it.
 pub(super) fn moments(
     object: &ObjectSpec,
-    snapshots: usize,
+    scenes: &[Scene],
     files: &mut SceneFiles,
     sag_m: f64,
 ) -> Result<Vec<Vec<Arc<Object>>>> {
     let warnings = time_warnings(object, files)?;
     let mut shapes: Vec<(ObjectSpec, Vec<Object>)> = Vec::new();
     let mut moments: Vec<Vec<Arc<Object>>> = Vec::new();
-    let distinct = if object.motion.is_still() { 1 } else { snapshots };
-    for snapshot in 0..distinct {
+    let distinct = if object.motion.is_still() && object.on.is_none() { 1 } else { scenes.len() };
+    for (snapshot, scene) in scenes[..distinct].iter().enumerate() {
         let now = object.snapshot(snapshot);
-        let (rotation, position_m) = (now.rotation, now.position_m);
-        let own = ObjectSpec { rotation: DQuat::IDENTITY, position_m: DVec3::ZERO, ..now };
+        let own_pose = Pose { position_m: now.position_m, rotation: now.rotation };
+        let pose = match &now.on {
+            Some(on) => own_pose.carried_by(&scene.link(on).map_err(|issue| issue.with_place("on"))?),
+            None => own_pose,
+        };
+        let own = ObjectSpec { on: None, rotation: DQuat::IDENTITY, position_m: DVec3::ZERO, ..now };
         let shape = match shapes.iter().position(|(spec, _)| *spec == own) {
             Some(shape) => shape,
             None => {
@@ -46,7 +50,7 @@ pub(super) fn moments(
                 shapes.len() - 1
             }
         };
-        let parts = shapes[shape].1.iter().map(|part| place(part.clone(), rotation, position_m));
+        let parts = shapes[shape].1.iter().map(|part| place(part.clone(), &pose));
         let moment = share(parts.collect(), &moments);
         // A part that an earlier snapshot has, too, has two owners.
         moment.iter().filter(|part| Arc::strong_count(part) == 1).try_for_each(|part| files.spend(part))?;
@@ -57,20 +61,20 @@ pub(super) fn moments(
     }
     // An object that stands still is in every snapshot as in the first.
     let first = moments[0].clone();
-    moments.resize(snapshots, first);
+    moments.resize(scenes.len(), first);
     Ok(moments)
 }
 
 /// An object turned about the origin, then moved, with its joints and links. Voxels of a map stay: they have
 /// no pose.
-fn place(object: Object, rotation: DQuat, position_m: DVec3) -> Object {
+fn place(object: Object, pose: &Pose) -> Object {
+    let Pose { position_m, rotation } = *pose;
     let keypoints = object.keypoints.map(|k| keypoints::transform(&k, rotation, position_m));
     let surface = match object.surface {
         Surface::Mesh(mesh) => Surface::Mesh(mesh.transform(rotation, position_m)),
         voxels => voxels,
     };
-    let frame = Pose { position_m, rotation };
-    let linkage = object.linkage.map(|linkage| Arc::new(linkage.carried_by(&frame)));
+    let linkage = object.linkage.map(|linkage| Arc::new(linkage.carried_by(pose)));
     Object { surface, keypoints, linkage, ..object }
 }
 
@@ -137,6 +141,7 @@ mod tests {
             interior: Interior::Ignored,
             optical: Optical::Opaque,
             tag_only: false,
+            on: None,
             position_m: DVec3::ZERO,
             rotation: DQuat::IDENTITY,
             surface: SurfaceSpec::Box { size_m: DVec3::splat(0.1) },

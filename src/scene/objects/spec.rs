@@ -13,7 +13,7 @@ use super::keypoints::KeypointFile;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::sdf::SdfFile;
 use super::urdf::{GeometryUse, JointValues, Packages};
-use super::{Interior, Optical, Role};
+use super::{Interior, MountLink, Optical, Role};
 
 /// A checked scene: what to load and where to put it.
 #[derive(Clone, Debug)]
@@ -60,7 +60,9 @@ pub struct ObjectSpec {
     pub optical: Optical,
     /// Gives its role without adding truth.
     pub tag_only: bool,
-    /// Where its own frame is in the world.
+    /// The link of a robot that carries it; its position and rotation are then in the link's frame.
+    pub on: Option<MountLink>,
+    /// Where its own frame is, in the world or on the link that carries it.
     pub position_m: DVec3,
     /// How its own frame is turned.
     pub rotation: DQuat,
@@ -216,6 +218,8 @@ pub struct MotionSpec {
     pub position_m: Vec<DVec3>,
     /// How it is turned, instead of the object's own rotation.
     pub rotation: Vec<DQuat>,
+    /// Whether the link carries it; where it does not, its position and rotation are in the world.
+    pub carried: Vec<bool>,
     /// Keypoint files of a mannequin.
     pub mannequin: Vec<KeypointFile>,
     /// Keypoint files of another human.
@@ -242,6 +246,7 @@ impl MotionSpec {
         let all = [
             ("position_m", self.position_m.len()),
             ("rpy_deg or quaternion", self.rotation.len()),
+            ("carried", self.carried.len()),
             ("mannequin", self.mannequin.len()),
             ("keypoints", self.keypoints.len()),
             ("joints_deg or joints_m", self.joints.len()),
@@ -279,6 +284,7 @@ impl ObjectSpec {
             _ => {}
         }
         ObjectSpec {
+            on: self.on.clone().filter(|_| pick(&motion.carried, snapshot) != Some(false)),
             position_m: pick(&motion.position_m, snapshot).unwrap_or(self.position_m),
             rotation: pick(&motion.rotation, snapshot).unwrap_or(self.rotation),
             surface,

@@ -18,7 +18,7 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::objects::keypoints::JointLayout;
 use perirobot_scene::objects::spec::{NodeRule, SceneSpec};
 use perirobot_scene::objects::urdf::GeometryUse;
-use perirobot_scene::objects::{Interior, Optical, Role};
+use perirobot_scene::objects::{Interior, MountLink, Optical, Role};
 use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::source::Sources;
 pub(super) use surface::{mesh, unit_and_up_belong};
@@ -43,7 +43,7 @@ pub(super) struct SceneFile {
 struct ObjectFile {
     /// Unique in the scene.
     name: String,
-    /// Default: "human" for a mannequin, "robot" for a urdf, else "environment".
+    /// Default: "robot" for a urdf and for what a robot carries, "human" for a mannequin, else "environment".
     role: Option<Role>,
     /// What its inside is. Default: the `interior` of the scene.
     interior: Option<Interior>,
@@ -52,6 +52,8 @@ struct ObjectFile {
     /// Gives its role to voxels that other objects fill, and fills none itself. Default false.
     #[serde(default)]
     tag_only: bool,
+    /// The link of a robot that carries it, as a gripper or a box; its pose is then in the link's frame.
+    on: Option<MountLink>,
     /// Where its own frame is, [x, y, z] in metres; bodies are centred on it. Default the origin.
     #[serde(default, deserialize_with = "exactly")]
     position_m: [f64; 3],
@@ -187,6 +189,7 @@ pub(super) fn parse_scene(path: &Path, text: String) -> Result<SceneSpec, Vec<Er
         let checked = file.object.into_iter().map(|entry| object::check(&at, entry, interior));
         objects = checked.filter_map(|object| problems.keep(object)).collect();
         problems.keep(at.unique("object", objects.iter().map(|o| o.name.as_str())));
+        problems.keep(object::refuse_circles(&at, &objects));
     }
     problems.none()?;
     let name = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());

@@ -31,6 +31,7 @@ use perirobot_march::backend::{GridFrame, GridPose, Planes, Rays};
 use perirobot_march::error::Issue;
 use perirobot_march::march;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
+pub use perirobot_scene::objects::MountLink;
 use perirobot_scene::pose::Pose;
 use perirobot_scene::truth::Truth;
 pub use spread::PoseSpread;
@@ -76,15 +77,6 @@ pub enum SaidOfNoise {
     Model,
     /// Its noise is unknown; the sensor is cast as if it were ideal.
     Unknown,
-}
-
-/// A link of a robot that a sensor is mounted on.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MountLink {
-    /// Name of the robot's object in the scene.
-    pub object: String,
-    /// Name of the link in its URDF.
-    pub link: String,
 }
 
 /// The object that the candidates of a group are mounted on.

@@ -3,6 +3,7 @@
 
 mod baselines;
 mod bodies;
+mod carried;
 mod cut;
 mod dead;
 mod described;

@@ -255,15 +255,6 @@ fn all_or_wrong<T>(checks: impl Iterator<Item = Result<T>>) -> Result<Vec<T>, Ve
 /// Where the link is that carries a sensor in a scene, if one does.
 pub(super) fn carrier(sensor: &Sensor, scene: &Scene) -> Result<Option<Pose>> {
     let Some(on) = &sensor.on else { return Ok(None) };
-    let wrong = |issue: Issue| issue.with_place("on").with_place(format!("sensor {:?}", sensor.name));
-    let carrier = scene.objects.iter().find(|object| object.name == on.object);
-    let linkage = carrier.and_then(|object| object.linkage.as_deref()).ok_or_else(|| {
-        let robots: Vec<_> =
-            scene.objects.iter().filter(|o| o.linkage.is_some()).map(|o| o.name.as_str()).collect();
-        let rule = "must be a robot with links, an object with urdf = ...";
-        let known = format!("scene {:?} has {robots:?}", scene.name);
-        wrong(Issue::value("object", format!("{:?}", on.object), rule).cure(known))
-    })?;
-    let link = linkage.link(&on.link).map_err(|e| wrong(e.with_place(format!("link = {:?}", on.link))))?;
-    Ok(Some(*link))
+    let placed = |issue: Issue| issue.with_place("on").with_place(format!("sensor {:?}", sensor.name));
+    Ok(Some(scene.link(on).map_err(placed)?))
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::place::{Places, is_room, room_m};
 use super::sizes::{Lengths, Surfaces, guess_unit};
-use super::{World, cut_warnings, dead, floor, people, robots, stuck, thin};
+use super::{World, carried, cut_warnings, dead, floor, people, robots, stuck, thin};
 use crate::diagnostics::FAR_M;
 use crate::input::Study;
 use crate::sensor::{Kind, Sensor, Setting, Stance};
@@ -85,6 +85,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     warnings
         .extend((0..study.sensors.len()).filter_map(|sensor| warn_inside(study, &places, sensor, &glances)));
     warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
+    warnings.extend(carried::warnings(study, scenes, worlds));
     warnings.extend(of_people.into_iter().chain(thin).chain(dead));
     SceneWarnings { lines: warnings, is_filled: false }
 }

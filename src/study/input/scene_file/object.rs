@@ -8,8 +8,8 @@ use super::{ObjectFile, rotation, timeline};
 use crate::diagnostics::Place;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
-use perirobot_scene::objects::spec::{ObjectSpec, SurfaceSpec};
-use perirobot_scene::objects::{Interior, Optical, Role};
+use perirobot_scene::objects::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
+use perirobot_scene::objects::{Interior, MountLink, Optical, Role};
 
 pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
     let at = &at.key(&format!("object {:?}", entry.name));
@@ -19,23 +19,27 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
     refuse_strange_keys(at, &entry, &surface)?;
     let (position_m, rotation) = pose(at, &entry, &surface)?;
     let interior = interior(at, entry.interior, &surface)?.unwrap_or(default_interior);
-    let role = entry.role.unwrap_or_else(|| usual_role(&surface));
+    let role = entry.role.unwrap_or_else(|| usual_role(&surface, entry.on.is_some()));
     refuse_strange_keypoints(at, &entry, &surface, role, &person)?;
     let keypoints = entry.keypoints.as_ref().map(|path| person.joints(at, "keypoints", path)).transpose()?;
+    let has_role = entry.role.is_some();
     let motion =
         entry.snapshots.map(|snapshots| timeline::check(at, snapshots, &surface, &person)).transpose()?;
+    let motion = motion.unwrap_or_default();
+    refuse_strange_carrying(at, entry.on.as_ref(), &motion, has_role)?;
     Ok(ObjectSpec {
         role,
         interior,
         optical: entry.optical.unwrap_or(Optical::Opaque),
         tag_only: entry.tag_only,
+        on: entry.on,
         position_m,
         rotation,
         surface,
         keypoints,
         nodes: entry.nodes,
         animated: None,
-        motion: motion.unwrap_or_default(),
+        motion,
         name: entry.name,
     })
 }
@@ -44,7 +48,7 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
 fn pose(at: &Place, entry: &ObjectFile, surface: &SurfaceSpec) -> Result<(DVec3, DQuat)> {
     let rotation = rotation(at, "", entry.rpy_deg, entry.quaternion)?;
     let position_m = at.vector("position_m", entry.position_m)?;
-    let is_moved = position_m != DVec3::ZERO || rotation != DQuat::IDENTITY;
+    let is_moved = position_m != DVec3::ZERO || rotation != DQuat::IDENTITY || entry.on.is_some();
     match is_moved && matches!(surface, SurfaceSpec::Octomap(_)) {
         true => Err(at
             .says("an octomap stays where it is")
@@ -66,10 +70,53 @@ fn interior(at: &Place, said: Option<Interior>, surface: &SurfaceSpec) -> Result
     }
 }
 
-/// What an object stands for unless it says so.
-fn usual_role(surface: &SurfaceSpec) -> Role {
+/// Refuses moments of carrying without a carrier, and a role that nobody decided of what is put down.
+fn refuse_strange_carrying(
+    at: &Place,
+    on: Option<&MountLink>,
+    motion: &MotionSpec,
+    has_role: bool,
+) -> Result<()> {
+    match on {
+        None if !motion.carried.is_empty() => Err(at
+            .key("snapshots")
+            .says("carried belongs to an object on a link")
+            .with_advice("add on = { object = \"robot\", link = \"tool0\" }")),
+        Some(_) if motion.carried.contains(&false) && !has_role => {
+            Err(at.wrap(Issue::missing("role")).with_advice(
+                "it is put down at some moments: say role = \"environment\", or \"robot\" if people must keep away \
+                 from it then, too",
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses robots that carry each other.
+pub(super) fn refuse_circles(at: &Place, objects: &[ObjectSpec]) -> Result<()> {
+    let carrier = |object: &ObjectSpec| {
+        let on = object.on.as_ref()?;
+        objects.iter().find(|other| other.name == on.object)
+    };
+    // A chain of carriers that is longer than the scene has a circle.
+    let ends = |object: &&ObjectSpec| {
+        std::iter::successors(Some(*object), |object| carrier(object)).nth(objects.len()).is_none()
+    };
+    match objects.iter().find(|object| !ends(object)) {
+        Some(object) => Err(at
+            .key(&format!("object {:?}", object.name))
+            .key("on")
+            .says("it hangs, link by link, on itself")
+            .with_advice("one robot must stand in the world: take its on away")),
+        None => Ok(()),
+    }
+}
+
+/// What an object stands for unless it says so. What a robot carries is as dangerous as the robot.
+fn usual_role(surface: &SurfaceSpec, is_carried: bool) -> Role {
     match surface {
         SurfaceSpec::Mannequin(_) => Role::Human,
+        _ if is_carried => Role::Robot,
         SurfaceSpec::Urdf(_) => Role::Robot,
         _ => Role::Environment,
     }

@@ -30,6 +30,8 @@ pub(super) struct SnapshotsFile {
     rpy_deg: Option<Vec<Triple>>,
     /// The same as quaternions.
     quaternion: Option<Vec<QuaternionKeys>>,
+    /// Whether the link of `on` carries it; at a moment with false its pose is in the world. Default true for all.
+    carried: Option<Vec<bool>>,
     /// Files with the joints of a mannequin.
     pub(super) mannequin: Option<Vec<PathBuf>>,
     /// Files with the joints of another person.
@@ -146,6 +148,7 @@ pub(super) fn check(
         rotation: check_each(rpy_deg.chain(quaternion), |i, (rpy, quaternion)| {
             rotation(at, &format!("[{i}]"), rpy, quaternion)
         })?,
+        carried: check_filled(at, "carried", entry.carried)?,
         mannequin: files("mannequin", entry.mannequin)?,
         keypoints: files("keypoints", entry.keypoints)?,
         joints,
@@ -160,7 +163,7 @@ pub(super) fn check(
     };
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
         _ if motion.lists().iter().all(|(key, _)| *key == "dwell_s") => Err(at.says("no list").with_advice(
-            "give at least one of position_m, rpy_deg, quaternion, mannequin, keypoints, \
+            "give at least one of position_m, rpy_deg, quaternion, carried, mannequin, keypoints, \
                 joints_deg, joints_m, animation",
         )),
         Some((key, length)) => {
@@ -298,6 +301,7 @@ impl ListExpansion {
 fn write_out(motion: &mut MotionSpec, how: ListExpansion) {
     how.expand(&mut motion.position_m);
     how.expand(&mut motion.rotation);
+    how.expand(&mut motion.carried);
     how.expand(&mut motion.mannequin);
     how.expand(&mut motion.keypoints);
     how.expand(&mut motion.joints);

@@ -29,7 +29,7 @@ struct CommonFile {
     #[cfg_attr(test, schemars(with = "String"))]
     kind: &'static KindEntry,
     /// The link of a robot that carries it; poses are then in the link's frame.
-    on: Option<LinkFile>,
+    on: Option<MountLink>,
     /// An earlier sensor whose poses it has, too.
     same_poses_as: Option<String>,
     /// What one of them costs, in any currency, for `perirobot choose`.
@@ -45,17 +45,6 @@ struct CommonFile {
 }
 
 const COMMON_KEYS: [&str; 8] = ["name", "kind", "on", "same_poses_as", "cost", "at_most", "emits", "poses"];
-
-/// A link of a robot.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct LinkFile {
-    /// The robot's object in the scene.
-    object: String,
-    /// The link's name in the URDF.
-    link: String,
-}
 
 /// The context in which a sensor is checked.
 #[derive(Clone, Copy)]
@@ -111,21 +100,20 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
     warnings.splice(0..0, contradictions);
     let terms = terms(at, &common).map_err(|e| vec![e])?;
     let emits = emits(at, common.emits, &*kind).map_err(|e| vec![e])?;
-    let on = common.on.map(|LinkFile { object, link }| MountLink { object, link });
-    if on.is_some() && !kind.takes_poses() {
+    if common.on.is_some() && !kind.takes_poses() {
         return Err(vec![
             at.says(format!("on does not belong to a {}", kind.name()))
                 .with_advice("it is where the robot is"),
         ]);
     }
     let like = common.same_poses_as.as_deref();
-    let source = CandidateSource { like, on: on.as_ref(), context };
+    let source = CandidateSource { like, on: common.on.as_ref(), context };
     let CandidateSets { candidates, spreads, surfaces } =
         candidates(at, &common.name, &*kind, &common.poses, &source)?;
     Ok(Sensor {
         name: common.name,
         kind,
-        on,
+        on: common.on,
         candidates,
         draw_words: Vec::new(),
         spreads,
