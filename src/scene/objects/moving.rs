@@ -155,13 +155,18 @@ mod tests {
         }
     }
 
+    fn empty(snapshots: usize) -> Vec<Scene> {
+        let scene = |snapshot| Scene { name: "cell".into(), snapshot, objects: Vec::new() };
+        (0..snapshots).map(scene).collect()
+    }
+
     #[test]
     fn triangles_are_counted_where_an_object_is_another_than_before() {
         let sources = Sources::from_main("cell.toml".as_ref());
         let moving = box_at(&[[2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]]);
         let with = |triangles_left| {
             let mut files = SceneFiles { triangles_left, ..SceneFiles::new(&sources) };
-            moments(&moving, 4, &mut files, 0.01).map(|_| files.triangles_left)
+            moments(&moving, &empty(4), &mut files, 0.01).map(|_| files.triangles_left)
         };
         // A box has 12: its shape, and it in two places.
         assert_eq!(with(40).unwrap(), 4);
@@ -175,7 +180,7 @@ mod tests {
     fn a_part_that_is_not_in_every_snapshot_is_named() {
         let sources = Sources::from_main("cell.toml".as_ref());
         let mut files = SceneFiles::new(&sources);
-        let made = moments(&box_at(&[]), 1, &mut files, 0.01).unwrap().remove(0).remove(0);
+        let made = moments(&box_at(&[]), &empty(1), &mut files, 0.01).unwrap().remove(0).remove(0);
         let parts = |names: &[&str]| {
             let part = |name: &&str| Arc::new(Object { name: (*name).into(), ..(*made).clone() });
             names.iter().map(part).collect::<Vec<_>>()
