@@ -131,6 +131,18 @@ pub struct Object {
     pub warnings: Vec<String>,
 }
 
+impl Object {
+    /// Whether it is the object of this name, or a part of it.
+    pub fn is_part_of(&self, name: &str) -> bool {
+        is_part_of(&self.name, name)
+    }
+}
+
+/// Whether a name is that of an object, or of a part of it by the rules of its nodes.
+pub(crate) fn is_part_of(part: &str, object: &str) -> bool {
+    part.strip_prefix(object).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+}
+
 /// Everything in the cell at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {

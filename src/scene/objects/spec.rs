@@ -263,6 +263,13 @@ impl MotionSpec {
 }
 
 impl ObjectSpec {
+    /// Whether it, or a part of it by the rules of its nodes, has this name.
+    pub fn has_part(&self, name: &str) -> bool {
+        let rule = || name.strip_prefix(self.name.as_str())?.strip_prefix('/');
+        let has_rule = |rule: &str| self.nodes.iter().any(|node| !node.ignore && node.r#match == rule);
+        self.name == name || rule().is_some_and(has_rule)
+    }
+
     /// The object as it is in one snapshot, without its lists.
     pub fn snapshot(&self, snapshot: usize) -> ObjectSpec {
         fn pick<T: Clone>(list: &[T], snapshot: usize) -> Option<T> {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::objects::Role;
 use crate::objects::keypoints::Keypoints;
+use crate::objects::{Role, is_part_of};
 use perirobot_march::voxel::{BitGrid, Grid};
 
 /// A scene in voxels.
@@ -54,6 +54,13 @@ pub struct ObjectVoxels {
     pub keypoints: Option<Keypoints>,
     /// What was assumed about it that its author may not expect.
     pub warnings: Vec<String>,
+}
+
+impl ObjectVoxels {
+    /// Whether it is the object of this name, or a part of it.
+    pub fn is_part_of(&self, name: &str) -> bool {
+        is_part_of(&self.name, name)
+    }
 }
 
 /// How far a robot can reach.

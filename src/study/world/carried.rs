@@ -9,7 +9,7 @@ use crate::input::{RegionSpec, Study};
 use perirobot_march::voxel::flood::enclosed_voxels;
 use perirobot_march::voxel::{BitGrid, Distances, rounded_up};
 use perirobot_scene::objects::spec::ObjectSpec;
-use perirobot_scene::objects::{MountLink, Object, Scene, Surface};
+use perirobot_scene::objects::{MountLink, Scene, Surface};
 use perirobot_scene::truth::{RegionShape, Truth};
 
 /// With a larger share of its voxels in its robot, an object is inside of it rather than mounted on it.
@@ -47,10 +47,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
 
 /// The parts of an object, by their places in the scene.
 fn parts<'a>(scene: &'a Scene, name: &'a str) -> impl Iterator<Item = usize> + 'a {
-    let is_part = move |part: &Object| {
-        part.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
-    };
-    (0..scene.objects.len()).filter(move |&index| is_part(&scene.objects[index]))
+    (0..scene.objects.len()).filter(move |&index| scene.objects[index].is_part_of(name))
 }
 
 /// How far any point of a carried object is from the frame of its link, in metres.

@@ -1,5 +1,7 @@
 //! A light curtain: its zone counts as occupied while something is in the gate.
 
+use std::sync::Arc;
+
 use serde::Deserialize;
 
 use super::shared::{Silence, prism};
@@ -13,6 +15,7 @@ use crate::sensor::{Claim, Extent, Kind, SWITCHES, Setting, Stance, Station, lev
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
+use perirobot_scene::objects::spec::SceneSpec;
 
 /// A light curtain.
 #[derive(Deserialize)]
@@ -25,6 +28,15 @@ pub(crate) struct GateFile {
     zone: BoxFile,
     /// What an idle curtain says of the zone. Default "unknown".
     otherwise: Option<Silence>,
+    /// Whether it stays on until it is reset: then whoever is in the zone has come in through it. Default false.
+    #[serde(default)]
+    latch: bool,
+    /// Names of objects during whose passage it says nothing: while one of them is in the box.
+    #[serde(default)]
+    muted_by: Vec<String>,
+    /// Moments at which it says nothing: numbers of snapshots, counted from 0.
+    #[serde(default)]
+    muted_at: Vec<usize>,
 }
 
 impl KindFile for GateFile {
@@ -32,22 +44,54 @@ impl KindFile for GateFile {
     #[cfg(test)]
     const PAGE: Page = Page {
         what: "light curtain; without poses its box and zone are in the world",
-        keys: "`box`, `zone` (both `{ min_m, max_m }`), `otherwise?` (unknown)",
+        keys: "`box`, `zone` (both `{ min_m, max_m }`), `otherwise?` (unknown), `latch?`, `muted_by?`, `muted_at?`",
         evidence: &[EvidenceWords {
             says: "",
-            occupied: "its zone, if the truth has an occupied voxel in its box",
-            free: "else the zone, if `otherwise = \"free\"`",
+            occupied: "its zone, if the truth has an occupied voxel in its box, or with `latch` a person's voxel in its zone",
+            free: "else the zone, if `otherwise = \"free\"`; nothing while it is muted",
         }],
     };
 
-    fn check(self, at: &Place, _: &Context) -> Result<Checked> {
-        Ok(Gate {
+    fn check(self, at: &Place, context: &Context) -> Result<Checked> {
+        check_muting(at, &self, context.scenes)?;
+        let mut warnings = Vec::new();
+        if self.latch {
+            warnings.push(
+                "latches: whoever is in its zone counts as detected on the way in; perirobot approach tells whether there \
+                 is another way in, and nobody may be inside when it is reset"
+                    .into(),
+            );
+        }
+        let gate = Gate {
             gate: prism(at, "box", &self.r#box)?,
             zone: prism(at, "zone", &self.zone)?,
             // An uncrossed curtain does not show that nobody stepped over it.
             otherwise_free: self.otherwise == Some(Silence::Free),
+            latches: self.latch,
+            muted_by: self.muted_by,
+            muted_at: self.muted_at,
+        };
+        Ok(Checked { kind: Arc::new(gate), warnings })
+    }
+}
+
+/// Refuses objects and moments that no scene has.
+fn check_muting(at: &Place, file: &GateFile, scenes: &[SceneSpec]) -> Result<()> {
+    let objects = || scenes.iter().flat_map(|scene| &scene.objects);
+    if let Some(name) = file.muted_by.iter().find(|name| !objects().any(|object| object.has_part(name))) {
+        let mut names: Vec<&str> = objects().map(|object| object.name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        let rule = format!("must be objects of a scene: {names:?}");
+        return Err(at.wrong("muted_by", format!("[{name:?}]"), &rule));
+    }
+    let most = scenes.iter().map(|scene| scene.snapshots).max().unwrap_or(0);
+    match file.muted_at.iter().find(|&&snapshot| snapshot >= most) {
+        Some(snapshot) => {
+            let rule = format!("must be snapshots of a scene, from 0 to {}", most.saturating_sub(1));
+            Err(at.wrong("muted_at", format!("[{snapshot}]"), &rule))
         }
-        .into())
+        None => Ok(()),
     }
 }
 
@@ -60,14 +104,46 @@ pub(crate) struct Gate {
     pub(crate) zone: Prism,
     /// Whether an uninterrupted curtain certifies that the zone is free.
     pub(crate) otherwise_free: bool,
+    /// Whether it stays on until it is reset.
+    pub(crate) latches: bool,
+    /// Objects that mute it while they are in the box.
+    pub(crate) muted_by: Vec<String>,
+    /// Snapshots in which it is muted.
+    pub(crate) muted_at: Vec<usize>,
 }
 
 impl Gate {
+    /// Where it senses.
+    fn gate(&self, at: &Station) -> BitGrid {
+        self.gate.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window())
+    }
+
+    /// Where it senses people: with a latch, whoever is in the zone has come in through the gate.
+    fn felt(&self, at: &Station) -> BitGrid {
+        let gate = self.gate(at);
+        if !self.latches {
+            return gate;
+        }
+        let zone = self.zone.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window());
+        let mut both = gate.to_window(gate.window().union(&zone.window()));
+        both.add(&zone);
+        both
+    }
+
     /// What stands in the gate.
     fn intruders(&self, at: &Station) -> BitGrid {
-        let mut inside = self.gate.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window());
+        let mut inside = self.gate(at);
         inside.keep(&at.truth.occupied);
         inside
+    }
+
+    /// Whether it says nothing at this moment.
+    fn is_muted(&self, at: &Station) -> bool {
+        self.muted_at.contains(&at.moment[1])
+            || self.muted_by.iter().any(|name| {
+                let mutes = at.truth.objects.iter().filter(|object| object.is_part_of(name));
+                mutes.into_iter().any(|object| self.gate(at).intersects(&object.voxels))
+            })
     }
 }
 
@@ -108,6 +184,9 @@ impl Kind for Gate {
     }
 
     fn stuck_by(&self, at: &Station) -> BitGrid {
+        if self.is_muted(at) {
+            return BitGrid::nowhere();
+        }
         let mut fixed = self.intruders(at);
         fixed.remove(&at.truth.human);
         fixed.remove(&at.truth.robot);
@@ -115,15 +194,27 @@ impl Kind for Gate {
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
-        let (pose, grid) = (at.pose(), &at.truth.grid);
-        let mut inside = self.intruders(at);
-        let on = !inside.is_empty();
-        inside.keep(&at.truth.human);
-        vec![switch_planes(at, self.zone.voxels(&pose, grid, at.window), on, self.otherwise_free, inside)]
+        if self.is_muted(at) {
+            return vec![Claim::default()];
+        }
+        let mut people = self.felt(at);
+        people.keep(&at.truth.occupied);
+        people.keep(&at.truth.human);
+        let on = !people.is_empty() || !self.intruders(at).is_empty();
+        let zone = self.zone.voxels(&at.pose(), &at.truth.grid, at.window);
+        vec![switch_planes(at, zone, on, self.otherwise_free, people)]
     }
 
     fn feels(&self, at: &Station) -> Extent {
-        Extent::Only(self.gate.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window()))
+        Extent::Only(self.felt(at))
+    }
+
+    fn watches(&self, _: usize, at: &Station) -> Option<BitGrid> {
+        Some(match self.is_muted(at) {
+            true => BitGrid::nowhere(),
+            // Nobody is noticed in the zone who was not noticed on the way in.
+            false => self.gate(at),
+        })
     }
 
     fn reach(&self, at: &Station) -> Extent {
@@ -144,6 +235,9 @@ mod tests {
             gate: between([0.0, 0.0, 0.0], [1.0, 4.0, 2.0]),
             zone: between([1.0, 0.0, 0.0], [3.0, 4.0, 2.0]),
             otherwise_free,
+            latches: false,
+            muted_by: Vec::new(),
+            muted_at: Vec::new(),
         }
     }
 
@@ -167,6 +261,64 @@ mod tests {
                 assert_eq!((free, unknown), (Says::Free(zone.clone()), Says::Nothing), "{voxel:?}");
             }
         }
+    }
+
+    /// Who is in the zone came in through the gate; things in it did not.
+    #[test]
+    fn a_latch_stays_on_for_people_in_the_zone() {
+        let zone = block([1, 0, 0], [2, 3, 1]);
+        let latch = Gate { latches: true, ..gate(true) };
+        let with = |role: Role, voxel: [i32; 3], gate: &Gate| {
+            let mut truth = empty([8, 8, 4], 1.0);
+            put(&mut truth, role, &[voxel], None);
+            let here = station(&truth, Setting::Fixed);
+            let hits =
+                gate.claims(&here).remove(0).planes.map(|planes| planes.hits.voxels().collect::<Vec<_>>());
+            (says(gate, 0, &here), hits.unwrap())
+        };
+        let (human, thing, robot) = (Role::Human, Role::Environment, Role::Robot);
+        let on = |felt: &[[i32; 3]]| (Says::Occupied(zone.clone()), felt.to_vec());
+        let off = || (Says::Free(zone.clone()), Vec::new());
+        assert_eq!(with(human, [2, 1, 0], &latch), on(&[[2, 1, 0]]));
+        assert_eq!(with(human, [0, 1, 0], &latch), on(&[[0, 1, 0]]));
+        assert_eq!(with(human, [3, 1, 0], &latch), off(), "beyond the zone");
+        assert_eq!(with(thing, [2, 1, 0], &latch), off());
+        assert_eq!(with(robot, [2, 1, 0], &latch), off());
+        assert_eq!(with(thing, [0, 1, 0], &latch), on(&[]));
+        assert_eq!(with(human, [2, 1, 0], &gate(true)), off(), "without a latch");
+        // Nobody is noticed in the zone who was not noticed on the way in.
+        let truth = empty([8, 8, 4], 1.0);
+        let here = station(&truth, Setting::Fixed);
+        let watched = latch.watches(0, &here).unwrap().voxels().collect::<Vec<_>>();
+        assert_eq!(watched, block([0, 0, 0], [0, 3, 1]));
+    }
+
+    #[test]
+    fn a_muted_gate_says_nothing() {
+        let mut truth = empty([8, 8, 4], 1.0);
+        put(&mut truth, Role::Environment, &[[0, 0, 0], [5, 0, 0]], None);
+        put(&mut truth, Role::Human, &[[0, 2, 0]], None);
+        let muted = |by: &str, at: &[usize]| Gate {
+            muted_by: if by.is_empty() { Vec::new() } else { vec![by.into()] },
+            muted_at: at.to_vec(),
+            latches: true,
+            ..gate(true)
+        };
+        let at = |snapshot: usize| Station { moment: [0, snapshot], ..station(&truth, Setting::Fixed) };
+        let on = Says::Occupied(block([1, 0, 0], [2, 3, 1]));
+        assert_eq!(says(&muted("object 0", &[]), 0, &at(0)), Says::Nothing);
+        assert_eq!(says(&muted("object", &[]), 0, &at(0)), on, "is no part of it");
+        assert_eq!(says(&muted("", &[1, 3]), 0, &at(3)), Says::Nothing);
+        assert_eq!(says(&muted("", &[1, 3]), 0, &at(2)), on);
+        assert_eq!(muted("", &[3]).watches(0, &at(3)), Some(BitGrid::nowhere()));
+        // A thing that mutes it does not trip it for ever; another does.
+        assert!(muted("object 0", &[]).stuck_by(&at(0)).is_empty());
+        assert!(!muted("", &[2]).stuck_by(&at(0)).is_empty());
+        // The thing has left.
+        let mut later = empty([8, 8, 4], 1.0);
+        put(&mut later, Role::Environment, &[[5, 0, 0]], None);
+        put(&mut later, Role::Human, &[[0, 2, 0]], None);
+        assert_eq!(says(&muted("object 0", &[]), 0, &station(&later, Setting::Fixed)), on);
     }
 
     #[test]

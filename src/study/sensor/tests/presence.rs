@@ -44,6 +44,9 @@ fn a_gate_feels_what_is_in_its_box() {
         gate: between([0.0, 0.0, 0.0], [1.0, 4.0, 2.0]),
         zone: between([1.0, 0.0, 0.0], [3.0, 4.0, 2.0]),
         otherwise_free: true,
+        latches: false,
+        muted_by: Vec::new(),
+        muted_at: Vec::new(),
     };
     put(&mut truth, Role::Human, &[[1, 1, 0]], None);
     assert_eq!(feels(&gate, 0, &station(&truth, Setting::Fixed)), [[0; 3]; 0], "off");

@@ -49,7 +49,7 @@ pub(super) fn find_carrier<'a>(
         }
     };
     let in_scene =
-        |scene: &'a SceneSpec| Some((scene, scene.objects.iter().find(|object| has_part(object, name))?));
+        |scene: &'a SceneSpec| Some((scene, scene.objects.iter().find(|object| object.has_part(name))?));
     let found: Vec<(&SceneSpec, &ObjectSpec)> = source.scenes.iter().filter_map(in_scene).collect();
     let Some(&(scene, object)) = found.first() else {
         return if source.has_all_scenes { Err(unknown(at, name, source.scenes)) } else { Ok(None) };
@@ -125,13 +125,6 @@ pub(super) fn find_carrier<'a>(
         .flat_map(|(scene, own)| scene.objects.iter().filter(move |other| other.name != own.name));
     let others = beside.filter(|_| is_in_world).filter(still).collect();
     Ok(Some(Carrier { name, mesh, frame, others }))
-}
-
-/// Whether an object, or a part of it by the rules of its nodes, has this name.
-fn has_part(object: &ObjectSpec, name: &str) -> bool {
-    let rule = || name.strip_prefix(object.name.as_str())?.strip_prefix('/');
-    let has_rule = |rule: &str| object.nodes.iter().any(|node| !node.ignore && node.r#match == rule);
-    object.name == name || rule().is_some_and(has_rule)
 }
 
 fn unknown(at: &Place, name: &str, scenes: &[SceneSpec]) -> Error {
