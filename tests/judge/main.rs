@@ -7,6 +7,7 @@ mod approach;
 mod approach_random;
 mod hall;
 mod json;
+mod latch;
 mod near;
 mod postures;
 mod speed;

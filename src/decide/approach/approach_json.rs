@@ -89,6 +89,9 @@ pub struct ApproachRow {
     pub narrowest_places: Option<u64>,
     /// The object that hides the body there from most sensors and voxels; `None` if none does.
     pub shadowed_by: Option<String>,
+    /// The sensors that latch into whose zone the body gets without having been noticed on the way.
+    #[serde(default)]
+    pub latches_passed: Vec<String>,
     /// The area of the positions of its middle at which a body on the floor is unnoticed; `None` of other bodies.
     pub unnoticed_m2: Option<f64>,
     /// The part of that area to which it comes from the entry; `None` of other bodies.
@@ -150,6 +153,7 @@ fn row(ground: &Ground, answer: &ApproachAnswer) -> ApproachRow {
     let [deepest_squared, noticed_squared] = [deepest.map(|deepest| deepest.squared), answer.found.noticed];
     let needed = ground.study.stopping.as_ref().map(|stopping| stopping.fastest().needed_m);
     let margin = answer.found.nearest().zip(needed).map(|(nearest, needed)| root_m(nearest, grid) - needed);
+    let passed = answer.latches.iter().filter(|(_, is_passed)| *is_passed);
     ApproachRow {
         scene: ground.worlds[0].name.clone(),
         snapshot: answer.snapshot,
@@ -168,6 +172,7 @@ fn row(ground: &Ground, answer: &ApproachAnswer) -> ApproachRow {
         narrowest_m: narrowest.map(|narrowest| point(narrowest.place)),
         narrowest_places: narrowest.map(|narrowest| narrowest.front),
         shadowed_by: answer.shadow.clone(),
+        latches_passed: passed.map(|(name, _)| name.clone()).collect(),
         unnoticed_m2: body.on_floor.then(|| area(answer.unnoticed)),
         joined_m2: body.on_floor.then(|| area(answer.found.reached.count())),
     }
@@ -211,6 +216,7 @@ mod tests {
             narrowest_m: None,
             narrowest_places: Some(u64::MAX),
             shadowed_by: Some("a \"shelf\"".into()),
+            latches_passed: vec!["curtain".into()],
             unnoticed_m2: None,
             joined_m2: Some(0.0),
         };

@@ -61,6 +61,9 @@ pub struct ApproachAnswer {
     pub farthest: u32,
     /// The object that stands before the narrowest place, or before the deepest one if there is none.
     pub shadow: Option<String>,
+    /// The sensors that latch, by their names, and for each whether the body gets into its zone without having been noticed
+    /// on the way.
+    pub latches: Vec<(String, bool)>,
 }
 
 /// What a floor plan of a body shows, at the last moment that was asked: all snapshots at once, or the only one.
@@ -204,6 +207,7 @@ impl<'g> ApproachMoment<'g> {
         let mut watched = watches[0].voxels.clone();
         watches[1..].iter().for_each(|watch| watched.keep(&watch.voxels));
         let (open, farthest) = (self.open(&watched), self.distances.farthest());
+        let latches = latches(watchers, watches);
         let answers = self.each(|[number, entry]| {
             let (body, begin) = (&self.ground.bodies[number], &self.ground.begins[number][entry]);
             let found = deepest(body, begin, self.room(number, &open));
@@ -216,6 +220,12 @@ impl<'g> ApproachMoment<'g> {
                 deepest.narrowest.map(|narrowest| narrowest.place).or(deepest.path.last().copied())
             });
             let shadow = place.and_then(|place| shadow(body, place, watchers, watches));
+            let latches = latches.iter().map(|(name, zone)| {
+                let mut inside = found.reached.clone();
+                inside.remove(&body.covers_at_most(0, zone, self.ground.places[number]));
+                (name.clone(), !inside.is_empty())
+            });
+            let latches = latches.collect();
             let (company, snapshot, unnoticed) = (self.company, self.snapshot, open[number].count());
             ApproachAnswer {
                 company,
@@ -227,6 +237,7 @@ impl<'g> ApproachMoment<'g> {
                 found,
                 farthest,
                 shadow,
+                latches,
             }
         });
         let planes = self.free.iter().zip(open).enumerate();
@@ -237,6 +248,18 @@ impl<'g> ApproachMoment<'g> {
         };
         (answers, plans.map(plan).collect())
     }
+}
+
+/// Each sensor that latches at one of these moments, by its name, with the sums of the voxels in which people count as
+/// detected.
+fn latches(watchers: &Watchers, watches: &[WatchedVoxels]) -> Vec<(String, Sums)> {
+    let mut zones: BTreeMap<usize, BitGrid> = BTreeMap::new();
+    for watch in watches {
+        for (sensor, zone) in &watch.latched {
+            zones.entry(*sensor).or_insert_with(|| BitGrid::new(watch.voxels.window())).add(zone);
+        }
+    }
+    zones.into_iter().map(|(sensor, zone)| (watchers.name(sensor).to_string(), Sums::new(&zone))).collect()
 }
 
 /// The object that stands before most voxels of a body at a place, seen from the sensors.

@@ -16,6 +16,7 @@
 //! | `narrowest_x_m`, `narrowest_y_m`, `narrowest_z_m` | the middle of the body where the way is the narrowest |
 //! | `narrowest_places` | at how many places the body must be noticed there to close the way; a place is one position of the body |
 //! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty if none does |
+//! | `latches_passed` | the curtains that latch into whose zone the body gets without having been noticed on the way, joined by `;`: their latch does not hold |
 //! | `unnoticed_m2`, `joined_m2` | of a body on the floor: the area of the positions of its middle at which it is unnoticed, and of those joined to the entry |
 
 use super::approach_json::{ApproachRow, Approaches, DIGITS};
@@ -28,7 +29,7 @@ use perirobot_march::voxel::rounded_down;
 use perirobot_study::input::Study;
 use perirobot_sweep::results::columns::Csv;
 
-const COLUMNS: [&str; 27] = [
+const COLUMNS: [&str; 28] = [
     "combination",
     "poses",
     "representation",
@@ -54,6 +55,7 @@ const COLUMNS: [&str; 27] = [
     "narrowest_z_m",
     "narrowest_places",
     "shadowed_by",
+    "latches_passed",
     "unnoticed_m2",
     "joined_m2",
 ];
@@ -97,6 +99,7 @@ fn fields(row: &ApproachRow) -> Vec<String> {
     fields.extend(point(row.narrowest_m));
     fields.push(count(row.narrowest_places));
     fields.push(row.shadowed_by.clone().unwrap_or_default());
+    fields.push(row.latches_passed.join(";"));
     fields.extend([row.unnoticed_m2, row.joined_m2].map(metres));
     fields
 }
@@ -142,6 +145,17 @@ pub fn describe(ground: &Ground, answers: &[ApproachAnswer]) -> String {
             text += &format!("    {}\n", needed::describe(stopping, nearest, grid));
             let entry = answer.found.entry.and_then(|entry| needed::begins_too_near(stopping, entry, grid));
             text += &entry.map_or(String::new(), |entry| format!("    {entry}\n"));
+        }
+        for (sensor, is_passed) in &answer.latches {
+            text += &match is_passed {
+                true => format!(
+                    "    gets into the zone of {sensor:?} without tripping it: its latch does not hold, and people \
+                     there may be undetected\n"
+                ),
+                false => format!(
+                    "    gets into the zone of {sensor:?} only by tripping it: its latch holds from here\n"
+                ),
+            };
         }
         let Some(deepest) = &answer.found.deepest else { continue };
         if let Some(narrowest) = deepest.narrowest {

@@ -54,6 +54,8 @@ pub struct WatchedVoxels {
     pub truth: Arc<Truth>,
     /// The voxels in which a body would be noticed, over the grid.
     pub voxels: BitGrid,
+    /// For each sensor that latches, its number and the voxels in which people count as detected on their way there.
+    pub latched: Vec<(usize, BitGrid)>,
     /// For each sensor that casts, its number and where it stands.
     placements: Vec<(usize, GridPose)>,
 }
@@ -99,19 +101,28 @@ impl<'a> Watchers<'a> {
         &self.each
     }
 
+    /// The name of a sensor.
+    pub fn name(&self, sensor: usize) -> &str {
+        &self.study.sensors[sensor].name
+    }
+
     /// What they watch in a scene; `truth` is that of this world, with its people or without.
     pub fn watch(&self, world: &World, truth: Arc<Truth>) -> WatchedVoxels {
         let mut voxels = BitGrid::new(world.grid.window());
-        let mut placements = Vec::new();
+        let (mut placements, mut latched) = (Vec::new(), Vec::new());
         let scene = WatchScene::new(world, truth.clone(), world.grid.window());
         for one in &self.each {
             voxels.add(&self.watched_voxels(one, &scene));
+            let station = self.station(one, world, &truth);
+            let zone = self.study.sensors[one.sensor].kind.latched(&station);
+            if !zone.is_empty() {
+                latched.push((one.sensor, zone));
+            }
             if self.tables[one.sensor].is_some() {
-                let station = self.station(one, world, &truth);
                 placements.push((one.sensor, station.placement(&*self.study.sensors[one.sensor].kind)));
             }
         }
-        WatchedVoxels { truth, voxels, placements }
+        WatchedVoxels { truth, voxels, latched, placements }
     }
 
     /// The voxels in which one of them would notice a body, over the grid or a part of it.

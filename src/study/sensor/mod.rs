@@ -284,6 +284,11 @@ pub trait Kind: Debug + Send + Sync {
         None
     }
 
+    /// The voxels in which people count as detected because they came in through what it watches; none of most.
+    fn latched(&self, _: &Station) -> BitGrid {
+        BitGrid::nowhere()
+    }
+
     /// The voxels of the environment that alone trip it, so that it never changes; none where it works.
     fn stuck_by(&self, _: &Station) -> BitGrid {
         BitGrid::nowhere()

@@ -217,6 +217,13 @@ impl Kind for Gate {
         })
     }
 
+    fn latched(&self, at: &Station) -> BitGrid {
+        match self.latches && !self.is_muted(at) {
+            true => self.zone.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window()),
+            false => BitGrid::nowhere(),
+        }
+    }
+
     fn reach(&self, at: &Station) -> Extent {
         Extent::Only(self.zone.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window()))
     }
@@ -291,6 +298,8 @@ mod tests {
         let here = station(&truth, Setting::Fixed);
         let watched = latch.watches(0, &here).unwrap().voxels().collect::<Vec<_>>();
         assert_eq!(watched, block([0, 0, 0], [0, 3, 1]));
+        assert_eq!(latch.latched(&here).voxels().collect::<Vec<_>>(), zone);
+        assert!(gate(true).latched(&here).is_empty());
     }
 
     #[test]
@@ -311,6 +320,7 @@ mod tests {
         assert_eq!(says(&muted("", &[1, 3]), 0, &at(3)), Says::Nothing);
         assert_eq!(says(&muted("", &[1, 3]), 0, &at(2)), on);
         assert_eq!(muted("", &[3]).watches(0, &at(3)), Some(BitGrid::nowhere()));
+        assert!(muted("", &[3]).latched(&at(3)).is_empty());
         // A thing that mutes it does not trip it for ever; another does.
         assert!(muted("object 0", &[]).stuck_by(&at(0)).is_empty());
         assert!(!muted("", &[2]).stuck_by(&at(0)).is_empty());

@@ -1,0 +1,183 @@
+//! A light curtain that latches, in the only opening of a fence: whom it counts as detected, and whether approach proves it.
+
+use std::fs;
+
+use crate::common::program::{Folder, perirobot, refused, rows, text};
+
+/// A robot behind a fence with one opening 1 m wide at y = 0, and a person who has come in beside it.
+const CELL: &str = "\
+[[object]]
+name = \"floor\"
+plane = { size_m = [4, 3] }
+[[object]]
+name = \"robot\"
+role = \"robot\"
+cylinder = { radius_m = 0.2, height_m = 1.2 }
+position_m = [-1.3, 0, 0.6]
+[[object]]
+name = \"left\"
+box = { size_m = [0.1, 1.0, 2.3] }
+position_m = [0.05, 1.0, 1.15]
+[[object]]
+name = \"right\"
+box = { size_m = [0.1, 1.0, 2.3] }
+position_m = [0.05, -1.0, 1.15]
+[[object]]
+name = \"carton\"
+box = { size_m = [0.3, 0.3, 0.3] }
+position_m = [1.5, 1.2, 0.15]
+[object.snapshots]
+position_m = [[1.5, 1.2, 0.15], [1.5, 0, 0.15]]
+[[object]]
+name = \"person\"
+role = \"human\"
+cylinder = { radius_m = 0.2, height_m = 1.7 }
+position_m = [-0.6, 0.9, 0.9]
+";
+
+const STUDY: &str = "\
+min_hits = 1
+[grid]
+voxel_size_m = 0.1
+bounds_m = { min = [-2, -1.5, 0], max = [2, 1.5, 2.2] }
+[[scene]]
+file = \"cell.toml\"
+[[region]]
+name = \"inside\"
+box = { min_m = [-2, -1.5, 0], max_m = [-0.1, 1.5, 2.2] }
+[[sensor]]
+name = \"curtain\"
+kind = \"gate\"
+box = { min_m = [0, -0.4, 0.1], max_m = [0.1, 0.5, 2.2] }
+zone = { min_m = [-2, -1.5, 0], max_m = [0, 1.5, 2.2] }
+latch = true
+[[require]]
+name = \"whoever is inside is detected\"
+score = \"people_detected\"
+region = \"inside\"
+at_least = 1.0
+[approach]
+[[approach.body]]
+name = \"standing\"
+[[approach.entry]]
+name = \"outside\"
+box = { min_m = [1.0, -1.5, 0], max_m = [2.0, 1.5, 2.2] }
+";
+
+/// At the second moment the carton is in the curtain.
+const CARTON_IN: (&str, &str, &str) = ("cell.toml", "[1.5, 0, 0.15]]", "[0.05, 0, 0.35]]");
+
+fn folder(edits: &[(&str, &str, &str)]) -> Folder {
+    let folder = Folder::new();
+    folder.write("study.toml", STUDY);
+    folder.write("cell.toml", CELL);
+    edits.iter().for_each(|(file, from, to)| folder.edit(file, from, to));
+    folder
+}
+
+/// What `approach` says, and the curtains that are passed at the first moment, the second, and both at once.
+fn approach(edits: &[(&str, &str, &str)]) -> (String, [String; 3]) {
+    let folder = folder(edits);
+    let (study, out) = (folder.path("study.toml"), folder.path("out"));
+    let outcome = perirobot(&["approach", text(&study), "--pose", "here", "--out", text(&out)]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let rows = rows(&out.join("approach.csv"));
+    let of = |snapshot: &str| {
+        let is_asked = |row: &&std::collections::HashMap<String, String>| {
+            row["snapshot"] == snapshot && row["people"] == "absent"
+        };
+        rows.iter().find(is_asked).unwrap()["latches_passed"].clone()
+    };
+    (outcome.stdout, ["0", "1", "*"].map(of))
+}
+
+const HOLDS: &str = "gets into the zone of \"curtain\" only by tripping it";
+const FAILS: &str = "gets into the zone of \"curtain\" without";
+
+#[test]
+fn a_latch_at_the_only_opening_holds() {
+    let (said, passed) = approach(&[]);
+    assert!(said.contains(HOLDS) && !said.contains(FAILS), "{said}");
+    assert_eq!(passed, ["", "", ""]);
+}
+
+#[test]
+fn a_latch_beside_a_gap_does_not_hold() {
+    // The left part of the fence ends 60 cm from the wall.
+    let gap = (
+        "cell.toml",
+        "size_m = [0.1, 1.0, 2.3] }\nposition_m = [0.05, 1.0, 1.15]",
+        "size_m = [0.1, 0.4, 2.3] }\nposition_m = [0.05, 0.7, 1.15]",
+    );
+    let (said, passed) = approach(&[gap]);
+    assert!(said.contains(FAILS) && !said.contains(HOLDS), "{said}");
+    assert_eq!(passed, ["curtain"; 3]);
+}
+
+#[test]
+fn a_latch_that_is_muted_at_a_moment_does_not_hold_over_all() {
+    // While the carton is in the curtain anybody gets in, and stays.
+    let muted = ("study.toml", "latch = true", "latch = true\nmuted_by = [\"carton\"]");
+    let (said, passed) = approach(&[muted, CARTON_IN]);
+    assert!(said.contains(FAILS), "{said}");
+    assert_eq!(passed, ["", "", "curtain"]);
+    let (said, passed) = approach(&[("study.toml", "latch = true", "latch = true\nmuted_at = [1]")]);
+    assert!(said.contains(FAILS), "{said}");
+    assert_eq!(passed, ["", "", "curtain"]);
+}
+
+#[test]
+fn who_is_already_inside_defeats_a_latch() {
+    let inside = (
+        "study.toml",
+        "box = { min_m = [1.0, -1.5, 0], max_m = [2.0, 1.5, 2.2] }",
+        "box = { min_m = [-0.9, 0.3, 0], max_m = [-0.2, 1.3, 2.2] }",
+    );
+    let (said, passed) = approach(&[inside]);
+    assert!(said.contains(FAILS), "{said}");
+    assert_eq!(passed, ["curtain"; 3]);
+}
+
+/// The verdict on whether whoever is inside is detected.
+fn verdict(edits: &[(&str, &str, &str)]) -> (Option<i32>, Vec<[String; 2]>) {
+    let folder = folder(edits);
+    let (study, out) = (folder.path("study.toml"), folder.path("out"));
+    let outcome = perirobot(&["sweep", text(&study), "--backend", "cpu", "--out", text(&out)]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let each = rows(&out.join("results.csv"));
+    let found = each.iter().map(|row| ["snapshot", "people_detected"].map(|column| row[column].clone()));
+    let found = found.collect();
+    let judged = perirobot(&["judge", text(&out)]);
+    fs::remove_dir_all(out).unwrap();
+    (judged.code, found)
+}
+
+#[test]
+fn a_latch_detects_who_came_in() {
+    let at = |values: [&str; 2]| {
+        vec![["0", values[0]], ["1", values[1]]]
+            .into_iter()
+            .map(|row| row.map(String::from))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(verdict(&[]), (Some(0), at(["1", "1"])));
+    // Without a latch nobody is in the curtain, and the person behind it is not detected, though the carton trips it.
+    assert_eq!(verdict(&[CARTON_IN]), (Some(0), at(["1", "1"])));
+    assert_eq!(verdict(&[("study.toml", "latch = true\n", ""), CARTON_IN]), (Some(4), at(["0", "0"])));
+    let muted = [("study.toml", "latch = true", "latch = true\nmuted_by = [\"carton\"]"), CARTON_IN];
+    assert_eq!(verdict(&muted), (Some(4), at(["1", "0"])));
+}
+
+#[test]
+fn muting_that_cannot_be() {
+    let wrong = |line: &str, expected: &str| {
+        let edit = ("study.toml", "latch = true", line);
+        refused(&folder(&[]), &[edit], &["study.toml: sensor \"curtain\"", expected]);
+    };
+    wrong(
+        "muted_by = [\"karton\"]",
+        "muted_by = [\"karton\"]: must be objects of a scene: [\"carton\", \"floor\"",
+    );
+    wrong("muted_at = [2]", "muted_at = [2]: must be snapshots of a scene, from 0 to 1");
+    wrong("latch = 1", "latch");
+}
