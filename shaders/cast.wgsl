@@ -34,6 +34,22 @@ fn comes_near(begin: March) -> bool {
     return max(enters.x, max(enters.y, enters.z)) <= min(leaves.x, min(leaves.y, leaves.z)) + 1.0;
 }
 
+// Whether what a ray hit is too dark for its distance: the light that it returns is not detected.
+fn is_too_weak(sent: March, slant: Slant, found: u32) -> bool {
+    if table.shaded == 0u || setup.shades_word == 0u || found == NO_HIT {
+        return false;
+    }
+    let hit_q16 = found >> 2u;
+    let made = made_at3(sent.next_q16, sent.period_q16, sent.rate, hit_q16, i32(found & 3u));
+    let shade = shade_of(sent.voxel + sent.step * vec3<i32>(made));
+    let range_q16 = select(
+        select(table.shade_range_3_q16, table.shade_range_2_q16, shade == 2u),
+        table.shade_range_1_q16,
+        shade == 1u,
+    );
+    return shade != 0u && hit_q16 > ray_range_q16(range_q16, slant.period_q16);
+}
+
 fn cast_ray(placement: GridPose, ray: u32, end_word: u32) {
     let dir = dirs[ray];
     let begin = launch(placement.believed, dir);
@@ -54,7 +70,8 @@ fn cast_ray(placement: GridPose, ray: u32, end_word: u32) {
     // What is hit lies elsewhere than the ray is believed to go if the mount is off.
     if PLAIN || part.tiles != 0u || part.every_ray != 0u || is_off || comes_near(begin) {
         found = min(found, first_hit(sent_on(sent, clear_q16(begin, of_tile)), last_q16));
-        let finish = finish(sent, begin, is_off, slant, found, draw(placement.draws, ray));
+        let too_weak = !PLAIN && is_too_weak(sent, slant, found);
+        let finish = finish(sent, begin, is_off, slant, found, too_weak, draw(placement.draws, ray));
         end = finish.end;
         if end.kind == RETURN {
             mark(2u * placement.slot, finish.voxel);

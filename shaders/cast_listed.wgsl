@@ -40,7 +40,7 @@ fn cast_pixel(placement: GridPose, row: u32, tile: u32, local: u32) {
         let begin = launch(placement.believed, dir);
         let slant = slant_of(dir);
         let found = hit_of(begin, ends[word_of_tile(row, tile)], slant.range_max_q16);
-        let finish = finish(begin, begin, false, slant, found, draw(placement.draws, ray));
+        let finish = finish(begin, begin, false, slant, found, false, draw(placement.draws, ray));
         if finish.end.kind == RETURN {
             mark(2u * placement.slot, finish.voxel);
             mark(2u * placement.slot + 1u, finish.hit);

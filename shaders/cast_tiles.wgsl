@@ -316,7 +316,7 @@ fn word_of(cone: Cone, seen: u32) -> u32 {
         return SENT | u32(clear * 65536.0);
     }
     // What is lost does not return; and a layer is not all blockers.
-    if part.whole_layer != 0u && table.lost_below == 0u && clear > behind {
+    if part.whole_layer != 0u && table.lost_below == 0u && table.shaded == 0u && clear > behind {
         return BEYOND;
     }
     // Before what is ignored, rays do not end.

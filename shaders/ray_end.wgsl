@@ -32,12 +32,12 @@ fn off_by_q16(slant: Slant, drawn: u32, t_q16: u32) -> i32 {
 }
 
 // `sent` is the ray that is truly cast; `begin` the same as it is believed to go, another where the mount is
-// off.
-fn finish(sent: March, begin: March, is_off: bool, slant: Slant, found: u32, drawn: u32) -> Finish {
+// off. `too_weak` says that what it hit is too dark for its distance.
+fn finish(sent: March, begin: March, is_off: bool, slant: Slant, found: u32, too_weak: bool, drawn: u32) -> Finish {
     let size = vec3<u32>(setup.grid_x, setup.grid_y, setup.grid_z);
     let hit_q16 = found >> 2u;
     let blind = found != NO_HIT && hit_q16 < ray_range_q16(table.range_min_q16, slant.period_q16);
-    let lost = is_lost(drawn, table.lost_below) && !blind;
+    let lost = (is_lost(drawn, table.lost_below) || too_weak) && !blind;
     let nothing = found == NO_HIT || lost;
     var kind = select(RETURN, BLIND, blind);
     var step_q16 = 0;

@@ -20,6 +20,8 @@ struct Setup {
     bricks_x: u32,
     bricks_y: u32,
     bricks_word: u32,
+    // The word of a layer where its shades begin; 0 where there are none.
+    shades_word: u32,
     // Words of the still layer's first hits from one slot to the next.
     first_hits_stride: u32,
     // Counters of people's hits of a job.
@@ -41,6 +43,11 @@ struct Table {
     // Whether returns are read elsewhere than they are, and below which number they are lost.
     noisy: u32,
     lost_below: u32,
+    // Whether dark blockers return less far than others, and how far those of each shade do.
+    shaded: u32,
+    shade_range_1_q16: u32,
+    shade_range_2_q16: u32,
+    shade_range_3_q16: u32,
     // A camera's pixels, focal lengths in pixels, and the depth in voxels up to which voxels are near.
     image_x: u32,
     image_y: u32,

@@ -15,7 +15,7 @@ use perirobot_scene::pose::Pose;
 use perirobot_study::input::{self, Overrides};
 use perirobot_study::sensor::MAX_RAYS;
 use perirobot_study::sensor::kinds::rgbd::{KeypointShape, Rgbd};
-use perirobot_study::sensor::range::{Along, Range};
+use perirobot_study::sensor::range::{Along, Range, ReflectanceRanges};
 use perirobot_study::sensor::{Camera, Kind, MEASURES, RayScale, noise::Deviation, placement};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns;
@@ -149,6 +149,7 @@ impl DepthCamera {
                 noise: Deviation::NONE,
                 dropout: 0.0,
                 calibration: None,
+                reflectance: ReflectanceRanges::NONE,
             },
             shapes: vec![KeypointShape::Points],
             keypoint_tolerance_m: 0.0,
@@ -246,10 +247,7 @@ impl Cell {
         }
         let mut backend = device.open()?;
         backend.tables(
-            &camera
-                .rays(&RayScale { voxel_size_m: self.grid.voxel_size_m, backdrop: false })
-                .into_iter()
-                .collect::<Vec<_>>(),
+            &camera.rays(&RayScale::new(self.grid.voxel_size_m, false)).into_iter().collect::<Vec<_>>(),
         )?;
         backend.load(&self.voxel_scene())?;
         let [hit, miss] = MEASURES;
@@ -282,6 +280,7 @@ impl Cell {
         let human = over(human);
         let voxels = human.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body });
         VoxelScene {
+            shades: None,
             truth: over(&blockers),
             robot: over(robot),
             regions: regions.iter().map(over).collect(),

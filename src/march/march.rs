@@ -54,6 +54,9 @@ impl End {
     }
 }
 
+/// [`Gates::shade_ranges_q16`] where no shade matters.
+pub const FULL_RANGE: [u32; 3] = [MAX_RANGE_VOXELS << 16; 3];
+
 /// What decides how a ray ends, in 1/65536 voxels. Of a table, ranges may be depths; [`Gates::ray_gates`] makes distances of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gates {
@@ -63,6 +66,9 @@ pub struct Gates {
     pub range_max_q16: u32,
     /// Whether ranges and noise are those of depth, which is measured along the sensor's axis (`range_along = "axis"`).
     pub along_axis: bool,
+    /// The longest distance of a return by the shade of its blocker, 1 to 3 ([`crate::backend::Shades`]): from farther ones
+    /// none comes back. The longest range where a shade does not matter.
+    pub shade_ranges_q16: [u32; 3],
     /// Voxels entered before this distance are not tested: they are the sensor's own housing.
     pub near_ignore_q16: u32,
     /// Whether a ray that ends in nothing certifies that what it passed is free (`no_return = "free"`).
@@ -77,12 +83,18 @@ impl Gates {
         Slant::new(axial_q16(z_q15, self.along_axis))
     }
 
+    /// Whether dark blockers return less far than others.
+    pub fn has_shades(&self) -> bool {
+        self.shade_ranges_q16.iter().any(|&range_q16| range_q16 < self.range_max_q16)
+    }
+
     /// The gates of a ray with `z_q15` of its length along the sensor's axis: its ranges as distances along it.
     pub fn ray_gates(&self, z_q15: i32) -> Gates {
         let slant = self.slant(z_q15);
         Gates {
             range_min_q16: ray_range_q16(self.range_min_q16, slant.period_q16),
             range_max_q16: ray_range_q16(self.range_max_q16, slant.period_q16),
+            shade_ranges_q16: self.shade_ranges_q16.map(|q16| ray_range_q16(q16, slant.period_q16)),
             along_axis: false,
             ..*self
         }

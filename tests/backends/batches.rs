@@ -57,6 +57,7 @@ fn one_box_in_front_of_a_camera_equals_the_cpu() {
             blockers.set([0, 1, 2].map(|r| window.min[r] + random.below(window.size[r]) as i32));
         }
         let scene = VoxelScene {
+            shades: None,
             truth: blockers.to_window(window),
             over_time: None,
             window,

@@ -9,7 +9,7 @@ use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{
     Backend, Carving, Evidence, Fusion, GridPose, Noise, OverTime, Rays, Reading, Shot, VoxelScene,
 };
-use perirobot_march::march::Gates;
+use perirobot_march::march::{FULL_RANGE, Gates};
 use perirobot_march::metrics::{COUNTERS, Confusion};
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_study::sensor::Camera;
@@ -27,6 +27,7 @@ fn camera(random: &mut Random) -> Rays {
     let gates = Gates {
         range_min_q16: random.of(&[0, 0, 3 << 16, near]),
         range_max_q16: random.of(&[2047 << 16, 40 << 16, far]),
+        shade_ranges_q16: FULL_RANGE,
         along_axis: random.one_in(2),
         near_ignore_q16: random.of(&[0, 0, housing]),
         no_return_is_free: random.one_in(2),
@@ -176,6 +177,7 @@ fn large_cameras_equal_the_cpu() {
     let (human, robot, blockers) = (blank(), blank(), truth.clone());
     let truth = truth.to_window(window);
     let scene = VoxelScene {
+        shades: None,
         blockers: blockers.into(),
         over_time: None,
         window,
@@ -189,6 +191,7 @@ fn large_cameras_equal_the_cpu() {
     let gates = Gates {
         range_min_q16: 12 << 16,
         range_max_q16: 120 << 16,
+        shade_ranges_q16: FULL_RANGE,
         along_axis: true,
         near_ignore_q16: 0,
         no_return_is_free: false,
@@ -259,6 +262,7 @@ pub(super) fn room(random: &mut Random) -> VoxelScene {
     let window = cases::inner(random, inside);
     let region = |random: &mut Random| BitGrid::full(cases::inner(random, window)).to_window(window);
     VoxelScene {
+        shades: None,
         truth: blockers.to_window(window),
         over_time,
         window,
@@ -289,6 +293,7 @@ fn rooms_equal_the_oracle() {
         };
         let gates = Gates {
             range_max_q16: random.of(&[2047 << 16, 2047 << 16, 60 << 16]),
+            shade_ranges_q16: FULL_RANGE,
             range_min_q16: random.of(&[0, 0, 5 << 16]),
             along_axis: random.one_in(2),
             near_ignore_q16: random.of(&[0, 0, 5 << 16]),

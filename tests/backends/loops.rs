@@ -121,6 +121,7 @@ fn close_up(seed: u64, empty: bool) -> Case {
     case.tables[0].gates = Gates { no_return_is_free: empty, ..cases::open_gates() };
     if empty {
         case.scene.blockers = Arc::new(BitGrid::new(case.scene.blockers.window()));
+        case.scene.shades = None;
         case.scene.over_time = None;
         case.scene.regions[0] = BitGrid::full(case.scene.window);
     }
@@ -141,6 +142,7 @@ fn hall(seed: u64) -> Case {
     let mut walls = BitGrid::full(Window { min: [0; 3], size });
     walls.remove(&BitGrid::full(Window { min: [1; 3], size: [94; 3] }));
     case.scene.blockers = Arc::new(walls);
+    case.scene.shades = None;
     case.tables[0].noise = Noise::default();
     let middle: [i32; 3] =
         std::array::from_fn(|r| case.scene.window.min[r] + case.scene.window.size[r] as i32 / 2);

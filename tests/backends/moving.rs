@@ -14,6 +14,7 @@ use perirobot_march::voxel::{BitGrid, Window};
 /// A scene with other blockers, looked at through another window.
 fn snapshot(scene: &VoxelScene, blockers: BitGrid, window: Window, over_time: &Arc<OverTime>) -> VoxelScene {
     VoxelScene {
+        shades: scene.shades.clone(),
         blockers: blockers.into(),
         over_time: Some(over_time.clone()),
         window,

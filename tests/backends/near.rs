@@ -8,13 +8,14 @@ use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::gpu::Gpu;
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, Carving, GridPose, Noise, Rays, Shot, VoxelScene};
-use perirobot_march::march::Gates;
+use perirobot_march::march::{FULL_RANGE, Gates};
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_study::sensor::Camera;
 
 /// A scene of blockers of which all matters that is in a window.
 fn scene(blockers: BitGrid, window: Window) -> VoxelScene {
     VoxelScene {
+        shades: None,
         truth: blockers.to_window(window),
         over_time: None,
         window,
@@ -77,6 +78,7 @@ fn camera(random: &mut Random, seed: u64) -> Rays {
     let gates = Gates {
         range_min_q16: random.of(&[0, 0, 1 << 15, 2 << 16]),
         range_max_q16: random.of(&[2047 << 16, 12 << 16, 2 << 16]),
+        shade_ranges_q16: FULL_RANGE,
         along_axis: random.one_in(2) && is_moderate,
         near_ignore_q16: random.of(&[0, 0, 1 << 15, 2 << 16]),
         no_return_is_free: random.one_in(2),

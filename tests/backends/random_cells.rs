@@ -12,7 +12,7 @@ use perirobot_march::backend::{
     Backend, Carving, Evidence, Fusion, GridFrame, GridPose, LOG_ODDS, Noise, Planes, Rays, Reading, Shot,
     VoxelScene,
 };
-use perirobot_march::march::{NOTHING, RETURN};
+use perirobot_march::march::{FULL_RANGE, Gates, NOTHING, RETURN};
 use perirobot_march::metrics::{BodyPart, Confusion};
 use perirobot_march::voxel::{BitGrid, BodyVoxel, People, Window};
 
@@ -220,6 +220,7 @@ fn evidence_from_the_host_arrives_whole() {
     let window = Window { min: [3, 5, 1], size: [290, 390, 4] };
     let blank = BitGrid::new(grid);
     let scene = VoxelScene {
+        shades: None,
         blockers: blank.clone().into(),
         over_time: None,
         window,
@@ -274,6 +275,7 @@ fn people_are_hit_where_no_ray_is_believed_to_come_near() {
     let person = BitGrid::full(window);
     let voxels = person.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: BodyPart::Body }).collect();
     let scene = VoxelScene {
+        shades: None,
         blockers: person.to_window(Window { min: [0; 3], size: grid }).into(),
         over_time: None,
         window,
@@ -327,17 +329,24 @@ fn the_cases_are_varied() {
     let mut kinds = [0u32; 4];
     let (mut occupied, mut free, mut hits, mut windows) = (0, 0, [0; 2], 0);
     let (mut reads, mut losses, mut sums) = ([0u32; 3], 0, [0u64; 3]);
-    let (mut off, mut off_and_felt) = (0, 0);
+    let (mut off, mut off_and_felt, mut weak) = (0, 0, 0);
     for seed in 0..100 {
         let case = case(seed);
         let mut oracle = Oracle::default();
         let quiet = |rays: &Rays| Rays { noise: Noise::default(), ..rays.clone() };
+        let bright = |rays: &Rays| Rays {
+            gates: Gates { shade_ranges_q16: FULL_RANGE, ..rays.gates },
+            ..rays.clone()
+        };
         let tables = case.tables.iter().cloned().chain(case.tables.iter().map(quiet));
+        let tables = tables.chain(case.tables.iter().map(bright));
         oracle.tables(&tables.collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"));
         oracle.load(&case.scene).unwrap_or_else(|e| panic!("{e}"));
         let mut kept = vec![None; 16];
         for cases::Shot { table, slot, placement } in &case.shots {
             let mut read = |table| oracle.read(table, placement).unwrap_or_else(|e| panic!("{e}"));
+            let ends = read(*table).ends.into_iter().zip(read(*table + 2 * case.tables.len()).ends);
+            weak += ends.filter(|(end, bright)| bright.kind == RETURN && end.kind == NOTHING).count();
             off += placement.truly.is_some() as u32;
             let (evidence, quiet) = (read(*table), read(*table + case.tables.len()));
             evidence.ends.iter().for_each(|end| kinds[end.kind as usize] += 1);
@@ -374,6 +383,7 @@ fn the_cases_are_varied() {
         "mounts that are off: {off}, those from which people are hit: {off_and_felt}"
     );
     assert!(losses > 1000, "lost returns: {losses}");
+    assert!(weak > 400, "returns of what is too dark: {weak}");
     assert!(sums.iter().all(|&n| n > 100), "log-odds clamped below, within, clamped above: {sums:?}");
 }
 

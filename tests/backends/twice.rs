@@ -55,7 +55,7 @@ fn what_two_sensors_see_is_counted_on_every_backend() {
     let mut sums = Vec::new();
     let mut run = |backend: &mut dyn Backend| {
         let mut sum = Overlap::default();
-        (0..40).for_each(|seed| check(backend, &case(seed), &mut sum));
+        (0..120).for_each(|seed| check(backend, &case(seed), &mut sum));
         assert!(sum.twice > 1000 && sum.hit_human_twice > 10, "{}: {sum:?}", backend.name());
         sums.push(sum);
     };

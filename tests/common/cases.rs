@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{
-    Backend, GridFrame, GridPose, Noise, OverTime, Planes, Rays, Reading, Slot, VoxelScene,
+    Backend, GridFrame, GridPose, Noise, OverTime, Planes, Rays, Reading, Shades, Slot, VoxelScene,
 };
-use perirobot_march::march::{self, End, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
+use perirobot_march::march::{self, End, FULL_RANGE, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
 use perirobot_march::metrics::BodyPart;
 use perirobot_march::voxel::{BitGrid, BodyVoxel, People, Window};
 use perirobot_study::sensor::Camera;
@@ -173,6 +173,7 @@ pub(crate) fn open_gates() -> Gates {
     Gates {
         range_min_q16: 0,
         range_max_q16: MAX_RANGE_VOXELS << 16,
+        shade_ranges_q16: FULL_RANGE,
         along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,
@@ -257,7 +258,16 @@ fn scene(random: &mut Random, grid: Window) -> VoxelScene {
         always.remove(&BitGrid::full(moves));
         Arc::new(OverTime { always: always.into(), ever: blockers.clone().into() })
     });
-    VoxelScene { blockers: blockers.into(), over_time, window, truth, human, robot, regions, people }
+    let shades = random.one_in(2).then(|| {
+        let mut plane = || {
+            let (mut plane, part) = (BitGrid::new(grid), inner(random, grid));
+            let percent = random.of(&[30, 100]);
+            fill(random, &mut plane, part, percent);
+            plane
+        };
+        Arc::new(Shades { bits: [plane(), plane()] })
+    });
+    VoxelScene { blockers: blockers.into(), shades, over_time, window, truth, human, robot, regions, people }
 }
 
 /// Whose the truly occupied voxels of people are: of up to three people, who have parts of all kinds in any
@@ -418,6 +428,10 @@ fn gates(random: &mut Random, scene: &VoxelScene, rays: &Rays, placement: &GridP
             0 => MAX_RANGE_VOXELS << 16,
             1 => random.below(60 << 16),
             _ => near_an_end(random),
+        },
+        shade_ranges_q16: match random.one_in(2) {
+            true => FULL_RANGE,
+            false => [near_an_end(random), near_an_end(random), random.below(60 << 16)],
         },
         along_axis: random.one_in(3),
         near_ignore_q16: match random.below(4) {

@@ -141,7 +141,7 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
     }
     let scene = &study.scenes[world.scene];
     let alone =
-        SceneSpec { objects: vec![person(scene, posture)], snapshots: 1, dwell_s: None, ..scene.clone() };
+        SceneSpec { objects: vec![person(scene, posture, 0)], snapshots: 1, dwell_s: None, ..scene.clone() };
     let alone = build(&alone, &study.sources, study.voxel_size_m)?;
     // Voxels of the person and of the grid, counted from the world's origin.
     let whole = voxelize::scene_extent(&alone, study.voxel_size_m)?;
@@ -173,10 +173,10 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
 }
 
 fn with_posture(study: &Study, posture: &Posture) -> Study {
-    let mut study = study.clone();
+    let (mut study, person_shade) = (study.clone(), study.person_shade());
     for scene in &mut study.scenes {
         scene.objects.retain_mut(leave_people_out);
-        scene.objects.push(person(scene, posture));
+        scene.objects.push(person(scene, posture, person_shade));
     }
     for (_, region) in &mut study.regions {
         if let RegionSpec::RegionShape(RegionShape::HumanBox { object, .. }) = region {
@@ -195,12 +195,14 @@ fn leave_people_out(object: &mut ObjectSpec) -> bool {
     object.role != Role::Human
 }
 
-fn person(scene: &SceneSpec, posture: &Posture) -> ObjectSpec {
+fn person(scene: &SceneSpec, posture: &Posture, person_shade: u8) -> ObjectSpec {
     ObjectSpec {
         name: posture.name.clone(),
         role: Role::Human,
         interior: scene.interior,
         optical: Optical::Opaque,
+        reflectance: None,
+        shade: person_shade,
         tag_only: false,
         on: None,
         position_m: posture.position_m,

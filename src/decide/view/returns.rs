@@ -32,7 +32,7 @@ impl View<'_> {
         let returned = cast.ends.iter().enumerate().filter(|(_, end)| end.kind == RETURN);
         let found = returned.filter_map(|(ray, _)| {
             let way = RayDirection::new(from, rays.dirs_q15[ray]);
-            let found = look::look(&self.truth.blockers, rays, from, way, ray as u32)?;
+            let found = look::look(look::Obstacles::of(&self.truth), rays, from, way, ray as u32)?;
             let drawn = march::draw(from.draws, ray as u32);
             let step_q16 = rays.noise.step_q16(rays.gates.slant(way.z_q15), drawn, found.distance_q16);
             let voxels = f64::from(march::noisy_q16(found.distance_q16, step_q16)) / 65536.0;

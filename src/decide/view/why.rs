@@ -14,6 +14,7 @@
 //! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
 //! | `hidden` | the ray returned from an object before it came to the voxel | yes |
 //! | `blind` | the ray ended, before or behind the voxel, in an object closer than the shortest range | yes |
+//! | `too_dark` | the ray ended in something too dark for its distance, and that certifies nothing | yes |
 //! | `no_return` | the ray ended in nothing, or its return was lost, and that certifies nothing | yes |
 //! | `misread` | the ray returned from the voxel or from behind it, and noise, or a mount that is off, had it read before it; a cover's noise read the voxel elsewhere | yes |
 //! | `cancelled` | a sensor labels the voxel, and the votes of others cancel it | yes |
@@ -54,8 +55,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{SensorView, View};
-use perirobot_march::backend::Rays;
 use perirobot_march::backend::cpu::{BlockerSearch, RaysFrom};
+use perirobot_march::backend::{Rays, Shades};
 use perirobot_march::march::{self, leap};
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::{ObjectVoxels, Truth};
@@ -78,6 +79,8 @@ pub enum Reason {
     Hidden,
     /// Something stands too near to the sensor.
     Blind,
+    /// Something dark behind it, or in it, returns too little light from so far away.
+    TooDark,
     /// Nothing behind it returns the ray, or the return is lost, which certifies nothing.
     NoReturn,
     /// Noise read the sensor's return elsewhere.
@@ -88,13 +91,14 @@ pub enum Reason {
 
 impl Reason {
     /// All of them, in their order.
-    pub const ALL: [Reason; 9] = [
+    pub const ALL: [Reason; 10] = [
         Reason::OutOfView,
         Reason::OutOfRange,
         Reason::Silent,
         Reason::BetweenRays,
         Reason::Hidden,
         Reason::Blind,
+        Reason::TooDark,
         Reason::NoReturn,
         Reason::Misread,
         Reason::Cancelled,
@@ -109,6 +113,7 @@ impl Reason {
             Reason::BetweenRays => "between_rays",
             Reason::Hidden => "hidden",
             Reason::Blind => "blind",
+            Reason::TooDark => "too_dark",
             Reason::NoReturn => "no_return",
             Reason::Misread => "misread",
             Reason::Cancelled => "cancelled",
@@ -126,7 +131,7 @@ impl Reason {
 pub struct Cause {
     /// The reason.
     pub reason: Reason,
-    /// The object that a hidden or a blind voxel's ray ended in, by its index in [`Truth::objects`].
+    /// The object that the ray of a hidden, blind or too dark voxel ended in, by its index in [`Truth::objects`].
     pub object: Option<usize>,
 }
 
@@ -318,8 +323,12 @@ impl<'a> Witness<'a> {
         let because = |reason| Cause { reason, object: None };
         let from = &self.member.placement;
         let Some(hit) = hit else { return because(Reason::NoReturn) };
-        let reason = if hit.t_q16 < rays.gates_of(ray as usize).range_min_q16 {
+        let gates = rays.gates_of(ray as usize);
+        let is_too_dark = |shades: &Shades| shades.is_too_weak(hit.voxel, hit.t_q16, &gates);
+        let reason = if hit.t_q16 < gates.range_min_q16 {
             Reason::Blind
+        } else if self.truth.shades.as_deref().is_some_and(is_too_dark) {
+            Reason::TooDark
         } else if march::is_lost(march::draw(from.draws, ray), rays.noise.lost_below) {
             return because(Reason::NoReturn);
         } else {

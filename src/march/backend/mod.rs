@@ -28,6 +28,8 @@ pub use self_test::{POSES as SELF_TEST_POSES, self_test};
 pub struct VoxelScene {
     /// What stops rays, over the whole grid.
     pub blockers: Arc<BitGrid>,
+    /// How much light its blockers reflect, if that differs.
+    pub shades: Option<Arc<Shades>>,
     /// What blocks in every snapshot and what in any, by which the work for one serves the others: the same
     /// allocation (`Arc::ptr_eq`) in all snapshots of a scene, and another one when the numbers for first
     /// hits start over. `None` where there is one snapshot.
@@ -51,6 +53,7 @@ impl VoxelScene {
     pub(crate) fn is_same(&self, other: &VoxelScene) -> bool {
         self.has_same_layers(other)
             && (self.window, &self.people) == (other.window, &other.people)
+            && self.shades == other.shades
             && (Arc::ptr_eq(&self.blockers, &other.blockers) || self.blockers == other.blockers)
             && [&self.truth, &self.human, &self.robot] == [&other.truth, &other.human, &other.robot]
             && self.regions == other.regions
@@ -62,6 +65,32 @@ impl VoxelScene {
             (None, None) => true,
             (Some(own), Some(other)) => own.has_layers_of(other),
             _ => false,
+        }
+    }
+}
+
+/// How dark voxels are, over the whole grid: a number from 0, which every sensor detects up to its longest range, to 3,
+/// which it detects up to [`Gates::shade_ranges_q16`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shades {
+    /// The bits of the numbers, the low one first; both planes cover the same window.
+    pub bits: [BitGrid; 2],
+}
+
+impl Shades {
+    /// The number of a voxel.
+    #[inline]
+    pub fn of(&self, voxel: [i32; 3]) -> usize {
+        let [low, high] = &self.bits;
+        usize::from(low.get(voxel)) | usize::from(high.get(voxel)) << 1
+    }
+
+    /// Whether a return that comes from a voxel at a distance is too weak to be detected. The gates are those of its ray.
+    #[inline]
+    pub fn is_too_weak(&self, voxel: [i32; 3], t_q16: u32, gates: &Gates) -> bool {
+        match self.of(voxel) {
+            0 => false,
+            shade => t_q16 > gates.shade_ranges_q16[shade - 1],
         }
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use super::{Backend, Evidence, Fusion, GridPose, LOG_ODDS, Planes, Rays, Reading, Shot, Slot, VoxelScene};
-use crate::march::{BLIND, End, LEFT, NEVER, NOTHING, RETURN};
+use crate::march::{BLIND, End, Gates, LEFT, NEVER, NOTHING, RETURN};
 use crate::metrics::{COUNTERS, Confusion, Detection, Overlap};
 use crate::voxel::grid::MAX_VOXELS_PER_AXIS;
 use crate::voxel::{BitGrid, Window};
@@ -342,7 +342,8 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
                 return ended(BLIND, crossings, 0, t);
             }
             let drawn = hash(placement.draws as u64 ^ number as u64);
-            if hash(drawn) < rays.noise.lost_below.into() {
+            let too_weak = is_too_weak(scene, gates, slant, ray.bit as usize, t);
+            if too_weak || hash(drawn) < rays.noise.lost_below.into() {
                 return ended(NOTHING, unhindered_crossings(ray, limit, path, crossings), 0, range_q16);
             }
             let noise_q16 = noise_q16(rays, slant, drawn, t);
@@ -357,6 +358,16 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
     let lost = || hash(hash(placement.draws as u64 ^ number as u64)) < rays.noise.lost_below.into();
     let left = gates.backdrop && ray.exit < out_of_range && !lost();
     ended(if left { LEFT } else { NOTHING }, crossings, 0, range_q16)
+}
+
+/// Whether a blocker is too dark for its return to come back from a distance.
+fn is_too_weak(scene: &VoxelScene, gates: &Gates, slant: u64, bit: usize, t: u64) -> bool {
+    let Some(shades) = scene.shades.as_deref() else { return false };
+    let [low, high] = shades.bits.each_ref().map(|plane| usize::from(is_set(plane.words(), bit)));
+    match low + 2 * high {
+        0 => false,
+        shade => t > ray_range_q16(gates.shade_ranges_q16[shade - 1], slant),
+    }
 }
 
 /// Fills `path` with the voxels that a ray is believed to be in up to a distance, were nothing in its way:

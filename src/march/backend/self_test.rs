@@ -4,7 +4,7 @@
 use super::cpu::Cpu;
 use super::{Backend, Fusion, GridPose, Image, Noise, Rays, Reading, Shot, VoxelScene};
 use crate::error::Issue;
-use crate::march::{Gates, pcg};
+use crate::march::{FULL_RANGE, Gates, pcg};
 use crate::metrics::{BodyPart, Confusion};
 use crate::voxel::{BitGrid, BodyVoxel, People, Window};
 use crate::{Error, Result};
@@ -65,6 +65,7 @@ pub(super) fn camera() -> Rays {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: 150 << 16,
+        shade_ranges_q16: FULL_RANGE,
         along_axis: true,
         near_ignore_q16: 0,
         no_return_is_free: false,
@@ -101,7 +102,7 @@ pub(super) fn scene() -> VoxelScene {
     let part = |[.., z]: [i32; 3]| BodyPart::ALL[z as usize / 5 % BodyPart::ALL.len()];
     let voxels = human.voxels().map(|voxel| BodyVoxel { voxel, person: 0, part: part(voxel) }).collect();
     let people = People { min_hits: 3, voxels };
-    VoxelScene { blockers, over_time: None, window, truth, human, robot, regions, people }
+    VoxelScene { shades: None, blockers, over_time: None, window, truth, human, robot, regions, people }
 }
 
 /// Around the room and amid the clutter, turned by eighths of a circle, level or tilted down.

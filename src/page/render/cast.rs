@@ -8,7 +8,7 @@ use super::eye::PictureCamera;
 use perirobot_march::Result;
 use perirobot_march::backend::{Backend, GridPose, Noise, Rays, VoxelScene};
 use perirobot_march::error::{Argument, Issue, Words};
-use perirobot_march::march::{self, Gates, MAX_RANGE_VOXELS, RETURN};
+use perirobot_march::march::{self, FULL_RANGE, Gates, MAX_RANGE_VOXELS, RETURN};
 use perirobot_march::voxel::grid::MAX_VOXELS_PER_AXIS;
 use perirobot_march::voxel::{BitGrid, Grid, People, Window};
 use perirobot_study::sensor::quantise_q15;
@@ -86,6 +86,7 @@ fn enclose_eye(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene
     let one = Window::from_corners([0; 3], [0; 3]);
     let none = BitGrid::new(one);
     let scene = VoxelScene {
+        shades: None,
         blockers: moved.to_window(whole).into(),
         over_time: None,
         // Only how rays end is looked at.
@@ -105,6 +106,7 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: MAX_RANGE_VOXELS << 16,
+        shade_ranges_q16: FULL_RANGE,
         along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,

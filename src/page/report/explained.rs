@@ -117,6 +117,7 @@ pub fn phrase(view: &View, cause: &Cause) -> String {
         Reason::BetweenRays => "between rays".into(),
         Reason::Hidden => format!("hidden by {object}"),
         Reason::Blind => format!("lost to {object}, too near to the lens"),
+        Reason::TooDark => format!("before {object}, too dark from so far away"),
         Reason::NoReturn => "nothing behind to return the ray".into(),
         Reason::Misread => "misread by noise".into(),
         Reason::Cancelled => "voted down".into(),
@@ -140,6 +141,9 @@ fn cure(view: &View, cause: &Cause) -> String {
         }
         Reason::Blind => {
             format!("move the sensor away from {object}, or, if that is its own mount, say near_ignore_m")
+        }
+        Reason::TooDark => {
+            format!("move the sensor nearer to {object}, or take one that detects dark objects farther away")
         }
         Reason::NoReturn => {
             "face a wall or the floor; where silence does certify free space, say no_return = \"free\", and \

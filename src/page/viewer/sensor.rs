@@ -6,7 +6,7 @@ use serde::Serialize;
 use perirobot_scene::pose::Pose;
 use perirobot_study::input::Study;
 use perirobot_study::sensor::prism::Prism;
-use perirobot_study::sensor::{RayScale, Sensor, Setting};
+use perirobot_study::sensor::{Sensor, Setting};
 
 /// Rays that are drawn of a sensor that is no camera.
 const RAYS_SHOWN: usize = 48;
@@ -49,7 +49,7 @@ pub struct RaysData {
 impl RaysData {
     /// Of a sensor; `None` if it casts no rays.
     pub fn new(study: &Study, sensor: &Sensor) -> Option<RaysData> {
-        let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+        let scale = study.ray_scale();
         let rays = sensor.kind.rays(&scale)?;
         let link_from_rays: DMat3 = sensor.kind.frame(&Pose::ORIGIN);
         let metres = |q16: u32| f64::from(q16) / 65536.0 * study.voxel_size_m;

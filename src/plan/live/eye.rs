@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use perirobot_march::backend::cpu::BlockerSearch;
 use perirobot_march::backend::{GridPose, Image};
 use perirobot_march::error::Issue;
-use perirobot_march::march::{Gates, MAX_RANGE_VOXELS, direction_q16};
+use perirobot_march::march::{FULL_RANGE, Gates, MAX_RANGE_VOXELS, direction_q16};
 use perirobot_march::metrics::BodyPart;
 use perirobot_march::{Error, Result};
 use perirobot_page::render::Canvas;
@@ -74,6 +74,7 @@ impl Live {
         let open = Gates {
             range_min_q16: 0,
             range_max_q16: MAX_RANGE_VOXELS << 16,
+            shade_ranges_q16: FULL_RANGE,
             along_axis: false,
             near_ignore_q16: table.as_ref().map_or(0, |rays| rays.gates.near_ignore_q16),
             no_return_is_free: false,

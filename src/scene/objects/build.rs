@@ -113,6 +113,8 @@ mod tests {
             role: Role::Robot,
             interior: Interior::Occupied,
             optical: Optical::SeeThrough,
+            reflectance: None,
+            shade: 0,
             tag_only: true,
             on: None,
             position_m: DVec3::new(1.0, 2.0, 3.0),

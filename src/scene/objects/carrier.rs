@@ -106,6 +106,8 @@ mod tests {
             role: Role::Environment,
             interior: Interior::Ignored,
             optical: Optical::Opaque,
+            reflectance: None,
+            shade: 0,
             tag_only: false,
             on: None,
             position_m: DVec3::new(1.0, 0.0, 0.0),

@@ -117,6 +117,8 @@ pub struct Object {
     pub interior: Interior,
     /// Whether rays stop at it.
     pub optical: Optical,
+    /// How dark it is: 0, or a number from 1, the darkest, to 3 ([`perirobot_march::backend::Shades`]).
+    pub shade: u8,
     /// Gives its role to voxels without adding truth.
     pub tag_only: bool,
     /// Whether `unit` may be written beside its file.

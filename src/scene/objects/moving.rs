@@ -140,6 +140,8 @@ mod tests {
             role: Role::Environment,
             interior: Interior::Ignored,
             optical: Optical::Opaque,
+            reflectance: None,
+            shade: 0,
             tag_only: false,
             on: None,
             position_m: DVec3::ZERO,

@@ -58,6 +58,10 @@ pub struct ObjectSpec {
     pub interior: Interior,
     /// Whether rays stop at it.
     pub optical: Optical,
+    /// The share of light that it reflects, if the file says so.
+    pub reflectance: Option<f64>,
+    /// Its number among the dark ones of the study ([`perirobot_march::backend::Shades`]); 0 until the study is known.
+    pub shade: u8,
     /// Gives its role without adding truth.
     pub tag_only: bool,
     /// The link of a robot that carries it; its position and rotation are then in the link's frame.

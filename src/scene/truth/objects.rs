@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::objects::keypoints::Keypoints;
 use crate::objects::{Role, is_part_of};
+use perirobot_march::backend::Shades;
 use perirobot_march::voxel::{BitGrid, Grid};
 
 /// A scene in voxels.
@@ -18,6 +19,8 @@ pub struct Truth {
     /// What stops rays: `occupied` less see-through objects; over the whole grid. The same allocation where
     /// there are none.
     pub blockers: Arc<BitGrid>,
+    /// How dark the blockers are, if sensors do not detect all of them equally far; over the whole grid.
+    pub shades: Option<Arc<Shades>>,
     /// Insides of bodies that belong to no region. This and what follows covers the part of the grid that
     /// holds it.
     pub ignored: BitGrid,

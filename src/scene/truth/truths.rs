@@ -11,6 +11,7 @@ use super::Truth;
 use super::voxelize::{VoxelizedObject, body, bounds_m, distinct_objects};
 use crate::objects::{Object, Role, Scene};
 use perirobot_march::Result;
+use perirobot_march::backend::Shades;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Grid};
@@ -162,7 +163,7 @@ fn combine(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
     let blank = || BitGrid::new(grid.window());
     let (mut occupied, mut blockers, mut ignored) = (blank(), blank(), blank());
     let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
-    for VoxelizedObject { voxels, ignored: hidden, inside, is_there } in bodies {
+    for VoxelizedObject { voxels, ignored: hidden, inside, is_there, .. } in bodies {
         if *is_there {
             occupied.add(&voxels.voxels);
             if voxels.stops_rays {
@@ -187,7 +188,27 @@ fn combine(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
     let all_block = blockers == occupied;
     let occupied = Arc::new(occupied);
     let blockers = if all_block { occupied.clone() } else { Arc::new(blockers) };
-    Truth { grid, occupied, blockers, ignored, human, robot, robot_volume, objects }
+    let shades = shades(bodies, &grid).map(Arc::new);
+    Truth { grid, occupied, blockers, shades, ignored, human, robot, robot_volume, objects }
+}
+
+/// How dark the voxels of these bodies are, if any is: where several share one, as the darkest of them.
+fn shades(bodies: &[&VoxelizedObject], grid: &Grid) -> Option<Shades> {
+    let is_dark = |body: &&&VoxelizedObject| body.shade > 0 && body.is_there && body.voxels.stops_rays;
+    bodies.iter().find(is_dark)?;
+    let [mut low, mut high] = [0; 2].map(|_| BitGrid::new(grid.window()));
+    // From the brightest to the darkest, each in place of what was there.
+    for shade in (1..=3).rev() {
+        for body in bodies.iter().filter(is_dark).filter(|body| body.shade == shade) {
+            for (plane, bit) in [(&mut low, 1), (&mut high, 2)] {
+                match shade & bit != 0 {
+                    true => plane.add(&body.voxels.voxels),
+                    false => plane.remove(&body.voxels.voxels),
+                }
+            }
+        }
+    }
+    Some(Shades { bits: [low, high] })
 }
 
 #[cfg(test)]
@@ -206,6 +227,7 @@ mod tests {
             role: Role::Robot,
             interior: Interior::Ignored,
             optical: Optical::Opaque,
+            shade: 0,
             tag_only: false,
             takes_unit: false,
             surface: Surface::Mesh(mesh),

@@ -99,6 +99,8 @@ pub(super) struct VoxelizedObject {
     pub(super) ignored: BitGrid,
     /// For a robot, all of its inside.
     pub(super) inside: BitGrid,
+    /// How dark it is, from 0 to 3.
+    pub(super) shade: u8,
     /// Whether it adds to the truth, rather than only its role.
     pub(super) is_there: bool,
 }
@@ -162,7 +164,13 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
         keypoints: object.keypoints,
         warnings,
     };
-    Ok(VoxelizedObject { voxels: Arc::new(voxels), ignored, inside, is_there: !object.tag_only })
+    Ok(VoxelizedObject {
+        voxels: Arc::new(voxels),
+        ignored,
+        inside,
+        shade: object.shade,
+        is_there: !object.tag_only,
+    })
 }
 
 /// The same words, counted from the grid's corner instead of the world's.

@@ -41,7 +41,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         problems.keep_each(lists_that_must_be_there(at, &file));
     }
     let listed = file.scene.len();
-    let scenes = scenes(at, &mut file, &sources, &mut problems);
+    let mut scenes = scenes(at, &mut file, &sources, &mut problems);
     let written = Written::new(&text);
     let context = sensor::SensorContext {
         seed: file.seed,
@@ -57,6 +57,8 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     };
     let mut of_sensors = Problems::default();
     let sensors = sensors(at, take(&mut file.sensor), context, &mut of_sensors);
+    let reflectances =
+        problems.keep(super::reflectance::shade(at, &mut scenes, &sensors)).unwrap_or_default();
     let stopping = problems.keep(stopping(at, &mut file, &sensors));
     let known = stopping.as_ref().map(Option::as_ref);
     let regions = regions(at, take(&mut file.region), is_whole, known, &mut problems);
@@ -113,6 +115,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         approach: demands.approach,
         has_approach: demands.has_approach,
         stopping,
+        reflectances,
         noiseless,
         repeats,
         min_hits: file.min_hits,

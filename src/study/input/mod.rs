@@ -16,6 +16,7 @@ mod file;
 mod plan;
 mod poses;
 mod postures;
+mod reflectance;
 mod region;
 mod region_file;
 mod require;
@@ -32,7 +33,7 @@ use glam::DVec3;
 
 pub use crate::diagnostics::IN_MEMORY;
 use crate::sensor::kinds::recorded::Recorded;
-use crate::sensor::{Candidate, CostTerms, Kind, SaidOfNoise, Sensor};
+use crate::sensor::{Candidate, CostTerms, Kind, RayScale, SaidOfNoise, Sensor};
 use crate::world::KeptRays;
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
 pub use choices::Choices;
@@ -46,6 +47,7 @@ use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::source::Sources;
 pub use plan::{PLANNED, Planned, PlannedAt};
 pub use postures::Posture;
+pub use reflectance::PERSON_REFLECTANCE;
 pub use region::RegionSpec;
 pub use require::{
     ApproachScore, Condition, ControllerScore, Counted, Limit, Measure, MountingError, Nearness, Requirement,
@@ -94,6 +96,8 @@ pub struct Study {
     pub has_approach: bool,
     /// How far people must be from the robot at which of its speeds, if the study says so.
     pub stopping: Option<Stopping>,
+    /// The shares of light that its objects of each shade reflect, the darkest first; empty where no sensor asks.
+    pub reflectances: Vec<f64>,
     /// Whether noise was switched off, whatever the study says.
     pub noiseless: bool,
     /// Numbers in its file that look as if they had a wrong unit.
@@ -132,6 +136,21 @@ impl Study {
     /// The same, but tells all errors that can be judged independently.
     pub fn examine(path: &Path, overrides: &Overrides, sources: Sources) -> Result<Study, Vec<Error>> {
         check::study(path, overrides, sources.clone()).map_err(|problems| sources.classify(problems))
+    }
+
+    /// What its tables of rays depend on besides the sensors.
+    pub fn ray_scale(&self) -> RayScale {
+        let share = |shade: usize| self.reflectances.get(shade).copied().unwrap_or(f64::INFINITY);
+        RayScale {
+            voxel_size_m: self.voxel_size_m,
+            backdrop: self.backdrop,
+            reflectances: std::array::from_fn(share),
+        }
+    }
+
+    /// The shade of people whose reflectance is not given.
+    pub fn person_shade(&self) -> u8 {
+        reflectance::number(&self.reflectances, PERSON_REFLECTANCE)
     }
 
     /// The same sensors, each in one representation alone, in other combinations.

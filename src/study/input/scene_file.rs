@@ -49,6 +49,9 @@ struct ObjectFile {
     interior: Option<Interior>,
     /// Whether rays stop at it. Default "opaque".
     optical: Option<Optical>,
+    /// The share of a sensor's light that it reflects, above 0 and up to 1, for sensors with reflectance_ranges_m: 0.05 is dark
+    /// cloth. Default: every sensor detects it up to its longest range; people 0.018, the black test piece of safety scanners.
+    reflectance: Option<f64>,
     /// Gives its role to voxels that other objects fill, and fills none itself. Default false.
     #[serde(default)]
     tag_only: bool,

@@ -105,7 +105,7 @@ fn joint_return(
     let believed_q16 = if at.truly.is_some() { dir_q16(at.pose().optical() * seen) } else { truly_q16 };
     let z_q15 = quantise_q15(seen.z / way_f64.length());
     let found = look::look(
-        &at.truth.blockers,
+        look::Obstacles::of(at.truth),
         eye.rays,
         eye.placement,
         RayDirection { truly_q16, believed_q16, z_q15 },

@@ -1,9 +1,10 @@
 //! Single rays, cast on the host: towards a keypoint, or round a scanner's field. They are few, so the host
 //! casts them for all backends, with the same arithmetic as theirs.
 
-use perirobot_march::backend::{GridPose, Rays};
+use perirobot_march::backend::{GridPose, Rays, Shades};
 use perirobot_march::march;
 use perirobot_march::voxel::BitGrid;
+use perirobot_scene::truth::Truth;
 
 /// A return.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +36,31 @@ impl RayDirection {
     }
 }
 
+/// What rays may end at.
+#[derive(Clone, Copy, Debug)]
+pub struct Obstacles<'a> {
+    /// What stops rays, over the whole grid.
+    pub blockers: &'a BitGrid,
+    /// How dark it is, if sensors do not detect all of it equally far.
+    pub shades: Option<&'a Shades>,
+}
+
+impl<'a> Obstacles<'a> {
+    /// All of a scene.
+    pub fn of(truth: &'a Truth) -> Obstacles<'a> {
+        Obstacles { blockers: &truth.blockers, shades: truth.shades.as_deref() }
+    }
+}
+
 /// Casts a ray with the gates and the noise of a table, as ray number `ray` of it.
-pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: RayDirection, ray: u32) -> Option<Return> {
+pub fn look(
+    obstacles: Obstacles,
+    rays: &Rays,
+    from: &GridPose,
+    way: RayDirection,
+    ray: u32,
+) -> Option<Return> {
+    let Obstacles { blockers, shades } = obstacles;
     let (gates, size) = (rays.gates.ray_gates(way.z_q15), blockers.window().size);
     let inside = |crossing: &march::Crossing| {
         crossing.t_q16 <= gates.range_max_q16 && blockers.window().contains(crossing.voxel)
@@ -45,7 +69,8 @@ pub fn look(blockers: &BitGrid, rays: &Rays, from: &GridPose, way: RayDirection,
         march::crossings(march::start(from.caster().origin_q16, way.truly_q16)).take_while(inside);
     let to = entered.find(|to| to.t_q16 >= gates.near_ignore_q16 && blockers.get(to.voxel))?;
     let drawn = march::draw(from.draws, ray);
-    if to.t_q16 < gates.range_min_q16 || march::is_lost(drawn, rays.noise.lost_below) {
+    let is_too_weak = shades.is_some_and(|shades| shades.is_too_weak(to.voxel, to.t_q16, &gates));
+    if to.t_q16 < gates.range_min_q16 || is_too_weak || march::is_lost(drawn, rays.noise.lost_below) {
         return None;
     }
     let read = read(rays, from, way, drawn, &to, size);
@@ -74,12 +99,12 @@ pub(super) fn read(
 
 /// All returns of a table from a placement.
 pub(crate) fn returns<'a>(
-    blockers: &'a BitGrid,
+    obstacles: Obstacles<'a>,
     rays: &'a Rays,
     from: &'a GridPose,
 ) -> impl Iterator<Item = Return> + 'a {
     rays.dirs_q15
         .iter()
         .zip(0..)
-        .filter_map(move |(&dir_q15, ray)| look(blockers, rays, from, RayDirection::new(from, dir_q15), ray))
+        .filter_map(move |(&dir_q15, ray)| look(obstacles, rays, from, RayDirection::new(from, dir_q15), ray))
 }

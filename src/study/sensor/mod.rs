@@ -170,6 +170,15 @@ pub struct RayScale {
     pub voxel_size_m: f64,
     /// Whether a ray that leaves the grid returns from just outside.
     pub backdrop: bool,
+    /// The share of light that objects of each shade reflect, the darkest first; infinite for a shade that no object has.
+    pub reflectances: [f64; 3],
+}
+
+impl RayScale {
+    /// Where no object is too dark for any sensor.
+    pub fn new(voxel_size_m: f64, backdrop: bool) -> RayScale {
+        RayScale { voxel_size_m, backdrop, reflectances: [f64::INFINITY; 3] }
+    }
 }
 
 /// What a sensor of some kind does. Representations are numbered as [`Kind::representations`] lists them.

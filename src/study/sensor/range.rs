@@ -37,6 +37,49 @@ pub struct Range {
     pub dropout: f64,
     /// How far its mount may be off, if it may.
     pub calibration: Option<Calibration>,
+    /// How far it detects dark objects.
+    pub reflectance: ReflectanceRanges,
+}
+
+/// How far a sensor detects objects by the share of light that they reflect, as a data sheet says of one to three of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReflectanceRanges {
+    /// Shares, ascending, each with a range in metres, which ascends, too.
+    pairs: [Option<[f64; 2]>; 3],
+}
+
+impl ReflectanceRanges {
+    /// Everything is detected up to the longest range.
+    pub const NONE: ReflectanceRanges = ReflectanceRanges { pairs: [None; 3] };
+
+    /// Of pairs of a share and a range, at most three, both ascending.
+    pub fn new(pairs: &[[f64; 2]]) -> ReflectanceRanges {
+        ReflectanceRanges { pairs: std::array::from_fn(|number| pairs.get(number).copied()) }
+    }
+
+    /// Whether a range is given.
+    pub fn is_given(&self) -> bool {
+        self.pairs[0].is_some()
+    }
+
+    /// The range for a share: on a straight line between its neighbours where both are logarithms, and beyond the first and
+    /// the last with the square root of the share, as light that comes back from a surface which fills the beam falls with the
+    /// square of the distance. Infinite where no range is given.
+    pub fn range_m(&self, share: f64) -> f64 {
+        let pairs: Vec<[f64; 2]> = self.pairs.iter().flatten().copied().collect();
+        let (Some(first), Some(last)) = (pairs.first(), pairs.last()) else { return f64::INFINITY };
+        let beyond = |[known, range_m]: &[f64; 2]| range_m * libm::sqrt(share / known);
+        if share <= first[0] {
+            return beyond(first);
+        }
+        if share >= last[0] {
+            return beyond(last);
+        }
+        let after = pairs.iter().position(|pair| pair[0] > share).unwrap_or(pairs.len() - 1).max(1);
+        let ([low, near_m], [high, far_m]) = (pairs[after - 1], pairs[after]);
+        let way = libm::log(share / low) / libm::log(high / low);
+        near_m * libm::pow(far_m / near_m, way)
+    }
 }
 
 impl Range {
@@ -47,6 +90,9 @@ impl Range {
         Gates {
             range_min_q16: range_q16(self.range_m[0]),
             range_max_q16: range_q16(self.range_m[1]),
+            shade_ranges_q16: scale
+                .reflectances
+                .map(|share| range_q16(self.reflectance.range_m(share).min(self.range_m[1]))),
             along_axis: self.along == Along::Axis,
             near_ignore_q16: range_q16(self.near_ignore_m),
             no_return_is_free: self.no_return_is_free,

@@ -3,6 +3,7 @@
 //! | sensor | watches |
 //! |---|---|
 //! | one that casts and is scored by its points | each voxel that a ray enters from its shortest to its longest range, up to its first blocker and with it, but within `near_ignore_m`; not the voxel that the sensor is in |
+//! | the same with `reflectance_ranges_m` | of those the ones within its range for people of the default reflectance |
 //! | one that casts and is a switch by a field | of those the ones whose return would be read in the field |
 //! | one that feels without rays | the voxels in which it feels ([`Kind::feels`]): a pad's first layer, a gate's box |
 //! | a switch that the environment trips | nothing: it is always on, so nobody changes what it says |
@@ -26,14 +27,18 @@
 //! The reasons of `src/decide/view/why.rs` say more of what is not watched: whoever stands in a voxel that is
 //! monitored and not watched has something before them, or too near to the lens, or a return is lost.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::look::{self, RayDirection};
 use super::{Extent, Kind, Station};
+use crate::input::PERSON_REFLECTANCE;
 use perirobot_march::backend::cpu::{SightRays, SightScene};
 use perirobot_march::backend::{GridPose, Rays};
-use perirobot_march::march;
+use perirobot_march::march::{self, Gates};
 use perirobot_march::voxel::BitGrid;
+use perirobot_march::voxel::grid::length_q16;
 
 /// What makes rays quick that are followed from many poses: their table and what blocks them, made ready.
 #[derive(Clone, Copy, Debug)]
@@ -60,12 +65,26 @@ pub fn watched_voxels(
     }
     match (kind.feels(at), at.rays) {
         (Extent::Only(voxels), _) => voxels,
-        (_, Some(rays)) => match sight.filter(|_| rays.noise.lost_below == 0) {
+        (_, Some(rays)) => match sight.filter(|_| rays.noise.lost_below == 0 && !rays.gates.has_shades()) {
             Some(ReadySight { rays, scene }) => scene.watched(rays, &at.placement(kind)),
-            None => ray_watch(rays, &at.placement(kind), &at.truth.blockers, None),
+            None => {
+                let rays = rays_that_notice(kind, rays, at);
+                ray_watch(&rays, &at.placement(kind), &at.truth.blockers, None)
+            }
         },
         (_, None) => BitGrid::nowhere(),
     }
+}
+
+/// The rays of a sensor as far as they notice a body that comes, which is as dark as people are by default.
+pub(super) fn rays_that_notice<'a>(kind: &dyn Kind, rays: &'a Rays, at: &Station) -> Cow<'a, Rays> {
+    let reach_m = kind.range().map_or(f64::INFINITY, |range| range.reflectance.range_m(PERSON_REFLECTANCE));
+    let reach_q16 = length_q16(reach_m.min(1e6), at.truth.grid.voxel_size_m);
+    if reach_q16 >= i64::from(rays.gates.range_max_q16) {
+        return Cow::Borrowed(rays);
+    }
+    let gates = Gates { range_max_q16: reach_q16.max(0) as u32, ..rays.gates };
+    Cow::Owned(Rays { gates, ..rays.clone() })
 }
 
 /// Whether a sensor is, in a representation, a switch that the environment alone trips.

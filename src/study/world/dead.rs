@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::World;
 use crate::input::Study;
 use crate::sensor::range::Range;
-use crate::sensor::{Candidate, FieldOfView, Kind, RayScale, Sensor, Setting, Stance, quantise_q15};
+use crate::sensor::{Candidate, FieldOfView, Kind, Sensor, Setting, Stance, quantise_q15};
 use crate::world::place;
 use perirobot_march::backend::GridPose;
 use perirobot_march::march::{self, Gates};
@@ -180,7 +180,7 @@ impl SampledRays<'_> {
     fn new(study: &Study, sensor: usize, most: usize) -> SampledRays<'_> {
         let kind = &*study.sensors[sensor].kind;
         let range = kind.range().expect("asked before");
-        let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+        let scale = study.ray_scale();
         let dirs_q15 = match kind.field_of_view() {
             FieldOfView::Spacing => {
                 let rays = super::ray_table(study, sensor);

@@ -177,6 +177,7 @@ impl World {
     pub fn scene(&self, window: Window) -> VoxelScene {
         let truth = self.truth();
         VoxelScene {
+            shades: truth.shades.clone(),
             blockers: truth.blockers.clone(),
             over_time: self.over_time.clone(),
             window,

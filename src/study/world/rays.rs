@@ -67,6 +67,6 @@ pub fn ray_tables_of(study: &Study, wanted: impl Fn(usize) -> bool) -> Vec<Optio
 
 /// The table of one of them, if it casts.
 pub fn ray_table(study: &Study, sensor: usize) -> Option<Rays> {
-    let scale = RayScale { voxel_size_m: study.voxel_size_m, backdrop: study.backdrop };
+    let scale = study.ray_scale();
     study.kept_rays.table(&study.sensors[sensor].kind, scale)
 }

@@ -28,6 +28,7 @@ fn walled_truth() -> Truth {
     Truth {
         grid,
         blockers: occupied.clone().into(),
+        shades: None,
         ignored: blank,
         occupied: occupied.into(),
         human,

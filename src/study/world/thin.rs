@@ -123,6 +123,7 @@ mod tests {
             role: Role::Environment,
             interior: perirobot_scene::objects::Interior::Free,
             optical: Optical::Opaque,
+            shade: 0,
             tag_only: false,
             takes_unit: false,
             surface: Surface::Mesh(mesh.clone()),

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use super::RecordedMap;
 use crate::view::View;
 use perirobot_march::backend::cpu::BlockerSearch;
-use perirobot_march::march::{self, Gates, leap};
+use perirobot_march::march::{self, FULL_RANGE, Gates, leap};
 use perirobot_march::voxel::{BitGrid, Grid};
 use perirobot_scene::recording::cloud::enters;
 
@@ -77,6 +77,7 @@ impl Overlooked {
 const SIGHT: Gates = Gates {
     range_min_q16: 0,
     range_max_q16: march::MAX_RANGE_VOXELS << 16,
+    shade_ranges_q16: FULL_RANGE,
     along_axis: false,
     near_ignore_q16: 0,
     no_return_is_free: false,

@@ -13,7 +13,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use super::first_hit::{self, FirstHit};
 use super::limits::PacketLimits;
 use super::packet::{Lanes, Packet, RAYS, RayPlaces, mask};
-use crate::backend::{Noise, Planes};
+use crate::backend::{Noise, Planes, Shades};
 use crate::march::{self, BLIND, End, Gates, LEFT, NOTHING, RETURN, leap};
 use crate::voxel::BitGrid;
 
@@ -45,6 +45,8 @@ pub(super) struct Rules<'a> {
     pub(super) noise: &'a Noise,
     /// The hash of what precedes the ray.
     pub(super) draws: u32,
+    /// How dark blockers are, if that matters to the table.
+    pub(super) shades: Option<&'a Shades>,
     /// The grid.
     pub(super) size: [u32; 3],
     /// Whether crossings are wanted of rays that free nothing.
@@ -86,12 +88,15 @@ impl PacketEnds {
         plane: &BitGrid,
     ) {
         let noise = rules.noise;
+        self.lost = 0;
         if *noise != Noise::default() {
             dispatch!(level, simd => draw(simd, rules, rays, &mut self.drawn));
-            self.lost = match noise.lost_below {
-                0 => 0,
-                below => dispatch!(level, simd => lost_returns(simd, &self.drawn, below)),
-            };
+            if noise.lost_below > 0 {
+                self.lost = dispatch!(level, simd => lost_returns(simd, &self.drawn, noise.lost_below));
+            }
+        }
+        if let Some(shades) = rules.shades {
+            self.lost |= too_weak(shades, sent.truly.unwrap_or(sent.believed), first_hits, rules);
         }
         if let Some(unit_q12) = noise.unit_q12.first_chunk() {
             dispatch!(level, simd => steps(simd, unit_q12, rules, &self.drawn, first_hits, &mut self.steps_q16));
@@ -184,6 +189,19 @@ fn lost_returns<S: Simd>(_: S, drawn: &Lanes<u32>, below: u32) -> u64 {
         lost[lane] = march::is_lost(drawn[lane], below) as u32;
     }
     mask(&lost)
+}
+
+/// Which rays hit what is too dark to return their light, a bit each.
+fn too_weak(shades: &Shades, cast: &Packet, first_hits: &Lanes<FirstHit>, rules: &Rules) -> u64 {
+    let is_too_weak = |lane: usize| {
+        let hit = first_hits[lane];
+        let shade = || {
+            let (begin, made) = (cast.march(lane), cast.made_by(lane, first_hit::crossing(hit)));
+            shades.of(std::array::from_fn(|r| begin.voxel[r] + begin.step[r] * made[r] as i32))
+        };
+        hit < first_hit::LEFT && rules.limits.is_too_weak(lane, hit >> 2, rules.gates, shade)
+    };
+    (0..RAYS).filter(|&lane| is_too_weak(lane)).fold(0, |all, lane| all | 1 << lane)
 }
 
 /// The errors in distance of returns, from the two tables of noise.

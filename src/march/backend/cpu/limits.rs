@@ -49,6 +49,21 @@ impl PacketLimits {
         }
     }
 
+    /// Whether a return at a distance from a blocker of a shade is too weak to be detected.
+    pub(super) fn is_too_weak(
+        &self,
+        lane: usize,
+        t_q16: u32,
+        gates: &Gates,
+        shade: impl FnOnce() -> usize,
+    ) -> bool {
+        let reach =
+            |shade: usize| march::ray_range_q16(gates.shade_ranges_q16[shade - 1], self.slant_q16[lane]);
+        // Most hits are near enough for every shade.
+        let darkest = (1..=3).map(reach).min().unwrap_or(0);
+        t_q16 > darkest && matches!(shade(), shade @ 1.. if t_q16 > reach(shade))
+    }
+
     /// The longest range of a ray.
     pub(super) fn range_max_q16(&self, lane: usize) -> u32 {
         self.last[lane] >> 2

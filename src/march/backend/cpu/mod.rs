@@ -252,10 +252,12 @@ impl Cpu {
     /// A table's rays in the loaded scene.
     fn sensor<'a>(&'a self, table: usize, wanted: &'a RelevantVoxels) -> Result<TableCaster<'a>> {
         let table = self.tables.get(table).ok_or_else(|| super::no_table(table))?;
+        let LoadedScene { scene, .. } = self.loaded_scene()?;
         let blockers = self.loaded_scene()?.blockers();
+        let shades = scene.shades.as_deref().filter(|_| table.gates.has_shades());
         let (level, wide) = (self.simd.level, self.simd.wide);
         let (carving, plane_words) = (self.carving, self.plane_words);
-        Ok(TableCaster { level, wide, table, blockers, wanted, carving, plane_words })
+        Ok(TableCaster { level, wide, table, blockers, shades, wanted, carving, plane_words })
     }
 }
 

@@ -245,7 +245,7 @@ struct Decided<'a> {
 mod tests {
     use super::*;
     use crate::backend::Noise;
-    use crate::march::Gates;
+    use crate::march::{FULL_RANGE, Gates};
 
     /// Rays to all sides from a place, and where they truly enter voxels.
     #[test]
@@ -264,6 +264,7 @@ mod tests {
             let gates = Gates {
                 range_min_q16,
                 range_max_q16: 100 << 16,
+                shade_ranges_q16: FULL_RANGE,
                 along_axis,
                 near_ignore_q16,
                 no_return_is_free: true,

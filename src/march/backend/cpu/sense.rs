@@ -82,7 +82,7 @@ impl TableCaster<'_> {
                 self.carve_by_voxel(&Projection::new(placement, image), &mut shoot, scratch, &mut planes);
                 planes
             }
-            _ if !is_as_before || !fits || shoot.casts_all() || self.table.noise.lost_below > 0 => {
+            _ if !is_as_before || !fits || shoot.casts_all() || self.may_lose_returns() => {
                 let mut planes = Planes::blank(window);
                 let all = 0..self.table.packets.count();
                 self.carve_by_ray(all, &mut shoot, scratch, &mut planes);
@@ -212,8 +212,8 @@ impl TableCaster<'_> {
         tile: &CastTile,
         groups: &mut [Option<f32>],
     ) -> ConeCourse {
-        let RayTable { packets, cones, gates, noise, nearer_q16, .. } = self.table;
-        if shoot.casts_all() || noise.lost_below > 0 {
+        let RayTable { packets, cones, gates, nearer_q16, .. } = self.table;
+        if shoot.casts_all() || self.may_lose_returns() {
             return ConeCourse::Clear(0.0);
         }
         let voxels = |q16: u32| q16 as f32 / 65_536.0;
@@ -370,6 +370,7 @@ impl TableCaster<'_> {
             limits: table.limits(packet),
             noise: &table.noise,
             draws: shoot.placement.draws,
+            shades: self.shades,
             size: self.blockers.moving.blockers.window().size,
             all: shoot.see.is_some(),
         };

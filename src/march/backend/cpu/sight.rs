@@ -75,7 +75,8 @@ impl SightScene {
         let SimdLevel { level, wide, .. } = SimdLevel::most();
         let blockers = Blockers { still: None, moving: &self.blockers, sometimes: None };
         let wanted = &RelevantVoxels::from_voxels(wanted);
-        let caster = TableCaster { level, wide, table, blockers, wanted, carving: None, plane_words: 0 };
+        let caster =
+            TableCaster { level, wide, table, blockers, shades: None, wanted, carving: None, plane_words: 0 };
         let planes = caster.sense(from, &mut Scratch::new(&caster), None, None);
         let mut passed = planes.free;
         passed.add(&planes.occupied);
@@ -143,6 +144,7 @@ mod tests {
             let gates = Gates {
                 range_min_q16: if on_edge { 0 } else { ((4 + below(8)) << 16) as u32 + below(65_536) as u32 },
                 range_max_q16: 40 << 16,
+                shade_ranges_q16: crate::march::FULL_RANGE,
                 along_axis,
                 near_ignore_q16: if turn % 3 == 0 { 6 << 16 } else { 0 },
                 no_return_is_free: false,

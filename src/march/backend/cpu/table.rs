@@ -7,7 +7,7 @@ use super::first_hit::{Layer, Search};
 use super::limits::PacketLimits;
 use super::packet::Packets;
 use super::plan::RelevantVoxels;
-use crate::backend::{Carving, GridPose, Noise, Rays};
+use crate::backend::{Carving, GridPose, Noise, Rays, Shades};
 use crate::march::Gates;
 
 /// A table of rays made ready.
@@ -60,6 +60,8 @@ pub(super) struct TableCaster<'a> {
     pub(super) wide: bool,
     pub(super) table: &'a RayTable,
     pub(super) blockers: Blockers<'a>,
+    /// How dark blockers are, if that matters to the table.
+    pub(super) shades: Option<&'a Shades>,
     pub(super) wanted: &'a RelevantVoxels,
     pub(super) carving: Option<Carving>,
     /// Most words of a plane that is kept from snapshot to snapshot.
@@ -67,6 +69,11 @@ pub(super) struct TableCaster<'a> {
 }
 
 impl TableCaster<'_> {
+    /// Whether returns may be lost, so that a ray may end in nothing although it hits something within its range.
+    pub(super) fn may_lose_returns(&self) -> bool {
+        self.table.noise.lost_below > 0 || self.shades.is_some()
+    }
+
     /// What finds the first hits on a layer of the rays that are cast from a pose.
     pub(super) fn search<'l>(&self, layer: &'l Layer, caster: &GridPose) -> Search<'l> {
         Search::new(layer, self.table.gates.near_ignore_q16, caster.origin_q16.map(|x| x >> 16))

@@ -1,7 +1,7 @@
 //! A small camera for the tests of what a camera sees.
 
 use crate::backend::{Image, Noise, Rays};
-use crate::march::Gates;
+use crate::march::{FULL_RANGE, Gates};
 
 /// Its image: whole tiles and parts of some.
 pub(super) const SIZE_PX: [u32; 2] = [83, 61];
@@ -22,6 +22,7 @@ pub(super) fn camera_of(size_px: [u32; 2], focal_px: [f64; 2]) -> Rays {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: 200 << 16,
+        shade_ranges_q16: FULL_RANGE,
         along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,

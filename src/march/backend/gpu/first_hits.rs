@@ -58,7 +58,7 @@ impl FirstHitCache {
 
     /// The still layer of the loaded scene on the device.
     pub(super) fn still_layer(&mut self, device: &GpuDevice, still: &Arc<BitGrid>) -> wgpu::Buffer {
-        let upload = || (still.clone(), device.upload("still", &layer_words(still)));
+        let upload = || (still.clone(), device.upload("still", &layer_words(still, None)));
         self.still.get_or_insert_with(upload).1.clone()
     }
 

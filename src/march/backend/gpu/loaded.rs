@@ -9,7 +9,7 @@ use super::plan::{SceneSizes, TableSizes};
 use super::tiles::{BOX_BITS, BOX_EDGE};
 use super::types::{NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
 use crate::backend::body_words::BodyWords;
-use crate::backend::{OverTime, Rays, Reading, Slot, VoxelScene};
+use crate::backend::{OverTime, Rays, Reading, Shades, Slot, VoxelScene};
 use crate::voxel::{BitGrid, Bricks, Window};
 use crate::{Error, Result};
 
@@ -58,11 +58,11 @@ impl HostScene {
     pub(super) fn new(scene: &VoxelScene) -> HostScene {
         let (boxes, wanted) = super::plan::boxes(scene);
         let layer = match scene.over_time.as_deref() {
-            None => layer_words(&scene.blockers),
+            None => layer_words(&scene.blockers, scene.shades.as_deref()),
             Some(OverTime { always: still, .. }) => {
                 let mut moving = BitGrid::clone(&scene.blockers);
                 moving.remove(still);
-                layer_words(&moving)
+                layer_words(&moving, scene.shades.as_deref())
             }
         };
         HostScene { boxes, wanted, body_words: BodyWords::new(scene), layer }
@@ -108,7 +108,11 @@ impl DeviceScene {
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
-        let all = LazyLayer { blockers: scene.blockers.clone(), buffer: OnceCell::new() };
+        let all = LazyLayer {
+            blockers: scene.blockers.clone(),
+            shades: scene.shades.clone(),
+            buffer: OnceCell::new(),
+        };
         let layers = match scene.over_time.as_deref() {
             None => {
                 all.buffer.get_or_init(|| device.upload("blockers", &layer));
@@ -178,18 +182,26 @@ const _: () = assert!(Bricks::EDGE == 2);
 /// A layer that is uploaded when it is first asked for: of a scene with snapshots, first hits mostly need the others only.
 pub(super) struct LazyLayer {
     blockers: Arc<BitGrid>,
+    shades: Option<Arc<Shades>>,
     buffer: OnceCell<wgpu::Buffer>,
 }
 
 impl LazyLayer {
-    /// The blockers, and their bricks.
+    /// Whether it has shades.
+    pub(super) fn is_shaded(&self) -> bool {
+        self.shades.is_some()
+    }
+
+    /// The blockers, their bricks, and shades.
     pub(super) fn buffer(&self, device: &GpuDevice) -> &wgpu::Buffer {
-        self.buffer.get_or_init(|| device.upload("blockers", &layer_words(&self.blockers)))
+        let words = || layer_words(&self.blockers, self.shades.as_deref());
+        self.buffer.get_or_init(|| device.upload("blockers", &words()))
     }
 }
 
-/// A layer of blockers as `shaders/layer.wgsl` reads it: its words, then its bricks, two a word.
-pub(super) fn layer_words(blockers: &BitGrid) -> Vec<u32> {
+/// A layer of blockers as `shaders/layer.wgsl` reads it: its words, then its bricks, two a word, then the two planes of
+/// shades, if there are any.
+pub(super) fn layer_words(blockers: &BitGrid, shades: Option<&Shades>) -> Vec<u32> {
     let bricks = Bricks::new(blockers);
     let mut halves: Vec<u32> = bricks.reach().iter().map(|&reach| u32::from(reach) << 8).collect();
     let [_, ny, _] = blockers.window().size;
@@ -206,7 +218,8 @@ pub(super) fn layer_words(blockers: &BitGrid) -> Vec<u32> {
         }
     }
     let two = |halves: &[u32]| halves.iter().rev().fold(0, |word, half| word << 16 | half);
-    blockers.words().iter().copied().chain(halves.chunks(2).map(two)).collect()
+    let shades = shades.into_iter().flat_map(|shades| &shades.bits).flat_map(|plane| plane.words());
+    blockers.words().iter().copied().chain(halves.chunks(2).map(two)).chain(shades.copied()).collect()
 }
 
 /// Buffers that are kept from scene to scene, because the next scene mostly needs the same sizes.
@@ -270,7 +283,7 @@ mod tests {
         for (size, step) in [([1, 1, 1], 1), ([67, 5, 4], 3), ([64, 3, 7], 11), ([31, 8, 2], 2)] {
             let mut plane = BitGrid::new(Window { min: [0; 3], size });
             BitGrid::full(plane.window()).voxels().step_by(step).for_each(|voxel| plane.set(voxel));
-            let (bricks, words) = (Bricks::new(&plane), layer_words(&plane));
+            let (bricks, words) = (Bricks::new(&plane), layer_words(&plane, None));
             let (voxels, bricks_words) = words.split_at(plane.words().len());
             assert_eq!(voxels, plane.words());
             assert_eq!(bricks_words.len(), bricks.reach().len().div_ceil(2));

@@ -34,12 +34,15 @@ impl Gpu {
         let known = shots.iter().all(|shot| shot.first_hits.is_some());
         let others = loaded.layers.as_ref().filter(|_| known).map(|[_, moving]| moving);
         let sizes = &loaded.sizes;
+        let is_shaded = table.rays.gates.has_shades() && loaded.blockers.is_shaded();
+        let is_plain =
+            |shot: &Shot| shot.first_hits.is_none() && shot.placement.truly.is_none() && !is_shaded;
         let batch = CastBatch {
             placements: shots.len() as u32,
             everything,
             carving: carving.filter(|_| table.sizes.has_tiles()).unwrap_or(sizes.carving(&table.sizes)),
             whole_layer: others.is_none(),
-            plain: shots.iter().all(|shot| shot.first_hits.is_none() && shot.placement.truly.is_none()),
+            plain: shots.iter().all(is_plain),
             lists: queue.lists(),
         };
         let dispatches = sizes.sensing(&table.sizes, &batch, &queue.pace);

@@ -56,6 +56,8 @@ pub struct Setup {
     pub bricks_x: u32,
     pub bricks_y: u32,
     pub bricks_word: u32,
+    /// The word of a layer where its shades begin; 0 where there are none.
+    pub shades_word: u32,
     pub first_hits_stride: u32,
     pub detection_counters: u32,
 }
@@ -85,9 +87,20 @@ impl Setup {
             bricks_x,
             bricks_y,
             bricks_word: scene.blockers.words().len() as u32,
+            shades_word: shades_word(scene),
             first_hits_stride,
             detection_counters,
         }
+    }
+}
+
+/// The word of a layer of a scene where its shades begin: after its blockers and their bricks, two a word. 0 where there are
+/// none.
+fn shades_word(scene: &VoxelScene) -> u32 {
+    let bricks: u32 = Bricks::size_of(scene.blockers.window().size).into_iter().product();
+    match scene.shades {
+        Some(_) => scene.blockers.words().len() as u32 + bricks.div_ceil(2),
+        None => 0,
     }
 }
 
@@ -109,6 +122,11 @@ pub struct TableWords {
     /// Whether returns are read elsewhere than they are.
     pub noisy: u32,
     pub lost_below: u32,
+    /// Whether dark blockers return less far than others, and how far those of each shade do.
+    pub shaded: u32,
+    pub shade_range_1_q16: u32,
+    pub shade_range_2_q16: u32,
+    pub shade_range_3_q16: u32,
     pub image_x: u32,
     pub image_y: u32,
     pub focal_x: f32,
@@ -134,6 +152,10 @@ impl TableWords {
             backdrop: gates.backdrop as u32,
             noisy: !rays.noise.unit_q12.is_empty() as u32,
             lost_below: rays.noise.lost_below,
+            shaded: gates.has_shades() as u32,
+            shade_range_1_q16: gates.shade_ranges_q16[0],
+            shade_range_2_q16: gates.shade_ranges_q16[1],
+            shade_range_3_q16: gates.shade_ranges_q16[2],
             image_x: image.size_px[0],
             image_y: image.size_px[1],
             focal_x: image.focal_px[0] as f32,

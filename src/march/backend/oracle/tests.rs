@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::backend::{GridFrame, Noise};
-use crate::march::Gates;
+use crate::march::{FULL_RANGE, Gates};
 use crate::voxel::{People, Window};
 
 /// A ray along +x through the middle of a 10 × 3 × 3 grid, from voxel (0, 1, 1), with a wall at x = 6.
@@ -26,6 +26,7 @@ fn corridor() -> (VoxelScene, Rays, GridPose) {
     human.set([6, 1, 1]);
     human.set([6, 2, 1]);
     let scene = VoxelScene {
+        shades: None,
         blockers: wall.clone().into(),
         over_time: None,
         window,
@@ -38,6 +39,7 @@ fn corridor() -> (VoxelScene, Rays, GridPose) {
     let gates = Gates {
         range_min_q16: 0,
         range_max_q16: 100 << 16,
+        shade_ranges_q16: FULL_RANGE,
         along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,

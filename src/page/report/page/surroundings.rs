@@ -173,6 +173,7 @@ mod tests {
             role,
             interior,
             optical,
+            shade: 0,
             tag_only: false,
             takes_unit: false,
             surface,

@@ -11,6 +11,7 @@ fn empty_voxel() -> Truth {
         grid,
         occupied: blank.clone().into(),
         blockers: blank.clone().into(),
+        shades: None,
         ignored: blank.clone(),
         human: blank.clone(),
         robot: blank.clone(),

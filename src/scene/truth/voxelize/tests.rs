@@ -23,6 +23,7 @@ fn object(name: &str, role: Role, interior: Interior, mesh: Mesh) -> Object {
         role,
         interior,
         optical: Optical::Opaque,
+        shade: 0,
         tag_only: false,
         takes_unit: true,
         surface,

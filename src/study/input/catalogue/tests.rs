@@ -57,7 +57,7 @@ fn every_device_is_a_sensor_with_a_source() {
         let measures = ["rgbd", "lidar"].contains(&model.kind());
         assert_eq!(sensor.noise != SaidOfNoise::Nothing, measures, "{}: noise", model.name);
         assert!(model.stereo.is_none() || sensor.noise == SaidOfNoise::Model, "{}: noise", model.name);
-        if let Some(rays) = sensor.kind.rays(&RayScale { voxel_size_m: 0.05, backdrop: false }) {
+        if let Some(rays) = sensor.kind.rays(&RayScale::new(0.05, false)) {
             assert!(
                 (500..1_100_000).contains(&rays.dirs_q15.len()),
                 "{}: {}",
@@ -110,7 +110,7 @@ fn known_devices_have_known_rays() {
             line_of: &|_| None,
         };
         let sensor = sensor::check(&place(), toml::from_str(&keys).unwrap(), &context).unwrap();
-        let rays = sensor.kind.rays(&RayScale { voxel_size_m: 0.05, backdrop: false }).unwrap();
+        let rays = sensor.kind.rays(&RayScale::new(0.05, false)).unwrap();
         assert_eq!(rays.dirs_q15.len(), expected, "{name}");
     }
 }

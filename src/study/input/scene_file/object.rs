@@ -31,6 +31,8 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
         role,
         interior,
         optical: entry.optical.unwrap_or(Optical::Opaque),
+        reflectance: reflectance(at, entry.reflectance)?,
+        shade: 0,
         tag_only: entry.tag_only,
         on: entry.on,
         position_m,
@@ -54,6 +56,20 @@ fn pose(at: &Place, entry: &ObjectFile, surface: &SurfaceSpec) -> Result<(DVec3,
             .says("an octomap stays where it is")
             .with_advice("its voxels are the grid's; take its pose away")),
         false => Ok((position_m, rotation)),
+    }
+}
+
+/// The share of light that it reflects.
+fn reflectance(at: &Place, share: Option<f64>) -> Result<Option<f64>> {
+    match share {
+        Some(share) if !(share > 0.0 && share <= 1.0) => {
+            let rule = match (1.0..=100.0).contains(&share) {
+                true => format!("must be a share from 0 to 1: {share} % is {}", share / 100.0),
+                false => "must be the share of light that it reflects, above 0 and up to 1".into(),
+            };
+            Err(at.wrong("reflectance", share, &rule))
+        }
+        share => Ok(share),
     }
 }
 

@@ -138,7 +138,7 @@ fn noise_is_switched_off_for_all() {
     for keys in [format!("{RGBD}\n{pose}"), format!("{LIDAR}\n{pose}"), cover] {
         let noisy = |noiseless| {
             let sensor = read(&format!("name = \"s\"\nnoise = {{ std_m = 0.02 }}\n{keys}"), noiseless);
-            let rays = sensor.kind.rays(&RayScale { voxel_size_m: 0.1, backdrop: false });
+            let rays = sensor.kind.rays(&RayScale::new(0.1, false));
             let drawn = rays.map_or(sensor.kind.is_noisy(), |rays: Rays| !rays.noise.unit_q12.is_empty());
             assert_eq!(sensor.kind.is_noisy(), drawn);
             drawn
@@ -170,7 +170,7 @@ fn a_table_of_rays_gives_directions_of_any_length() {
         line_of: &|_| None,
     };
     let sensor = check(&at, toml::from_str(keys).unwrap(), &context).unwrap();
-    let rays = sensor.kind.rays(&RayScale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let rays = sensor.kind.rays(&RayScale::new(0.1, false)).unwrap();
     // 0.6 · 2¹⁵ = 19660.8 and 0.8 · 2¹⁵ = 26214.4.
     assert_eq!(*rays.dirs_q15, [[32_768, 0, 0], [0, -32_768, 0], [19_661, 0, 26_214]]);
     assert_eq!(rays.gates.range_max_q16, 10 << 16);

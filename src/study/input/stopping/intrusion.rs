@@ -104,7 +104,7 @@ fn plane_m(sensor: &Sensor, floor_m: f64) -> Option<f64> {
 
 /// The normal of the plane in which all rays of a sensor lie, in the frame of its rays.
 fn normal(sensor: &Sensor) -> Option<DVec3> {
-    let rays = sensor.kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: false })?;
+    let rays = sensor.kind.rays(&RayScale::new(1.0, false))?;
     let unit = |q15: &[i32; 3]| DVec3::from_array(q15.map(f64::from)).normalize_or_zero();
     let first = unit(rays.dirs_q15.first()?);
     let across = rays.dirs_q15.iter().map(|ray| first.cross(unit(ray)));

@@ -81,6 +81,7 @@ impl KindFile for RgbFile {
             noise: None,
             dropout: None,
             calibration: self.calibration,
+            reflectance_ranges_m: None,
         };
         let min_keypoints = self.min_keypoints.unwrap_or(1) as usize;
         if !(1..=JOINTS.len()).contains(&min_keypoints) {
@@ -154,7 +155,7 @@ impl Kind for Rgb {
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
-        let scale = RayScale { voxel_size_m: at.truth.grid.voxel_size_m, backdrop: false };
+        let scale = RayScale::new(at.truth.grid.voxel_size_m, false);
         // Only rays towards the joints are cast, since an image measures no distances.
         let rays: &Rays = &self.range.rays(Vec::new(), &scale);
         let placement = &at.placement(self);

@@ -6,7 +6,7 @@ use crate::sensor::keypoints::{Detected, KeypointCamera, detect};
 use crate::sensor::kinds::rgbd::{KeypointShape, Rgbd};
 use crate::sensor::look::Return;
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::{Along, Range};
+use crate::sensor::range::{Along, Range, ReflectanceRanges};
 use crate::sensor::{Camera, RayScale};
 use perirobot_march::backend::Noise;
 use perirobot_march::march::NOISE_STEPS;
@@ -70,6 +70,7 @@ pub(super) fn random_cell(random: &mut DetectionRandom) -> Truth {
 pub(super) fn camera(random: &mut DetectionRandom) -> Rgbd {
     let near = [0.0, 0.0, 0.5][random.number_below(3) as usize];
     let range = Range {
+        reflectance: ReflectanceRanges::NONE,
         range_m: [near, random.number_between(0.8, 4.0)],
         along: Along::Ray,
         near_ignore_m: [0.0, 0.3][random.number_below(2) as usize],
@@ -239,7 +240,7 @@ fn the_same_joints_as_a_plain_march() {
     for case in 0..400 {
         let truth = random_cell(&mut random);
         let sensor = camera(&mut random);
-        let rays = sensor.rays(&RayScale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
+        let rays = sensor.rays(&RayScale::new(VOXEL_M, case % 2 == 0)).unwrap();
         assert!([0, NOISE_STEPS as usize].contains(&rays.noise.unit_q12.len()));
         let target = truth.objects[0].keypoints.unwrap().into_iter().flatten().next().unwrap_or(DVec3::ONE);
         let position = random.point([0.05; 3], [3.35, 1.95, 1.65]);

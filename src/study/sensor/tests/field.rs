@@ -5,7 +5,7 @@ use super::*;
 use crate::sensor::kinds::lidar::{Lidar, LidarMount, ProtectiveField};
 use crate::sensor::noise::Deviation;
 use crate::sensor::prism::Prism;
-use crate::sensor::range::{Along, Range};
+use crate::sensor::range::{Along, Range, ReflectanceRanges};
 use crate::sensor::{Extent, MEASURES, RayScale, SWITCHES};
 use glam::DVec2;
 
@@ -17,6 +17,7 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
         elevations_rad: vec![0.0],
         mount: LidarMount::Upright,
         range: Range {
+            reflectance: ReflectanceRanges::NONE,
             range_m: [0.0, 9.0],
             along: Along::Ray,
             near_ignore_m: 0.0,
@@ -35,7 +36,7 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
 fn field_says(lidar: &Lidar, pose: Pose, occupied: [i32; 3]) -> Says {
     let mut truth = empty([11, 11, 5], 1.0);
     put(&mut truth, Role::Environment, &[occupied], None);
-    let rays = lidar.rays(&RayScale { voxel_size_m: 1.0, backdrop: true });
+    let rays = lidar.rays(&RayScale::new(1.0, true));
     let at = Station { rays: rays.as_ref(), ..station(&truth, Setting::Pose(pose)) };
     says(lidar, lidar.representations().len() - 1, &at)
 }
@@ -68,7 +69,7 @@ fn a_scanner_whose_mount_is_off_switches_for_things_elsewhere() {
         let mut truth = empty([11, 11, 5], 1.0);
         put(&mut truth, Role::Environment, &[occupied], None);
         let lidar = scanner(false, true);
-        let rays = lidar.rays(&RayScale { voxel_size_m: 1.0, backdrop: true });
+        let rays = lidar.rays(&RayScale::new(1.0, true));
         let truly = Some(Pose::upright(DVec3::new(truly_x, 5.5, 1.2), DVec3::X, 0.0));
         says(&lidar, 0, &Station { rays: rays.as_ref(), truly, ..station(&truth, Setting::Pose(level(1.2))) })
     };

@@ -19,6 +19,7 @@ fn labels(fusion: Fusion, said: &[(&Planes, [i32; 2])]) -> String {
         voxels
     };
     let scene = VoxelScene {
+        shades: None,
         blockers: truth.blockers.clone(),
         over_time: None,
         window: truth.grid.window(),

@@ -4,12 +4,13 @@ use super::*;
 use crate::sensor::kinds::rays::RaySet;
 use crate::sensor::look::{self, Return};
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::{Along, Range};
+use crate::sensor::range::{Along, Range, ReflectanceRanges};
 use crate::sensor::{RayScale, placement};
 use perirobot_march::march;
 
 fn ring(range_m: [f64; 2], near_ignore_m: f64) -> RaySet {
     let range = Range {
+        reflectance: ReflectanceRanges::NONE,
         range_m,
         along: Along::Ray,
         near_ignore_m,
@@ -26,7 +27,7 @@ fn ring(range_m: [f64; 2], near_ignore_m: f64) -> RaySet {
 fn directions_are_in_the_frame_of_the_sensor() {
     let truth = empty([9, 9, 9], 1.0);
     let kind = ring([0.0, 9.0], 0.0);
-    let rays = kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale::new(1.0, false)).unwrap();
     let ways = |pose: Pose| {
         let from = placement(&kind, &pose, &truth.grid, 0);
         [0, 1, 2].map(|ray| {
@@ -46,9 +47,9 @@ fn a_ray_returns_within_its_gates() {
     let mut truth = empty([9, 9, 9], 1.0);
     put(&mut truth, Role::Environment, &[[6, 4, 4], [4, 8, 4]], None);
     let returns = |kind: &RaySet| -> Vec<_> {
-        let rays = kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: true }).unwrap();
+        let rays = kind.rays(&RayScale::new(1.0, true)).unwrap();
         let from = placement(kind, &Pose::upright(DVec3::splat(4.5), DVec3::X, 0.0), &truth.grid, 0);
-        look::returns(&truth.blockers, &rays, &from).collect()
+        look::returns(look::Obstacles::of(&truth), &rays, &from).collect()
     };
     let hit = |hit: [i32; 3], half_voxels: u32| Return { hit, distance_q16: half_voxels << 15, read: hit };
     let [ahead, left] = [hit([6, 4, 4], 3), hit([4, 8, 4], 7)];
@@ -65,11 +66,11 @@ fn what_a_true_ray_hits_is_read_on_the_believed_one() {
     let mut truth = empty([9, 9, 9], 1.0);
     put(&mut truth, Role::Environment, &[[6, 4, 4], [4, 8, 4]], None);
     let kind = ring([0.0, 9.0], 0.0);
-    let rays = kind.rays(&RayScale { voxel_size_m: 1.0, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale::new(1.0, false)).unwrap();
     let believed = Pose::upright(DVec3::splat(4.5), DVec3::X, 0.0);
     let returns = |truly: Pose| -> Vec<Return> {
         let at = Station { truly: Some(truly), ..station(&truth, Setting::Pose(believed)) };
-        look::returns(&truth.blockers, &rays, &at.placement(&kind)).collect()
+        look::returns(look::Obstacles::of(&truth), &rays, &at.placement(&kind)).collect()
     };
     let found = |hit: [i32; 3], half_voxels: u32, read: [i32; 3]| Return {
         hit,

@@ -35,6 +35,7 @@ pub(crate) fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
         grid,
         occupied: blank.clone().into(),
         blockers: blank.clone().into(),
+        shades: None,
         ignored: blank.clone(),
         human: blank.clone(),
         robot: blank.clone(),

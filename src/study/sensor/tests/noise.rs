@@ -3,7 +3,7 @@
 use super::*;
 use crate::sensor::kinds::rays::RaySet;
 use crate::sensor::noise::{self, Deviation};
-use crate::sensor::range::{Along, Range};
+use crate::sensor::range::{Along, Range, ReflectanceRanges};
 use crate::sensor::{RayScale, draws, look, placement};
 use perirobot_march::march;
 
@@ -40,6 +40,7 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
     let mut truth = empty([100, 1, 1], 0.02);
     put(&mut truth, Role::Environment, &[[50, 0, 0]], None);
     let range = Range {
+        reflectance: ReflectanceRanges::NONE,
         range_m: [0.0, 2.0],
         along: Along::Ray,
         near_ignore_m: 0.0,
@@ -49,10 +50,10 @@ fn a_flat_wall_is_measured_with_the_tables_mean_and_deviation() {
         calibration: None,
     };
     let kind = RaySet { dirs_q15: vec![[32_768, 0, 0]; RAYS], range };
-    let rays = kind.rays(&RayScale { voxel_size_m: 0.02, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale::new(0.02, false)).unwrap();
     let pose = Pose::upright(DVec3::splat(0.01), DVec3::X, 0.0);
     let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
-    let found: Vec<_> = look::returns(&truth.blockers, &rays, &from).collect();
+    let found: Vec<_> = look::returns(look::Obstacles::of(&truth), &rays, &from).collect();
     assert!(found.iter().all(|f| f.hit == [50, 0, 0] && f.distance_q16 == 49 * 65_536 + 32_768));
     let read: Vec<f64> = found.iter().map(|f| f64::from(f.read[0] - 50)).collect();
     // The wall is met on the boundary of its voxel, and a voxel is read for all distances inside it.
@@ -82,6 +83,7 @@ fn distances_scatter_as_much_as_the_model_says_where_they_are_measured() {
     // m.
     let noise = Deviation { std_m: 0.05, per_m: 0.01, per_m2: 0.001 };
     let range = Range {
+        reflectance: ReflectanceRanges::NONE,
         range_m: [0.0, 100.0],
         along: Along::Ray,
         near_ignore_m: 0.0,
@@ -92,11 +94,11 @@ fn distances_scatter_as_much_as_the_model_says_where_they_are_measured() {
     };
     let dirs_q15 = (0..RAYS as i32).map(|ray| [32_768 * (ray % 2 * 2 - 1), 0, 0]).collect();
     let kind = RaySet { dirs_q15, range };
-    let rays = kind.rays(&RayScale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let rays = kind.rays(&RayScale::new(0.1, false)).unwrap();
     let pose = Pose::upright(DVec3::new(10.05, 0.05, 0.05), DVec3::X, 0.0);
     let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
     let mut off = [Vec::new(), Vec::new()];
-    for (found, ray) in look::returns(&truth.blockers, &rays, &from).zip(0..) {
+    for (found, ray) in look::returns(look::Obstacles::of(&truth), &rays, &from).zip(0..) {
         let drawn = march::draw(from.draws, ray);
         let step_m =
             0.1 * f64::from(rays.noise.step_q16(rays.gates.slant(0), drawn, found.distance_q16)) / 65_536.0;
@@ -114,6 +116,7 @@ fn as_many_returns_are_lost_as_the_study_says_whatever_their_noise() {
     put(&mut truth, Role::Environment, &[[50, 0, 0]], None);
     let noise = Deviation { std_m: 0.06, ..Deviation::NONE };
     let range = |dropout| Range {
+        reflectance: ReflectanceRanges::NONE,
         range_m: [0.0, 2.0],
         along: Along::Ray,
         near_ignore_m: 0.0,
@@ -124,11 +127,12 @@ fn as_many_returns_are_lost_as_the_study_says_whatever_their_noise() {
     };
     let found = |dropout| {
         let kind = RaySet { dirs_q15: vec![[32_768, 0, 0]; RAYS], range: range(dropout) };
-        let rays = kind.rays(&RayScale { voxel_size_m: 0.02, backdrop: false }).unwrap();
+        let rays = kind.rays(&RayScale::new(0.02, false)).unwrap();
         let pose = Pose::upright(DVec3::splat(0.01), DVec3::X, 0.0);
         let from = placement(&kind, &pose, &truth.grid, draws(1, [0; 5]));
-        let read: Vec<f64> =
-            look::returns(&truth.blockers, &rays, &from).map(|found| f64::from(found.read[0])).collect();
+        let read: Vec<f64> = look::returns(look::Obstacles::of(&truth), &rays, &from)
+            .map(|found| f64::from(found.read[0]))
+            .collect();
         read
     };
     let (all, some) = (found(0.0), found(0.3));
@@ -145,6 +149,7 @@ fn as_many_returns_are_lost_as_the_study_says_whatever_their_noise() {
 fn the_noise_of_depth_is_that_of_depth_along_the_ray() {
     let deviation = Deviation { std_m: 0.05, per_m: 0.01, per_m2: 0.0 };
     let range = Range {
+        reflectance: ReflectanceRanges::NONE,
         range_m: [0.0, 6.0],
         along: Along::Axis,
         near_ignore_m: 0.0,
@@ -153,8 +158,7 @@ fn the_noise_of_depth_is_that_of_depth_along_the_ray() {
         dropout: 0.0,
         calibration: None,
     };
-    let rays = range
-        .rays(vec![[28_378, 0, 16_384], [0, 0, 32_768]], &RayScale { voxel_size_m: 0.1, backdrop: false });
+    let rays = range.rays(vec![[28_378, 0, 16_384], [0, 0, 32_768]], &RayScale::new(0.1, false));
     let drawn = 0xc000_0000;
     let [slanted, straight] = [0, 1].map(|ray| {
         let slant = rays.gates.slant(rays.dirs_q15[ray][2]);

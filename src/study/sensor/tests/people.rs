@@ -3,12 +3,13 @@
 use super::*;
 use crate::sensor::Camera;
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::{Along, Range};
+use crate::sensor::range::{Along, Range, ReflectanceRanges};
 
 /// Half the image is as wide as it is far.
 pub(super) const CAMERA: Camera = Camera { fov_rad: [std::f64::consts::FRAC_PI_2; 2], resolution_px: [8, 8] };
 
 pub(super) const RANGE: Range = Range {
+    reflectance: ReflectanceRanges::NONE,
     range_m: [0.0, 30.0],
     along: Along::Ray,
     near_ignore_m: 0.0,

@@ -88,7 +88,7 @@ fn a_field_feels_whom_its_returns_hit() {
         let mut truth = empty([11, 11, 5], 1.0);
         put(&mut truth, Role::Human, human, None);
         put(&mut truth, Role::Environment, environment, None);
-        let rays = lidar.rays(&RayScale { voxel_size_m: 1.0, backdrop: true });
+        let rays = lidar.rays(&RayScale::new(1.0, true));
         let pose = Pose::upright(DVec3::new(5.0, 5.5, 1.2), DVec3::X, 0.0);
         feels(&lidar, 1, &Station { rays: rays.as_ref(), ..station(&truth, Setting::Pose(pose)) })
     };
@@ -149,7 +149,7 @@ fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
                 otherwise_free: true,
             }),
         };
-        let rays = lidar.rays(&RayScale { voxel_size_m: VOXEL_M, backdrop: case % 2 == 0 }).unwrap();
+        let rays = lidar.rays(&RayScale::new(VOXEL_M, case % 2 == 0)).unwrap();
         let (pose, truly) = stands(&mut random);
         let draws = random.bits() as u32;
         let at = Station { rays: Some(&rays), truly, draws, ..station(&truth, Setting::Pose(pose)) };
@@ -160,6 +160,7 @@ fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
         let blank = BitGrid::new(truth.grid.window());
         let [occupied, blockers] = [&truth.occupied, &truth.blockers].map(Arc::clone);
         let scene = VoxelScene {
+            shades: None,
             blockers,
             over_time: None,
             window: truth.grid.window(),

@@ -16,7 +16,7 @@ const SHAPES: [KeypointShape; 4] = [
 /// The voxels added in each representation, seen from x = 0.5 along x.
 fn added_voxels(truth: &Truth) -> [Vec<[i32; 3]>; 4] {
     let camera = rgbd();
-    let rays = camera.rays(&RayScale { voxel_size_m: 1.0, backdrop: false });
+    let rays = camera.rays(&RayScale::new(1.0, false));
     let at = Station { rays: rays.as_ref(), ..facing(truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
     [0, 1, 2, 3].map(|representation| {
         let Claim { cast, planes } = camera.claims(&at).swap_remove(representation);
@@ -114,7 +114,7 @@ fn a_joint_is_detected_where_its_ray_ends() {
     keypoints[0] = Some(DVec3::new(10.4, 8.5, 8.5));
     put(&mut truth, Role::Human, &[[9, 8, 8]], Some(keypoints));
     let camera = Rgbd { keypoint_tolerance_m: 1.4, ..rgbd() };
-    let rays = camera.rays(&RayScale { voxel_size_m: 1.0, backdrop: false });
+    let rays = camera.rays(&RayScale::new(1.0, false));
     let at = Station { rays: rays.as_ref(), ..facing(&truth, [0.5, 8.5, 8.5], [1.0, 0.0, 0.0]) };
     let cuboid = camera.claims(&at).swap_remove(3).planes.unwrap().occupied;
     assert_eq!(cuboid.voxels().collect::<Vec<_>>(), [[9, 8, 8]]);
@@ -151,9 +151,9 @@ fn returns_from_a_wall(range_m: [f64; 2], along: Along) -> usize {
         range: Range { range_m, along, ..RANGE },
         ..rgbd()
     };
-    let rays = camera.rays(&RayScale { voxel_size_m: 0.1, backdrop: false }).unwrap();
+    let rays = camera.rays(&RayScale::new(0.1, false)).unwrap();
     let at = facing(&truth, [0.05, 3.6, 2.4], [1.0, 0.0, 0.0]);
-    look::returns(&truth.blockers, &rays, &at.placement(&camera)).count()
+    look::returns(look::Obstacles::of(&truth), &rays, &at.placement(&camera)).count()
 }
 
 #[test]

@@ -176,7 +176,8 @@ fn rays_sha256(rays: &Rays) -> String {
     let numbers = [gates.range_min_q16, gates.range_max_q16, gates.near_ignore_q16]
         .into_iter()
         .chain([gates.no_return_is_free as u32, gates.backdrop as u32])
-        .chain(gates.along_axis.then_some(1));
+        .chain(gates.along_axis.then_some(1))
+        .chain(gates.shade_ranges_q16.into_iter().filter(|_| gates.has_shades()));
     let gates: Vec<u32> = numbers.collect();
     let Noise { unit_q12, std_q16, lost_below } = &rays.noise;
     let parts = [

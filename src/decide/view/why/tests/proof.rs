@@ -68,6 +68,12 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
             break;
         }
     }
+    let is_too_dark = |hit: [i32; 3], t: u32| {
+        let Some(shades) = &truth.shades else { return false };
+        let number = shades.bits.iter().zip([1, 2]).map(|(plane, bit)| if plane.get(hit) { bit } else { 0 });
+        let number = number.sum::<usize>();
+        number > 0 && t >= gates.range_min_q16 && t > gates.shade_ranges_q16[number - 1]
+    };
     let Some(entered) = entered else {
         let far = way.iter().map(|x| x * x).sum::<f64>().sqrt() * 65_536.0 > f64::from(gates.range_max_q16);
         return match (in_view, far) {
@@ -79,6 +85,7 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
     match end {
         _ if entered > gates.range_max_q16 => (Reason::OutOfRange, None),
         Some((hit, t, _)) if t < gates.range_min_q16 => (Reason::Blind, Some(hit)),
+        Some((hit, t, _)) if is_too_dark(hit, t) => (Reason::TooDark, Some(hit)),
         Some(_) if pcg(pcg(from.draws ^ ray as u32)) < rays.noise.lost_below => (Reason::NoReturn, None),
         Some((hit, _, false)) => (Reason::Hidden, Some(hit)),
         Some(_) => {
@@ -166,7 +173,11 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
             let stops = |hit| objects.iter().position(|object| object.stops_rays && object.voxels.get(hit));
             let expected = Cause { reason, object: hit.and_then(stops) };
             assert_eq!(*cause, expected, "{voxel:?} of {:?}\n{rerun}", view.choice);
-            assert_eq!(cause.object.is_some(), matches!(reason, Reason::Hidden | Reason::Blind), "{rerun}");
+            assert_eq!(
+                cause.object.is_some(),
+                matches!(reason, Reason::Hidden | Reason::Blind | Reason::TooDark),
+                "{rerun}"
+            );
         }
     }
 }
@@ -181,7 +192,7 @@ fn same_in_regions(whole: &View, alone: View, rerun: &str) {
 }
 
 /// Some choices of every combination, by both rules of fusion.
-fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u64; 9], rerun: &str) {
+fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u64; 10], rerun: &str) {
     for fusion in [Fusion::OccupiedWins, Fusion::Octomap] {
         study.combinations.iter_mut().for_each(|combination| combination.fusion = fusion);
         let mut cpu = Cpu::new(Some(1)).unwrap();
@@ -210,7 +221,7 @@ fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u
 fn every_kind_of_sensor_has_its_reasons() {
     let path =
         std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/sensors.toml");
-    let mut met = [0; 9];
+    let mut met = [0; 10];
     for noiseless in [false, true] {
         let overrides = Overrides { voxel_size_m: Some(0.2), noiseless };
         let mut study = Study::load(&path, &overrides).unwrap();
@@ -268,8 +279,9 @@ pub(crate) fn random_scene(random: &mut CaseRandom) -> String {
             random.pick(&["", "", "interior = \"occupied\"", "optical = \"see_through\"", "tag_only = true"]);
         let [x, y, z] = [(); 3].map(|()| random.number_between(0.05, 0.7));
         scene += &format!(
-            "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{x}, {y}, {z}] }}\nposition_m = {}\n{more}\n",
-            random.place()
+            "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{x}, {y}, {z}] }}\nposition_m = {}\n{more}\n{}\n",
+            random.place(),
+            random.pick(&["", "reflectance = 0.05", "reflectance = 0.5"])
         );
     }
     if random.number_below(3) > 0 {
@@ -323,7 +335,7 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
     ] {
         let near = random.number_below(2) * random.number_below(6);
         study += &format!(
-            "[[sensor]]\nname = \"{name}\"\n{keys}\nrange_m = [{}, {}]\nnear_ignore_m = {}\nnoise = {}\ndropout = {}\n{}\nno_return = \"{}\"\n\
+            "[[sensor]]\nname = \"{name}\"\n{keys}\nrange_m = [{}, {}]\nnear_ignore_m = {}\nnoise = {}\ndropout = {}\n{}\n{}\nno_return = \"{}\"\n\
              [[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = {}, rpy_deg = [{}, {}, {}] }}]\n",
             f64::from(near) * 0.1,
             f64::from(near) * 0.1 + random.number_between(0.6, 3.0),
@@ -334,6 +346,11 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
                 "{ std_m = 0.3, per_m = 0.05, per_m2 = 0.03 }"
             ]),
             random.pick(&["0", "0", "0.2"]),
+            random.pick(&[
+                "",
+                "reflectance_ranges_m = [[0.1, 1.2]]",
+                "reflectance_ranges_m = [[0.02, 0.5], [0.9, 2]]"
+            ]),
             random.pick(&[
                 "",
                 "",
@@ -376,7 +393,7 @@ pub(crate) fn random_ring(random: &mut CaseRandom) -> String {
 #[test]
 fn in_random_cells_reasons_are_complete_and_right() {
     let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
-    let mut met = [0; 9];
+    let mut met = [0; 10];
     for seed in asked.map_or(0..32, |seed: u32| seed..seed + 1) {
         let random = &mut CaseRandom(seed);
         let (scene, ring) = (random_scene(random), random_ring(random));
@@ -385,5 +402,5 @@ fn in_random_cells_reasons_are_complete_and_right() {
         let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --lib view::why::tests::proof");
         check_all(study, &worlds, [1, 7], &mut met, &rerun);
     }
-    assert!(asked.is_some() || met[..8].iter().all(|&count| count > 0), "{met:?}");
+    assert!(asked.is_some() || met[..9].iter().all(|&count| count > 0), "{met:?}");
 }

@@ -183,7 +183,9 @@ impl SceneSizes {
     ) -> Result<Self> {
         let (grid, window) = (scene.blockers.words().len(), scene.truth.words().len());
         let bricks = Bricks::size_of(scene.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
-        fits(adapter, "the grid takes", grid as u64 * 4 + 2 * bricks.next_multiple_of(2), "larger voxels")?;
+        let shades = if scene.shades.is_some() { 2 * grid as u64 * 4 } else { 0 };
+        let layer = grid as u64 * 4 + 2 * bricks.next_multiple_of(2) + shades;
+        fits(adapter, "the grid takes", layer, "larger voxels")?;
         fits(adapter, "the evidence of one placement takes", window as u64 * 8, "smaller regions")?;
         let (body, counters) = (body_words.body.len() as u64, body_words.counters() as u64);
         fits(adapter, "the voxels of people take", body * size_of::<BodyWord>() as u64, "fewer regions")?;

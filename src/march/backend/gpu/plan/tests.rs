@@ -264,6 +264,7 @@ fn boxes_with_regions_come_first() {
     region.set([3 + 8, 4 + 8, 5]);
     let [blockers, truth, human, robot] = std::array::from_fn(|_| BitGrid::new(window));
     let scene = VoxelScene {
+        shades: None,
         window,
         blockers: blockers.into(),
         over_time: None,
@@ -389,6 +390,7 @@ fn rays(number: usize) -> Rays {
     let gates = crate::march::Gates {
         range_min_q16: 0,
         range_max_q16: 100 << 16,
+        shade_ranges_q16: crate::march::FULL_RANGE,
         along_axis: false,
         near_ignore_q16: 0,
         no_return_is_free: false,
@@ -403,6 +405,7 @@ fn what_cannot_be_bound_is_refused_with_its_size() {
     let grid = BitGrid::new(Window::from_corners([0; 3], [1022, 19, 0]));
     let [blockers, truth, human, robot] = std::array::from_fn(|_| grid.clone());
     let scene = VoxelScene {
+        shades: None,
         window: grid.window(),
         blockers: blockers.into(),
         over_time: None,

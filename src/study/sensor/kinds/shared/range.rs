@@ -8,7 +8,7 @@ use toml::Table;
 use super::Silence;
 use crate::diagnostics::Place;
 use crate::sensor::noise::Deviation;
-use crate::sensor::range::{Along, Range};
+use crate::sensor::range::{Along, Range, ReflectanceRanges};
 use crate::sensor::{Calibration, SaidOfNoise};
 use perirobot_march::Result;
 
@@ -21,6 +21,7 @@ pub(crate) struct RangeKeys {
     pub(crate) noise: Option<NoiseFile>,
     pub(crate) dropout: Option<f64>,
     pub(crate) calibration: Option<CalibrationFile>,
+    pub(crate) reflectance_ranges_m: Option<Vec<[f64; 2]>>,
 }
 
 impl RangeKeys {
@@ -40,8 +41,39 @@ impl RangeKeys {
             noise: deviation(at, self.noise, far)?,
             dropout: at.number("dropout", self.dropout.unwrap_or(0.0), 0.0..1.0, SHARE)?,
             calibration: self.calibration.map(|file| file.check(at)).transpose()?,
+            reflectance: reflectance(at, self.reflectance_ranges_m.as_deref(), far)?,
         };
         Ok(if noiseless { range.to_noiseless() } else { range })
+    }
+}
+
+/// Ranges by reflectance, ascending.
+fn reflectance(at: &Place, pairs: Option<&[[f64; 2]]>, far: f64) -> Result<ReflectanceRanges> {
+    let Some(pairs) = pairs else { return Ok(ReflectanceRanges::default()) };
+    let wrong = |rule: &str| Err(at.wrong("reflectance_ranges_m", format!("{pairs:?}"), rule));
+    let is_range = |metres: f64| metres > 0.0 && metres < 1e6;
+    if let Some([share, _]) = pairs.iter().find(|[share, _]| !(*share > 0.0 && *share <= 1.0)) {
+        let percent = share / 100.0;
+        return wrong(&match (1.0..=100.0).contains(share) {
+            true => format!("begins each pair with a share of the light from 0 to 1: {share} % is {percent}"),
+            false => "begins each pair with a share of the light, above 0 and up to 1".into(),
+        });
+    }
+    if pairs.is_empty() || pairs.len() > 3 {
+        return wrong("must have one to three pairs, as in [[0.1, 8], [0.9, 25]]");
+    }
+    if !pairs.iter().all(|[_, metres]| is_range(*metres)) {
+        return wrong("ends each pair with a range in metres, above 0 and below 1000000");
+    }
+    if !pairs.is_sorted_by(|one, next| one[0] < next[0] && one[1] <= next[1]) {
+        return wrong("must ascend: a brighter object is detected at least as far");
+    }
+    let found = ReflectanceRanges::new(pairs);
+    match found.range_m(1.0) < far {
+        true if pairs[pairs.len() - 1][0] == 1.0 => {
+            wrong(&format!("ends below the sensor's range of {far} m: lower range_m to it"))
+        }
+        _ => Ok(found),
     }
 }
 

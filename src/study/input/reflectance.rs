@@ -1,0 +1,54 @@
+//! How dark the objects of a study are: the shares of light that they reflect, in up to three shades.
+
+use crate::diagnostics::Place;
+use crate::sensor::Sensor;
+use perirobot_march::Result;
+use perirobot_scene::objects::Role;
+use perirobot_scene::objects::spec::{ObjectSpec, SceneSpec};
+
+/// The share of light that people reflect unless their object says otherwise: that of the black test piece which safety laser
+/// scanners must detect (IEC 61496-3). Clothes are rarely darker.
+pub const PERSON_REFLECTANCE: f64 = 0.018;
+
+/// More different shares than two bits distinguish from none.
+const MOST: usize = 3;
+
+/// Numbers the objects of all scenes by how dark they are, if any sensor's range depends on it: the shares of the shades, the
+/// darkest first.
+pub(super) fn shade(at: &Place, scenes: &mut [SceneSpec], sensors: &[Sensor]) -> Result<Vec<f64>> {
+    let is_asked = |sensor: &Sensor| sensor.kind.range().is_some_and(|range| range.reflectance.is_given());
+    if !sensors.iter().any(is_asked) {
+        return Ok(Vec::new());
+    }
+    let mut shares: Vec<f64> = scenes
+        .iter()
+        .flat_map(|scene| &scene.objects)
+        .filter_map(share)
+        .chain([PERSON_REFLECTANCE])
+        .collect();
+    shares.sort_by(f64::total_cmp);
+    shares.dedup();
+    if shares.len() > MOST {
+        let listed = shares.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+        return Err(at
+            .says(format!("its objects have {} different values of reflectance: {listed}", shares.len()))
+            .with_advice(format!(
+                "at most {MOST} can be distinguished, {PERSON_REFLECTANCE} of people who have none among them: give similar \
+                 objects the same"
+            )));
+    }
+    for object in scenes.iter_mut().flat_map(|scene| &mut scene.objects) {
+        object.shade = share(object).map_or(0, |share| number(&shares, share));
+    }
+    Ok(shares)
+}
+
+/// What it reflects, if less than everything.
+fn share(object: &ObjectSpec) -> Option<f64> {
+    object.reflectance.or_else(|| (object.role == Role::Human).then_some(PERSON_REFLECTANCE))
+}
+
+/// The shade of a share of light; 0 where there is none.
+pub(super) fn number(shares: &[f64], share: f64) -> u8 {
+    shares.iter().position(|known| *known == share).map_or(0, |place| place as u8 + 1)
+}
