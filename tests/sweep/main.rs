@@ -19,6 +19,7 @@ mod lost_device;
 mod pandas;
 mod placements;
 #[cfg(unix)]
+mod reflectance;
 mod resume;
 #[cfg(unix)]
 mod shards;

@@ -1,0 +1,132 @@
+//! Dark objects: how far a scanner detects people and walls by the light that they reflect, and what cannot be said of
+//! it. Random cells compare all backends.
+
+use crate::common::program::{Edit, Folder, perirobot, refused, rows, text};
+
+/// A corridor along x. A person stands 3 m before the scanner, then 5 m; a wall closes the corridor at 8 m.
+const CELL: &str = "\
+[[object]]
+name = \"floor\"
+plane = { size_m = [9, 2] }
+position_m = [4, 0, 0]
+[[object]]
+name = \"wall\"
+box = { size_m = [0.2, 2, 1.8] }
+position_m = [8, 0, 0.9]
+[[object]]
+name = \"person\"
+role = \"human\"
+box = { size_m = [0.4, 0.4, 1.7] }
+position_m = [3, 0, 0.95]
+[object.snapshots]
+position_m = [[3, 0, 0.95], [5, 0, 0.95]]
+";
+
+const STUDY: &str = "\
+min_hits = 1
+[grid]
+voxel_size_m = 0.1
+[[scene]]
+file = \"cell.toml\"
+[[region]]
+name = \"corridor\"
+box = { min_m = [0.5, -1, 0.1], max_m = [8.5, 1, 1.7] }
+[[sensor]]
+name = \"scanner\"
+kind = \"lidar\"
+rings_deg = [0]
+resolution_deg = 1
+fov_deg = 60
+range_m = [0.1, 9]
+reflectance_ranges_m = [[0.018, 4.0], [0.9, 10]]
+[[sensor.poses]]
+name = \"post\"
+list = [{ position_m = [0, 0, 1.05], facing = [1, 0, 0] }]
+";
+
+fn folder(edits: &[Edit]) -> Folder {
+    let folder = Folder::new();
+    folder.write("study.toml", STUDY);
+    folder.write("cell.toml", CELL);
+    edits.iter().for_each(|(file, from, to)| folder.edit(file, from, to));
+    folder
+}
+
+/// Of both moments, the person's voxels that are hit, the other occupied ones of the corridor that are labelled, and the free
+/// ones that are; both backends say the same.
+fn counts(edits: &[Edit]) -> [[u32; 3]; 2] {
+    let folder = folder(edits);
+    let study = folder.path("study.toml");
+    let [oracle, cpu] = ["oracle", "cpu"].map(|backend| {
+        let out = folder.path(backend);
+        let outcome = perirobot(&["sweep", text(&study), "--backend", backend, "--out", text(&out)]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let each = rows(&out.join("results.csv"));
+        let count = |moment: usize, column: &str| each[moment][column].parse::<u32>().unwrap();
+        [0, 1].map(|moment| {
+            let [tp, human, free] = ["tp", "tp_human", "tn"].map(|column| count(moment, column));
+            [human, tp - human, free]
+        })
+    });
+    assert_eq!(oracle, cpu);
+    cpu
+}
+
+#[test]
+fn the_dark_are_detected_less_far() {
+    // 0.018 without a value: up to 4 m.
+    let [near, far] = counts(&[]);
+    assert!(near[0] > 0 && far[0] == 0, "{near:?} {far:?}");
+    assert!(near[1] > 0 && far[1] > 0, "the wall is bright: {near:?} {far:?}");
+    // As bright as the wall, the person is detected at both places, and as before at the first.
+    let bright = ("cell.toml", "role = \"human\"", "role = \"human\"\nreflectance = 0.9");
+    let [bright_near, bright_far] = counts(&[bright]);
+    assert_eq!(bright_near, near);
+    assert!(bright_far[0] > 0, "{bright_far:?}");
+    // The square root of 0.05 / 0.018 is 1.67, so that it is 6.7 m on the square root, and 4.0 · 2.5^0.261 = 5.08 m
+    // between the two.
+    let cloth = ("cell.toml", "role = \"human\"", "role = \"human\"\nreflectance = 0.05");
+    assert_eq!(counts(&[cloth]), [bright_near, bright_far]);
+    // The front of the person at 5 m is 4.8 m away.
+    let darker = ("cell.toml", "role = \"human\"", "role = \"human\"\nreflectance = 0.035");
+    assert_eq!(counts(&[darker]), [near, far]);
+    // Of a dark wall nothing comes back, so the space before it stays unknown.
+    let dark_wall = ("cell.toml", "name = \"wall\"", "name = \"wall\"\nreflectance = 0.018");
+    let [dark_near, dark_far] = counts(&[dark_wall]);
+    assert!(
+        dark_near[1] == 0 && dark_near[2] < near[2] && dark_far == [0, 0, 0],
+        "{dark_near:?} {dark_far:?}"
+    );
+}
+
+#[test]
+fn without_ranges_nobody_is_dark() {
+    let plain = ("study.toml", "reflectance_ranges_m = [[0.018, 4.0], [0.9, 10]]\n", "");
+    let dark = ("cell.toml", "role = \"human\"", "role = \"human\"\nreflectance = 0.001");
+    assert_eq!(counts(&[plain]), counts(&[plain, dark]));
+    assert!(counts(&[plain])[1][0] > 0);
+}
+
+#[test]
+fn reflectance_that_cannot_be() {
+    let wrong = |edits: &[Edit], expected: &[&str]| refused(&folder(&[]), edits, expected);
+    let person = |line: &'static str| ("cell.toml", "role = \"human\"", line);
+    wrong(
+        &[person("role = \"human\"\nreflectance = 40")],
+        &["cell.toml: object \"person\".reflectance = 40", "must be a share from 0 to 1: 40 % is 0.4"],
+    );
+    wrong(&[person("role = \"human\"\nreflectance = 0")], &["reflectance = 0", "above 0 and up to 1"]);
+    let ranges = |line: &'static str| ("study.toml", "[[0.018, 4.0], [0.9, 10]]", line);
+    let sensor = "study.toml: sensor \"scanner\".reflectance_ranges_m = ";
+    wrong(&[ranges("[[10, 4.0]]")], &[sensor, "10 % is 0.1"]);
+    wrong(&[ranges("[]")], &[sensor, "one to three pairs"]);
+    wrong(&[ranges("[[0.9, 10], [0.1, 4]]")], &[sensor, "must ascend"]);
+    wrong(&[ranges("[[0.1, -4]]")], &[sensor, "a range in metres, above 0"]);
+    wrong(&[ranges("[[1.0, 5]]")], &[sensor, "ends below the sensor's range of 9 m"]);
+    let many = [
+        ("cell.toml", "name = \"wall\"", "name = \"wall\"\nreflectance = 0.3"),
+        ("cell.toml", "name = \"floor\"", "name = \"floor\"\nreflectance = 0.2"),
+        person("role = \"human\"\nreflectance = 0.1"),
+    ];
+    wrong(&many, &["its objects have 4 different values of reflectance: 0.018, 0.1, 0.2, 0.3", "at most 3"]);
+}
