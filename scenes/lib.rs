@@ -34,8 +34,18 @@ macro_rules! people {
 }
 
 /// Adults in several postures, a small one and a tall one.
-pub const PEOPLE: [Person; 8] =
-    people!["standing", "reaching", "bent", "crouching", "kneeling", "lying", "small", "tall"];
+pub const PEOPLE: [Person; 10] = people![
+    "standing",
+    "reaching",
+    "bent",
+    "crouching",
+    "kneeling",
+    "lying",
+    "small",
+    "tall",
+    "sitting",
+    "carrying",
+];
 
 /// Makes a module of a page. The guide shows it, so links lead to its other pages; of two definitions of a link the
 /// first counts, and on a forge those at the end of the page do.

@@ -7,7 +7,7 @@ use std::path::Path;
 use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
-const PEOPLE: [(&str, [f64; 2]); 8] = [
+const PEOPLE: [(&str, [f64; 2]); 10] = [
     ("standing", [1.65, 1.85]),
     ("reaching", [1.5, 1.8]),
     ("bent", [0.8, 1.2]),
@@ -16,6 +16,8 @@ const PEOPLE: [(&str, [f64; 2]); 8] = [
     ("lying", [0.2, 0.5]),
     ("small", [1.4, 1.6]),
     ("tall", [1.85, 2.05]),
+    ("sitting", [1.2, 1.45]),
+    ("carrying", [1.65, 1.85]),
 ];
 
 const VOXEL_M: f64 = 0.025;
@@ -53,7 +55,7 @@ fn people_stand_on_the_floor_and_meet_every_moment_of_the_robot() {
     fs::write(&path, study).unwrap();
     let study = Study::load(&path, &Overrides::default()).unwrap();
     let worlds = World::prepare_all(&study).unwrap();
-    assert_eq!(worlds.len(), 16);
+    assert_eq!(worlds.len(), 20);
     for (number, world) in worlds.iter().enumerate() {
         let (name, [least, most]) = PEOPLE[number / 2];
         let truth = world.truth();

@@ -30,8 +30,9 @@ const MOST: usize = 1000;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct PosturesFile {
-    /// People that ship ("standing", "reaching", "bent", "crouching", "kneeling", "lying", "small", "tall"), CSV files
-    /// with the joints of a mannequin that stands at the origin and faces +x, or tables that say more of a file.
+    /// People that ship ("standing", "reaching", "bent", "crouching", "kneeling", "lying", "small", "tall", "sitting",
+    /// "carrying"), CSV files with the joints of a mannequin that stands at the origin and faces +x, or tables that say more
+    /// of a file.
     people: Vec<PersonEntry>,
     /// Where each of them stands: [x, y, yaw], in metres and degrees, at yaw 0 facing +x. The floor is that of
     /// `[approach]`, at height 0 unless floor_m says otherwise.

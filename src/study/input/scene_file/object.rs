@@ -23,8 +23,10 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
     refuse_strange_keypoints(at, &entry, &surface, role, &person)?;
     let keypoints = entry.keypoints.as_ref().map(|path| person.joints(at, "keypoints", path)).transpose()?;
     let has_role = entry.role.is_some();
-    let motion =
-        entry.snapshots.map(|snapshots| timeline::check(at, snapshots, &surface, &person)).transpose()?;
+    let motion = entry
+        .snapshots
+        .map(|snapshots| timeline::check(at, snapshots, &surface, rotation, &person))
+        .transpose()?;
     let motion = motion.unwrap_or_default();
     refuse_strange_carrying(at, entry.on.as_ref(), &motion, has_role)?;
     Ok(ObjectSpec {

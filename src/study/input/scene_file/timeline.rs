@@ -1,8 +1,11 @@
 //! How an object moves from one snapshot of its scene to the next: lists with an entry a snapshot, checked.
 
+mod walk;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use glam::DQuat;
 use serde::Deserialize;
 
 use super::person::PersonKeys;
@@ -30,6 +33,8 @@ pub(super) struct SnapshotsFile {
     rpy_deg: Option<Vec<Triple>>,
     /// The same as quaternions.
     quaternion: Option<Vec<QuaternionKeys>>,
+    /// A walk along a path, in place of lists: where it is, which way it faces, and how long at each place.
+    walk: Option<WalkFile>,
     /// Whether the link of `on` carries it; at a moment with false its pose is in the world. Default true for all.
     carried: Option<Vec<bool>>,
     /// Files with the joints of a mannequin.
@@ -52,6 +57,19 @@ pub(super) struct SnapshotsFile {
     /// robot does. Default false.
     #[serde(default)]
     cross: bool,
+}
+
+/// A walk, or a drive, along straight lines.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+struct WalkFile {
+    /// Corners of the path, [x, y, z] in metres, at least two.
+    path_m: Vec<Triple>,
+    /// How far it gets from one moment to the next, in metres.
+    step_m: f64,
+    /// How fast it goes, in metres a second: decides how long each moment lasts. Default 1.6, a person who walks.
+    speed_m_s: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -88,16 +106,26 @@ pub(super) fn check(
     at: &Place,
     entry: SnapshotsFile,
     surface: &SurfaceSpec,
+    own_rotation: DQuat,
     person: &PersonKeys,
 ) -> Result<MotionSpec> {
     let at = &at.key("snapshots");
+    let walk = entry.walk.as_ref().map(|walk| walk::moments(&at.key("walk"), walk)).transpose()?;
+    let has_places = entry.position_m.is_some() || entry.rpy_deg.is_some() || entry.quaternion.is_some();
+    if walk.is_some() && (has_places || entry.dwell_s.is_some()) {
+        return Err(at
+            .says("both walk and a list of positions, rotations or dwell_s")
+            .with_advice("a walk gives all of them"));
+    }
     if entry.cycle && entry.cross {
         return Err(at
             .says("both cycle and cross")
             .with_advice("its lists repeat, or are crossed with the others"));
     }
     let turned = entry.rpy_deg.is_some() || entry.quaternion.is_some();
-    if matches!(surface, SurfaceSpec::Octomap(_)) && (entry.position_m.is_some() || turned) {
+    if matches!(surface, SurfaceSpec::Octomap(_))
+        && (entry.position_m.is_some() || turned || entry.walk.is_some())
+    {
         return Err(at
             .says("an octomap stays where it is")
             .with_advice("its voxels are the grid's; it can only have keypoints"));
@@ -143,7 +171,7 @@ pub(super) fn check(
     let states = 0..joints_deg.len().max(joints_m.len());
     let joints =
         check_each(states, |i, _| joints(&at.key(&format!("[{i}]")), joints_deg.get(i), joints_m.get(i)))?;
-    let motion = MotionSpec {
+    let mut motion = MotionSpec {
         position_m: check_each(position_m, |i, Triple(p)| at.vector(&format!("position_m[{i}]"), p))?,
         rotation: check_each(rpy_deg.chain(quaternion), |i, (rpy, quaternion)| {
             rotation(at, &format!("[{i}]"), rpy, quaternion)
@@ -161,9 +189,14 @@ pub(super) fn check(
         cycle: entry.cycle,
         cross: entry.cross,
     };
+    if let Some(walk) = walk {
+        motion.position_m = walk.position_m;
+        motion.rotation = walk.heading.into_iter().map(|heading| heading * own_rotation).collect();
+        motion.dwell_s = walk.dwell_s;
+    }
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
         _ if motion.lists().iter().all(|(key, _)| *key == "dwell_s") => Err(at.says("no list").with_advice(
-            "give at least one of position_m, rpy_deg, quaternion, carried, mannequin, keypoints, \
+            "give at least one of walk, position_m, rpy_deg, quaternion, carried, mannequin, keypoints, \
                 joints_deg, joints_m, animation",
         )),
         Some((key, length)) => {
@@ -255,9 +288,17 @@ pub(super) fn count(at: &Place, objects: &mut [ObjectSpec]) -> Result<usize> {
 /// says, times what each says that is.
 pub(super) fn dwell_s(at: &Place, objects: &[ObjectSpec], snapshots: usize) -> Result<Option<Vec<f64>>> {
     let say = || objects.iter().filter(|object| !object.motion.dwell_s.is_empty());
-    let mut alone = say().filter(|object| !object.motion.cross);
-    if let (Some(first), Some(second)) = (alone.next(), alone.next()) {
-        let what = format!("objects {:?} and {:?} both have snapshots.dwell_s", first.name, second.name);
+    let alone = say().find(|object| !object.motion.cross);
+    let differs = |first: &&ObjectSpec, other: &ObjectSpec| {
+        !other.motion.cross && other.motion.dwell_s != first.motion.dwell_s
+    };
+    if let Some((first, second)) =
+        alone.and_then(|first| Some((first, say().find(|other| differs(&first, other))?)))
+    {
+        let what = format!(
+            "objects {:?} and {:?} both have snapshots.dwell_s or a walk, and other durations",
+            first.name, second.name
+        );
         return Err(at.says(what).with_advice(
             "they pass through their snapshots together: let one of them say how long each lasts",
         ));
@@ -266,7 +307,8 @@ pub(super) fn dwell_s(at: &Place, objects: &[ObjectSpec], snapshots: usize) -> R
         return Ok(None);
     }
     let of = |snapshot: usize| -> f64 {
-        say().map(|object| object.motion.dwell_s[snapshot % object.motion.dwell_s.len()]).product()
+        let weighing = say().filter(|object| object.motion.cross).chain(alone);
+        weighing.map(|object| object.motion.dwell_s[snapshot % object.motion.dwell_s.len()]).product()
     };
     let all: Vec<f64> = (0..snapshots).map(of).collect();
     match all.iter().sum::<f64>() > 0.0 {

@@ -276,6 +276,32 @@ fn a_recorded_walk_moves_a_person_and_its_joints() {
     );
 }
 
+/// A long thin box walks round a corner, turned to the side by its own rotation, together with another as long.
+#[test]
+fn who_walks_faces_along_the_path() {
+    let walker = "[[object]]\nname = \"walker\"\nbox = { size_m = [1, 0.2, 0.2] }\nrpy_deg = [0, 0, 90]\n[object.snapshots]\n\
+                  walk = { path_m = [[0, 0, 1], [1, 0, 1], [1, 1, 1]], step_m = 1, speed_m_s = 2 }\n";
+    let other = walker.replace("walker", "other").replace("rpy_deg = [0, 0, 90]\n", "");
+    let scenes = scene_of(&format!("{walker}{other}"), &[]).unwrap();
+    assert_eq!(scenes.len(), 3);
+    let size = |moment: usize, object: usize| {
+        let [low, high] = bounds(&scenes[moment].objects[object]);
+        high - low
+    };
+    assert_near(size(0, 0), [0.2, 1.0, 0.2]);
+    assert_near(size(2, 0), [1.0, 0.2, 0.2]);
+    assert_near(size(0, 1), [1.0, 0.2, 0.2]);
+    let [low, high] = bounds(&scenes[2].objects[0]);
+    assert_near((low + high) / 2.0, [1.0, 1.0, 1.0]);
+    let refused = |toml: &str, expected: &str| {
+        let error = scene_of(toml, &[]).unwrap_err().to_string();
+        assert!(error.contains(expected), "no {expected:?} in {error}");
+    };
+    refused(&format!("{walker}dwell_s = [1, 2, 3]\n"), "both walk and a list of positions");
+    let slower = other.replace("speed_m_s = 2", "speed_m_s = 1");
+    refused(&format!("{walker}{slower}"), "both have snapshots.dwell_s or a walk, and other durations");
+}
+
 /// A slide that carries a turning arm of one metre, with a finger that mimics, and one that is fixed.
 const ARM: &str = r#"<robot name="arm"><link name="base"/><link name="cart"/><link name="arm"><collision><origin xyz="0.5 0 0"/>
 <geometry><box size="1 0.1 0.1"/></geometry></collision></link><link name="finger"/><link name="tip"/>

@@ -131,7 +131,7 @@ fn wrong_entries_are_named_by_their_place() {
         (BOX, "position_m = []", "object \"a\".snapshots.position_m = []: must have one entry a snapshot"),
         (BOX, "rpy_deg = []", "snapshots.rpy_deg = []"),
         (BOX, "quaternion = []", "snapshots.quaternion = []"),
-        (BOX, "", "object \"a\".snapshots: no list: give at least one of position_m"),
+        (BOX, "", "object \"a\".snapshots: no list: give at least one of walk, position_m"),
         (BOX, "cycle = true", "object \"a\".snapshots: no list"),
         (BOX, "position_m = [[0, 0, 0], [0, 0]]", "a list of 3 numbers"),
         (BOX, "position_m = [[0, 0, 0, 0]]", "a list of 3 numbers"),
