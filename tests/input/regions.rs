@@ -150,6 +150,10 @@ fn shapes_that_cannot_be() {
         &["robot_reach.tool_m = -0.1: must be a length in metres from 0"],
     );
     wrong(
+        "robot_reach = { planes = [{ point_m = [0, 0, 0], normal = [0, 0, 0] }] }",
+        &["robot_reach.planes[0].normal = [0.0, 0.0, 0.0]: must not be zero"],
+    );
+    wrong(
         "robot_reach = {}",
         &["scene \"cell\"", "robot_reach: no robot has a known reach: give the robot as a urdf"],
     );

@@ -8,5 +8,5 @@ pub mod voxelize;
 
 pub use objects::{ObjectVoxels, RobotReach, Truth};
 pub use people::people;
-pub use region::{Region, RegionShape};
+pub use region::{Region, RegionShape, SafetyPlane};
 pub use truths::{Snapshots, voxelize_all};

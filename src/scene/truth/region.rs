@@ -26,10 +26,19 @@ use glam::DVec3;
 use mesh::MeshRows;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
-use perirobot_march::voxel::grid::{MAX_VOXELS_PER_AXIS, ONE_Q16, Window, length_q16, point_q16};
+use perirobot_march::voxel::grid::{Grid, MAX_VOXELS_PER_AXIS, ONE_Q16, Window, length_q16, point_q16};
 use perirobot_march::voxel::solid::{self, Ball, MAX_RADIUS_Q16};
 use perirobot_march::{Error, Result};
-use rows::RowShape;
+use rows::{CutPlane, RowShape};
+
+/// A plane behind which a robot does not get.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyPlane {
+    /// A point of it, in the world.
+    pub point_m: DVec3,
+    /// To the side on which the robot stays; any length but zero.
+    pub normal: DVec3,
+}
 
 /// What a region is, in metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +81,8 @@ pub enum RegionShape {
         object: Option<String>,
         /// What the robot holds beyond its own reach.
         tool_m: f64,
+        /// The planes that its safety controller keeps it from passing.
+        planes: Vec<SafetyPlane>,
     },
     /// All that is no farther from the robot than a distance, between centres of voxels.
     Separation {
@@ -171,10 +182,9 @@ fn rows_of(shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<RowS
     };
     Ok(match shape {
         RegionShape::Sphere { center_m, radius_m } => RowShape::Ball(ball(*center_m, *radius_m, truth)?),
-        RegionShape::HalfSphere { center_m, radius_m, normal } => RowShape::HalfBall {
+        RegionShape::HalfSphere { center_m, radius_m, normal } => RowShape::CutBall {
             ball: ball(*center_m, *radius_m, truth)?,
-            center_q16: grid.position_q16(*center_m),
-            normal_q15: normal.normalize().to_array().map(|n| (n * 32_768.0).round() as i64),
+            planes: vec![cut_plane(&SafetyPlane { point_m: *center_m, normal: *normal }, grid)],
         },
         RegionShape::Box { min_m, max_m } => cuboid(grid.position_q16(*min_m), grid.position_q16(*max_m))?,
         RegionShape::HumanBox { object, margin_min_m, margin_max_m } => {
@@ -186,9 +196,12 @@ fn rows_of(shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<RowS
                 std::array::from_fn(|r| bounds.end()[r] as i64 * ONE_Q16 + above[r]),
             )?
         }
-        RegionShape::RobotReach { object, tool_m } => {
+        RegionShape::RobotReach { object, tool_m, planes } => {
             let RobotReach { base_m, radius_m } = reach(object.as_deref(), truth)?;
-            RowShape::Ball(ball(base_m, radius_m + tool_m, truth)?)
+            RowShape::CutBall {
+                ball: ball(base_m, radius_m + tool_m, truth)?,
+                planes: planes.iter().map(|plane| cut_plane(plane, grid)).collect(),
+            }
         }
         RegionShape::Separation { swept: true, distance_m } => {
             RowShape::Voxels(near::expand(&swept_by(Role::Robot), *distance_m, grid)?)
@@ -204,6 +217,13 @@ fn rows_of(shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<RowS
         RegionShape::Union(shapes) => RowShape::Union(all(shapes)?),
         RegionShape::Difference(shapes) => RowShape::Difference(all(shapes)?),
     })
+}
+
+fn cut_plane(plane: &SafetyPlane, grid: &Grid) -> CutPlane {
+    CutPlane {
+        point_q16: grid.position_q16(plane.point_m),
+        normal_q15: plane.normal.normalize().to_array().map(|n| (n * 32_768.0).round() as i64),
+    }
 }
 
 fn ball(center_m: DVec3, radius_m: f64, truth: &Truth) -> Result<Ball, Issue> {

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 
 use super::Stopping;
 use super::approach::Machine;
-use super::region_file::{HumanBoxFile, RegionFile, SeparationFile, SweptFile};
+use super::region_file::{HumanBoxFile, RegionFile, SafetyPlaneFile, SeparationFile, SweptFile};
 use super::scene_file::{mesh, unit_and_up_belong};
 use super::stopping::EXAMPLE;
 use crate::diagnostics::{Place, only_one};
@@ -15,7 +15,7 @@ use perirobot_march::Result;
 use perirobot_scene::objects::Role;
 use perirobot_scene::objects::mesh_file::MeshFile;
 use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
-use perirobot_scene::truth::RegionShape;
+use perirobot_scene::truth::{RegionShape, SafetyPlane};
 
 /// What a region of a study is, before meshes are read.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,10 +71,7 @@ pub(super) fn check(
     let half = entry.half_sphere.as_ref().map(|s| {
         let at = at.key("half_sphere");
         let radius_m = at.number("radius_m", s.radius_m, f64::MIN_POSITIVE..1e6, rule)?;
-        let normal = at.vector("normal", s.normal)?;
-        if normal.length() < 1e-9 {
-            return Err(at.wrong("normal", format!("{:?}", s.normal), "must not be zero"));
-        }
+        let normal = normal(&at, s.normal)?;
         Ok(RegionShape::HalfSphere { center_m: at.vector("center_m", s.center_m)?, radius_m, normal })
     });
     let cuboid = entry
@@ -84,8 +81,15 @@ pub(super) fn check(
     let human = entry.human_box.as_ref().map(|h| human_box(&at.key("human_box"), h));
     let reach = entry.robot_reach.as_ref().map(|r| {
         let rule = "a length in metres from 0 to 1000";
-        let tool_m = at.key("robot_reach").number("tool_m", r.tool_m, 0.0..=1e3, rule)?;
-        Ok(RegionShape::RobotReach { object: r.object.clone(), tool_m })
+        let at = at.key("robot_reach");
+        let tool_m = at.number("tool_m", r.tool_m, 0.0..=1e3, rule)?;
+        let plane = |(number, plane): (usize, &SafetyPlaneFile)| {
+            let at = at.key(&format!("planes[{number}]"));
+            let normal = normal(&at, plane.normal)?;
+            Ok(SafetyPlane { point_m: at.vector("point_m", plane.point_m)?, normal })
+        };
+        let planes = r.planes.iter().enumerate().map(plane).collect::<Result<_>>()?;
+        Ok(RegionShape::RobotReach { object: r.object.clone(), tool_m, planes })
     });
     let separation =
         entry.separation.as_ref().map(|file| separation(&at.key("separation"), file, &entry.name, stopping));
@@ -125,6 +129,15 @@ pub(super) fn check(
             .with_advice("other shapes are given in the world"));
     }
     Ok(specs)
+}
+
+/// A direction.
+fn normal(at: &Place, written: [f64; 3]) -> Result<DVec3> {
+    let normal = at.vector("normal", written)?;
+    match normal.length() < 1e-9 {
+        true => Err(at.wrong("normal", format!("{written:?}"), "must not be zero")),
+        false => Ok(normal),
+    }
 }
 
 /// The region of a speed, or that of each.

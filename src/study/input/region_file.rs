@@ -88,6 +88,22 @@ pub(super) struct RobotReachFile {
     /// How far a tool reaches beyond its last link. Default 0.
     #[serde(default)]
     pub(super) tool_m: f64,
+    /// Planes that the robot's safety controller keeps it from passing.
+    #[serde(default)]
+    pub(super) planes: Vec<SafetyPlaneFile>,
+}
+
+/// A plane behind which the robot does not get.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(super) struct SafetyPlaneFile {
+    /// A point of it, [x, y, z] in metres.
+    #[serde(deserialize_with = "exactly")]
+    pub(super) point_m: [f64; 3],
+    /// The side on which the robot stays, as a direction from the plane.
+    #[serde(deserialize_with = "exactly")]
+    pub(super) normal: [f64; 3],
 }
 
 /// How near to the robot nobody may be at a speed.

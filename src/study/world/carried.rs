@@ -113,7 +113,7 @@ fn placement(
 /// Regions of a robot's reach that what it carries may leave.
 fn short_reach(study: &Study, object: &ObjectSpec, on: &MountLink, beyond_m: f64) -> Option<String> {
     study.regions.iter().find_map(|(name, spec)| match spec {
-        RegionSpec::RegionShape(RegionShape::RobotReach { object: robot, tool_m })
+        RegionSpec::RegionShape(RegionShape::RobotReach { object: robot, tool_m, .. })
             if robot.as_ref().is_none_or(|robot| *robot == on.object) && beyond_m > tool_m + 1e-6 =>
         {
             let needed = rounded_up(beyond_m, 2);

@@ -10,8 +10,8 @@ use perirobot_march::voxel::solid::{Ball, at_least_zero, both, centre_q16};
 pub(super) enum RowShape {
     /// A ball.
     Ball(Ball),
-    /// The part of a ball whose offset from the centre has no negative product with the normal.
-    HalfBall { ball: Ball, center_q16: [i64; 3], normal_q15: [i64; 3] },
+    /// The part of a ball that is behind none of some planes.
+    CutBall { ball: Ball, planes: Vec<CutPlane> },
     /// A box of voxels.
     Box([Range<i64>; 3]),
     /// The inside of a mesh.
@@ -24,11 +24,26 @@ pub(super) enum RowShape {
     Difference(Vec<RowShape>),
 }
 
+/// A plane through a point; behind it the offset from the point has a negative product with the normal.
+pub(super) struct CutPlane {
+    pub(super) point_q16: [i64; 3],
+    pub(super) normal_q15: [i64; 3],
+}
+
+impl CutPlane {
+    /// The voxels of a row that are not behind it.
+    fn run(&self, y: i64, z: i64) -> Range<i64> {
+        let away = |voxel: i64, r: usize| self.normal_q15[r] * (centre_q16(voxel) - self.point_q16[r]);
+        // The product is that of x = 0, and one voxel along x adds the same each time.
+        at_least_zero(self.normal_q15[0] << 16, away(0, 0) + away(y, 1) + away(z, 2))
+    }
+}
+
 impl RowShape {
     /// The rows y and z outside of which there is no voxel.
     pub(super) fn span(&self) -> [Range<i64>; 2] {
         match self {
-            RowShape::Ball(ball) | RowShape::HalfBall { ball, .. } => ball.rows(),
+            RowShape::Ball(ball) | RowShape::CutBall { ball, .. } => ball.rows(),
             RowShape::Box([_, y, z]) => [y.clone(), z.clone()],
             RowShape::Mesh(mesh) => mesh.span(),
             RowShape::Voxels(voxels) => {
@@ -53,11 +68,8 @@ impl RowShape {
         }
         match self {
             RowShape::Ball(ball) => one(ball.run(y, z)),
-            RowShape::HalfBall { ball, center_q16, normal_q15 } => {
-                let away = |voxel: i64, r: usize| normal_q15[r] * (centre_q16(voxel) - center_q16[r]);
-                // The product is that of x = 0, and one voxel along x adds the same each time.
-                let at_zero = away(0, 0) + away(y, 1) + away(z, 2);
-                one(both(ball.run(y, z), at_least_zero(normal_q15[0] << 16, at_zero)))
+            RowShape::CutBall { ball, planes } => {
+                one(planes.iter().fold(ball.run(y, z), |left, plane| both(left, plane.run(y, z))))
             }
             RowShape::Box([x, _, _]) => one(x.clone()),
             RowShape::Mesh(mesh) => mesh.runs(y, z),

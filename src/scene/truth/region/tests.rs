@@ -198,8 +198,11 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
     let arm = Some(RobotReach { base_m: DVec3::new(0.1, 0.2, 0.8), radius_m: 1.3 });
     truth.objects.push(object("gripper", Role::Robot, None));
     truth.objects.push(object("operator", Role::Human, None));
-    let reach =
-        |object: Option<&str>| RegionShape::RobotReach { object: object.map(str::to_string), tool_m: 0.2 };
+    let reach = |object: Option<&str>| RegionShape::RobotReach {
+        object: object.map(str::to_string),
+        tool_m: 0.2,
+        planes: Vec::new(),
+    };
     let error = |truth: &Truth, name| region("all", &reach(name), truth).unwrap_err().to_string();
     assert!(
         error(&truth, None).contains("robot_reach: no robot has a known reach: give the robot as a urdf")
@@ -211,6 +214,22 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
     let expected = voxels(&sphere([0.1, 0.2, 0.8], 1.5), &truth);
     assert_eq!(voxels(&reach(None), &truth), expected);
     assert_eq!(voxels(&reach(Some("arm")), &truth), expected);
+    // Two planes keep it before a wall and above a table: what is in both half spaces.
+    let planes = [
+        SafetyPlane { point_m: DVec3::new(0.4, 0.0, 0.0), normal: DVec3::new(-2.0, 0.5, 0.0) },
+        SafetyPlane { point_m: DVec3::new(0.0, 0.0, 0.6), normal: DVec3::Z },
+    ];
+    let cut = RegionShape::RobotReach { object: None, tool_m: 0.2, planes: planes.to_vec() };
+    let is_before = |voxel: &[i32; 3]| {
+        planes.iter().all(|plane| {
+            let q15 = plane.normal.normalize().to_array().map(|n| (n * 32_768.0).round() as i64);
+            let point_q16 = truth.grid.position_q16(plane.point_m);
+            (0..3).map(|r| q15[r] * ((i64::from(voxel[r]) << 16) + 32_768 - point_q16[r])).sum::<i64>() >= 0
+        })
+    };
+    let before: Vec<_> = expected.voxels().filter(is_before).collect();
+    assert!(before.len() > 1000 && before.len() < expected.count() as usize / 2, "{}", before.len());
+    assert_eq!(voxels(&cut, &truth).voxels().collect::<Vec<_>>(), before);
     truth.objects.push(object("second", Role::Robot, arm));
     assert!(error(&truth, None).contains("[\"arm\", \"second\"] all have a reach"));
     assert_eq!(voxels(&reach(Some("arm")), &truth), expected);
