@@ -5,6 +5,7 @@ mod common;
 
 mod approach;
 mod approach_random;
+mod delivery;
 mod hall;
 mod json;
 mod latch;

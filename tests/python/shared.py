@@ -12,6 +12,7 @@ STUDIES = {
     "approach.toml": None,
     "cheapest.toml": 0.1,
     "choose.toml": 0.1,
+    "delivery.toml": None,
     "judge.toml": 0.1,
     "quick.toml": 0.1,
     "sensors.toml": None,

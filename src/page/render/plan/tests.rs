@@ -113,6 +113,7 @@ fn every_study_that_ships_has_its_plans() {
         "choose.toml",
         "judge.toml",
         "approach.toml",
+        "delivery.toml",
         "sensors.toml",
         "tutorial/study.toml",
         "paper/exp1.toml",
