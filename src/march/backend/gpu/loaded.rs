@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::device::{GpuDevice, GrowingBuffer};
 use super::first_hits::FirstHitCache;
+use super::moving::boxes_of;
 use super::plan::{SceneSizes, TableSizes};
 use super::tiles::{BOX_BITS, BOX_EDGE};
 use super::types::{NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
@@ -52,20 +53,22 @@ pub(super) struct HostScene {
     pub(super) body_words: BodyWords,
     /// The words of the blockers that are not in the still layer; of all where there is none.
     layer: Vec<u32>,
+    /// Boxes of the blockers that are not in the still layer; of none where there is no such layer.
+    moving: [Window; 2],
 }
 
 impl HostScene {
     pub(super) fn new(scene: &VoxelScene) -> HostScene {
         let (boxes, wanted) = super::plan::boxes(scene);
-        let layer = match scene.over_time.as_deref() {
-            None => layer_words(&scene.blockers),
+        let (layer, moving) = match scene.over_time.as_deref() {
+            None => (layer_words(&scene.blockers), [Window { min: [0; 3], size: [0; 3] }; 2]),
             Some(OverTime { always: still, .. }) => {
                 let mut moving = BitGrid::clone(&scene.blockers);
                 moving.remove(still);
-                layer_words(&moving)
+                (layer_words(&moving), boxes_of(&moving))
             }
         };
-        HostScene { boxes, wanted, body_words: BodyWords::new(scene), layer }
+        HostScene { boxes, wanted, body_words: BodyWords::new(scene), layer, moving }
     }
 }
 
@@ -101,7 +104,7 @@ impl DeviceScene {
     pub(super) fn new(
         device: &GpuDevice,
         scene: &VoxelScene,
-        (sizes, HostScene { boxes, body_words, layer, .. }): (SceneSizes, HostScene),
+        (sizes, HostScene { boxes, body_words, layer, moving, .. }): (SceneSizes, HostScene),
         memory_bytes: Option<u64>,
         kept: &mut FirstHitCache,
         room: &mut BufferPool,
@@ -126,7 +129,7 @@ impl DeviceScene {
         DeviceScene {
             window: scene.window,
             setup: GrowingBuffer::uniform("setup")
-                .fill(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
+                .fill(device, &[Setup::new(scene, moving, kept.stride, body_words.counters() as u32)]),
             blockers: all,
             layers,
             boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),

@@ -7,6 +7,7 @@ mod first_hits;
 mod kernels;
 mod loaded;
 mod loop_bounds;
+mod moving;
 mod pace;
 mod pass;
 mod pipeline;
