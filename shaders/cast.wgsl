@@ -17,12 +17,12 @@
 // which most are, the kernel is compiled once more: software adapters also pay for what is behind a branch that none takes.
 override PLAIN: bool = false;
 
-// Whether a ray may come near the window. In floats: the window is grown by 1.5 voxels on each side, of which
-// the ray's place in its first voxel takes one, and its deviation (a quarter of a voxel at the longest range,
-// src/march/march/deviation.rs) and the floats' rounding less than the other half.
-fn comes_near(begin: March) -> bool {
-    let low = vec3<f32>(vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z) - begin.voxel) - 1.5;
-    let high = low + vec3<f32>(vec3<u32>(setup.window_x, setup.window_y, setup.window_z)) + 3.0;
+// Whether a ray may come near a box of voxels before it has gone so many voxels. In floats: the box is grown by 1.5 voxels on
+// each side, of which the ray's place in its first voxel takes one, and its deviation (a quarter of a voxel at the longest
+// range, src/march/march/deviation.rs) and the floats' rounding less than the other half.
+fn comes_near(begin: March, corner: vec3<i32>, size: vec3<u32>, farthest: f32) -> bool {
+    let low = vec3<f32>(corner - begin.voxel) - 1.5;
+    let high = low + vec3<f32>(size) + 3.0;
     // Distance a voxel, which is the period; an axis that is never crossed gets one so long that its slab decides
     // alone.
     let period = select(vec3<f32>(begin.period_q16) * (1.0 / 65536.0), vec3<f32>(1e5), begin.step == vec3<i32>());
@@ -31,7 +31,30 @@ fn comes_near(begin: March) -> bool {
     let b = high * toward;
     let enters = max(min(a, b), vec3<f32>());
     let leaves = max(a, b);
-    return max(enters.x, max(enters.y, enters.z)) <= min(leaves.x, min(leaves.y, leaves.z)) + 1.0;
+    return max(enters.x, max(enters.y, enters.z)) <= min(min(leaves.x, farthest), min(leaves.y, leaves.z)) + 1.0;
+}
+
+// Whether it may come near the window, however far it goes.
+fn comes_near_window(begin: March) -> bool {
+    return comes_near(
+        begin,
+        vec3<i32>(setup.window_min_x, setup.window_min_y, setup.window_min_z),
+        vec3<u32>(setup.window_x, setup.window_y, setup.window_z),
+        1e6,
+    );
+}
+
+// Whether a ray may enter a blocker of the layer that is bound, up to a distance. If these are the blockers that are not in the
+// still layer, they are in two boxes, and most rays keep their first hits in the still layer without a search.
+fn may_hit(sent: March, last_q16: u32) -> bool {
+    if PLAIN || part.whole_layer != 0u {
+        return true;
+    }
+    let farthest = f32(last_q16) * (1.0 / 65536.0);
+    let corner = vec3<i32>(setup.moving_min_x, setup.moving_min_y, setup.moving_min_z);
+    let other = vec3<i32>(setup.others_min_x, setup.others_min_y, setup.others_min_z);
+    return comes_near(sent, corner, vec3<u32>(setup.moving_x, setup.moving_y, setup.moving_z), farthest)
+        || comes_near(sent, other, vec3<u32>(setup.others_x, setup.others_y, setup.others_z), farthest);
 }
 
 // Whether what a ray hit is too dark for its distance: the light that it returns is not detected.
@@ -68,8 +91,10 @@ fn cast_ray(placement: GridPose, ray: u32, end_word: u32) {
     }
     var end = End(NOTHING, 0u);
     // What is hit lies elsewhere than the ray is believed to go if the mount is off.
-    if PLAIN || part.tiles != 0u || part.every_ray != 0u || is_off || comes_near(begin) {
-        found = min(found, first_hit(sent_on(sent, clear_q16(begin, of_tile)), last_q16));
+    if PLAIN || part.tiles != 0u || part.every_ray != 0u || is_off || comes_near_window(begin) {
+        if may_hit(sent, last_q16) {
+            found = min(found, first_hit(sent_on(sent, clear_q16(begin, of_tile)), last_q16));
+        }
         let too_weak = !PLAIN && is_too_weak(sent, slant, found);
         let finish = finish(sent, begin, is_off, slant, found, too_weak, draw(placement.draws, ray));
         end = finish.end;

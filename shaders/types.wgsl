@@ -26,6 +26,19 @@ struct Setup {
     first_hits_stride: u32,
     // Counters of people's hits of a job.
     detection_counters: u32,
+    // Two boxes of the blockers that are not in the still layer; of none where there is no such layer.
+    moving_min_x: i32,
+    moving_min_y: i32,
+    moving_min_z: i32,
+    moving_x: u32,
+    moving_y: u32,
+    moving_z: u32,
+    others_min_x: i32,
+    others_min_y: i32,
+    others_min_z: i32,
+    others_x: u32,
+    others_y: u32,
+    others_z: u32,
 }
 
 // One table of rays.

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::common::Random;
-use crate::common::cases::case;
+use crate::common::cases::{self, case};
 use crate::common::thorough::cases;
 use perirobot_march::backend::cpu::{Cpu, SimdLevel};
 use perirobot_march::backend::oracle::Oracle;
@@ -110,4 +110,43 @@ fn what_is_kept_of_a_pose_changes_nothing() {
         }
     }
     assert!(chosen.is_some() || freed > cases(30_000, 100_000), "only {freed} voxels were freed");
+}
+
+/// Two small parts of a grid move, mostly far from each other: rays that pass by both keep what they hit in the still layer.
+#[test]
+fn rays_that_pass_by_what_moves_hit_what_stands_still() {
+    let Some(mut gpu) = crate::random_cells::gpu() else { return };
+    let mut freed = 0;
+    for seed in 0..cases(200, 800) {
+        let case = case(seed);
+        let mut random = Random(seed ^ 0x7061_7373);
+        let grid = case.scene.blockers.window();
+        let mut always = BitGrid::new(grid);
+        case.scene.blockers.voxels().filter(|_| random.one_in(20)).for_each(|voxel| always.set(voxel));
+        let mut ever = always.clone();
+        for _ in 0..random.below(4) {
+            let size = grid.size.map(|n| 1 + random.below(n.div_ceil(4)));
+            let min = std::array::from_fn(|r| random.below(grid.size[r] - size[r] + 1) as i32);
+            ever.add(&BitGrid::full(Window { min, size }));
+        }
+        let blockers = Arc::new(ever);
+        let over_time = Arc::new(OverTime { always: always.into(), ever: blockers.clone() });
+        let regions = vec![BitGrid::full(case.scene.window)];
+        let scene = VoxelScene { blockers, over_time: Some(over_time), regions, ..case.scene };
+        let slots: Vec<u32> = case.shots.iter().map(|shot| shot.slot).collect();
+        let mut oracle = Oracle::default();
+        let [found, expected] = [&mut gpu as &mut dyn Backend, &mut oracle].map(|backend| {
+            backend.tables(&case.tables).unwrap();
+            backend.load(&scene).unwrap();
+            for (number, &cases::Shot { table, slot, placement }) in (0..).zip(&case.shots) {
+                backend.sense(table, &[Shot { slot, placement, first_hits: Some(number) }]).unwrap();
+            }
+            backend.planes(&slots).unwrap()
+        });
+        freed += expected.iter().map(|planes| planes.free.count()).sum::<u64>();
+        for (shot, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            assert_eq!(found, expected, "case {seed}, shot {shot}");
+        }
+    }
+    assert!(freed > cases(30_000, 100_000), "only {freed} voxels were freed");
 }

@@ -60,7 +60,9 @@ macro_rules! mirrored {
 fn structs_match_their_mirrors() {
     mirrored!("Setup", Setup, grid_x grid_y grid_z grid_words_per_row
         window_min_x window_min_y window_min_z window_words_per_row window_x window_y window_z window_words
-        regions bricks_x bricks_y bricks_word shades_word first_hits_stride detection_counters);
+        regions bricks_x bricks_y bricks_word shades_word first_hits_stride detection_counters
+        moving_min_x moving_min_y moving_min_z moving_x moving_y moving_z
+        others_min_x others_min_y others_min_z others_x others_y others_z);
     mirrored!("Table", TableWords, ends_stride range_min_q16 range_max_q16 along_axis near_ignore_q16 no_return_is_free backdrop noisy lost_below
         shaded shade_range_1_q16 shade_range_2_q16 shade_range_3_q16 image_x image_y focal_x focal_y near nearer);
     mirrored!("Part", Part, first_row first end region every_ray tiles whole_layer boxes_at_once zero);

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use super::device::{GpuDevice, GrowingBuffer};
-use super::loaded::{DeviceTable, layer_words};
+use super::buffers::GrowingBuffer;
+use super::device::GpuDevice;
+use super::layers::layer_words;
+use super::loaded::DeviceTable;
 use crate::backend::OverTime;
 use crate::voxel::BitGrid;
 
@@ -45,7 +47,10 @@ impl FirstHitCache {
         memory_bytes: Option<u64>,
     ) {
         // Another layer's buffer goes before the new one is made, so that both need not fit side by side.
-        self.still.take_if(|(still, _)| !over_time.is_some_and(|all| Arc::ptr_eq(still, &all.always)));
+        let is_next = |still: &Arc<BitGrid>| {
+            over_time.is_some_and(|all| Arc::ptr_eq(still, &all.always) || *still == all.always)
+        };
+        self.still.take_if(|(still, _)| !is_next(still));
         let same = self.over_time.as_ref().zip(over_time).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
         if !same {
             let largest = tables.iter().map(|table| &table.sizes).max_by_key(|sizes| sizes.rays_bytes());

@@ -1,16 +1,16 @@
 //! What stays on the device: tables of rays, a scene, evidence in slots, and room for a batch.
 
-use std::cell::OnceCell;
-use std::sync::Arc;
-
-use super::device::{GpuDevice, GrowingBuffer};
+use super::buffers::{GrowingBuffer, RememberedBuffer};
+use super::device::GpuDevice;
 use super::first_hits::FirstHitCache;
+use super::layers::{LazyLayer, layer_words};
+use super::moving::boxes_of;
 use super::plan::{SceneSizes, TableSizes};
 use super::tiles::{BOX_BITS, BOX_EDGE};
 use super::types::{NO_SLOT, ReadingWords, Setup, TableWords, dir_words};
 use crate::backend::body_words::BodyWords;
-use crate::backend::{OverTime, Rays, Reading, Shades, Slot, VoxelScene};
-use crate::voxel::{BitGrid, Bricks, Window};
+use crate::backend::{OverTime, Rays, Reading, Slot, VoxelScene};
+use crate::voxel::{BitGrid, Window};
 use crate::{Error, Result};
 
 /// A table of rays on the device.
@@ -52,20 +52,25 @@ pub(super) struct HostScene {
     pub(super) body_words: BodyWords,
     /// The words of the blockers that are not in the still layer; of all where there is none.
     layer: Vec<u32>,
+    /// Boxes of the blockers that are not in the still layer; of none where there is no such layer.
+    moving: [Window; 2],
 }
 
 impl HostScene {
     pub(super) fn new(scene: &VoxelScene) -> HostScene {
         let (boxes, wanted) = super::plan::boxes(scene);
-        let layer = match scene.over_time.as_deref() {
-            None => layer_words(&scene.blockers, scene.shades.as_deref()),
+        let (layer, moving) = match scene.over_time.as_deref() {
+            None => (
+                layer_words(&scene.blockers, scene.shades.as_deref()),
+                [Window { min: [0; 3], size: [0; 3] }; 2],
+            ),
             Some(OverTime { always: still, .. }) => {
                 let mut moving = BitGrid::clone(&scene.blockers);
                 moving.remove(still);
-                layer_words(&moving, scene.shades.as_deref())
+                (layer_words(&moving, scene.shades.as_deref()), boxes_of(&moving))
             }
         };
-        HostScene { boxes, wanted, body_words: BodyWords::new(scene), layer }
+        HostScene { boxes, wanted, body_words: BodyWords::new(scene), layer, moving }
     }
 }
 
@@ -101,21 +106,17 @@ impl DeviceScene {
     pub(super) fn new(
         device: &GpuDevice,
         scene: &VoxelScene,
-        (sizes, HostScene { boxes, body_words, layer, .. }): (SceneSizes, HostScene),
+        (sizes, HostScene { boxes, body_words, layer, moving, .. }): (SceneSizes, HostScene),
         memory_bytes: Option<u64>,
         kept: &mut FirstHitCache,
         room: &mut BufferPool,
     ) -> Self {
         let slots = sizes.slots(&device.report, memory_bytes);
         let arena = slots as u64 * sizes.plane_bytes();
-        let all = LazyLayer {
-            blockers: scene.blockers.clone(),
-            shades: scene.shades.clone(),
-            buffer: OnceCell::new(),
-        };
+        let all = LazyLayer::new(scene);
         let layers = match scene.over_time.as_deref() {
             None => {
-                all.buffer.get_or_init(|| device.upload("blockers", &layer));
+                all.fill(device, &layer);
                 None
             }
             Some(OverTime { always: still, .. }) => {
@@ -127,18 +128,23 @@ impl DeviceScene {
             let [x, y, z] = corner.map(|c| c / BOX_EDGE);
             x | y << bits | z << (2 * bits)
         };
+        room.regions.resize_with(scene.regions.len(), || RememberedBuffer::new("region"));
+        let regions = room.regions.iter_mut();
         DeviceScene {
             window: scene.window,
             setup: GrowingBuffer::uniform("setup")
-                .fill(device, &[Setup::new(scene, kept.stride, body_words.counters() as u32)]),
+                .fill(device, &[Setup::new(scene, moving, kept.stride, body_words.counters() as u32)]),
             blockers: all,
             layers,
-            boxes: device.upload("boxes", &boxes.iter().map(number).collect::<Vec<_>>()),
-            truth: device.upload("truth", scene.truth.words()),
-            human: device.upload("human", scene.human.words()),
-            robot: device.upload("robot", scene.robot.words()),
-            regions: scene.regions.iter().map(|region| device.upload("region", region.words())).collect(),
-            body: device.upload("body", &body_words.body),
+            boxes: room.boxes.hold(device, &boxes.iter().map(number).collect::<Vec<_>>()),
+            truth: room.truth.hold(device, scene.truth.words()),
+            human: room.human.hold(device, scene.human.words()),
+            robot: room.robot.hold(device, scene.robot.words()),
+            regions: regions
+                .zip(&scene.regions)
+                .map(|(room, plane)| room.hold(device, plane.words()))
+                .collect(),
+            body: room.body.hold(device, bytemuck::cast_slice(&body_words.body)),
             body_words,
             ended: room.ended.hold(device, 2 * arena),
             free: room.free.hold(device, arena),
@@ -176,52 +182,6 @@ impl DeviceScene {
     }
 }
 
-// Half a word holds a bit for each voxel of a brick, and a byte.
-const _: () = assert!(Bricks::EDGE == 2);
-
-/// A layer that is uploaded when it is first asked for: of a scene with snapshots, first hits mostly need the others only.
-pub(super) struct LazyLayer {
-    blockers: Arc<BitGrid>,
-    shades: Option<Arc<Shades>>,
-    buffer: OnceCell<wgpu::Buffer>,
-}
-
-impl LazyLayer {
-    /// Whether it has shades.
-    pub(super) fn is_shaded(&self) -> bool {
-        self.shades.is_some()
-    }
-
-    /// The blockers, their bricks, and shades.
-    pub(super) fn buffer(&self, device: &GpuDevice) -> &wgpu::Buffer {
-        let words = || layer_words(&self.blockers, self.shades.as_deref());
-        self.buffer.get_or_init(|| device.upload("blockers", &words()))
-    }
-}
-
-/// A layer of blockers as `shaders/layer.wgsl` reads it: its words, then its bricks, two a word, then the two planes of
-/// shades, if there are any.
-pub(super) fn layer_words(blockers: &BitGrid, shades: Option<&Shades>) -> Vec<u32> {
-    let bricks = Bricks::new(blockers);
-    let mut halves: Vec<u32> = bricks.reach().iter().map(|&reach| u32::from(reach) << 8).collect();
-    let [_, ny, _] = blockers.window().size;
-    let row_words = blockers.words_per_row().max(1) as usize;
-    for (row, words) in blockers.words().chunks_exact(row_words).enumerate() {
-        let (y, z) = (row as u32 % ny, row as u32 / ny);
-        // The voxels of a brick's row are two bits.
-        let place = Bricks::EDGE * (y % Bricks::EDGE + Bricks::EDGE * (z % Bricks::EDGE));
-        for (w, &word) in words.iter().enumerate().filter(|(_, word)| **word != 0) {
-            let first = bricks.index_at([32 * w as i32, y as i32, z as i32]);
-            for brick in (0..16).filter(|brick| word >> (2 * brick) & 3 != 0) {
-                halves[first + brick] |= (word >> (2 * brick) & 3) << place;
-            }
-        }
-    }
-    let two = |halves: &[u32]| halves.iter().rev().fold(0, |word, half| word << 16 | half);
-    let shades = shades.into_iter().flat_map(|shades| &shades.bits).flat_map(|plane| plane.words());
-    blockers.words().iter().copied().chain(halves.chunks(2).map(two)).chain(shades.copied()).collect()
-}
-
 /// Buffers that are kept from scene to scene, because the next scene mostly needs the same sizes.
 pub(super) struct BufferPool {
     pub(super) placements: GrowingBuffer,
@@ -233,6 +193,13 @@ pub(super) struct BufferPool {
     pub(super) undecided: GrowingBuffer,
     /// What `carve_voxels` leaves to `carve_crowded` and `carve_near`: heads, then voxels.
     pub(super) left: GrowingBuffer,
+    /// What [`DeviceScene`] has of a scene that is often the same in the next: mostly only people and the robot move.
+    boxes: RememberedBuffer,
+    truth: RememberedBuffer,
+    human: RememberedBuffer,
+    robot: RememberedBuffer,
+    regions: Vec<RememberedBuffer>,
+    body: RememberedBuffer,
     /// The arenas of [`DeviceScene`].
     ended: GrowingBuffer,
     free: GrowingBuffer,
@@ -260,6 +227,12 @@ impl BufferPool {
             pyramid: GrowingBuffer::storage("pyramid"),
             undecided: GrowingBuffer::indirect("undecided"),
             left: GrowingBuffer::indirect("left"),
+            boxes: RememberedBuffer::new("boxes"),
+            truth: RememberedBuffer::new("truth"),
+            human: RememberedBuffer::new("human"),
+            robot: RememberedBuffer::new("robot"),
+            regions: Vec::new(),
+            body: RememberedBuffer::new("body"),
             ended: GrowingBuffer::storage("ended"),
             free: GrowingBuffer::storage("free"),
             rows: Vec::new(),
@@ -270,30 +243,6 @@ impl BufferPool {
             twice: GrowingBuffer::storage("twice"),
             counts: GrowingBuffer::storage("counts"),
             found: GrowingBuffer::storage("found"),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_brick_holds_the_bit_of_each_of_its_voxels() {
-        for (size, step) in [([1, 1, 1], 1), ([67, 5, 4], 3), ([64, 3, 7], 11), ([31, 8, 2], 2)] {
-            let mut plane = BitGrid::new(Window { min: [0; 3], size });
-            BitGrid::full(plane.window()).voxels().step_by(step).for_each(|voxel| plane.set(voxel));
-            let (bricks, words) = (Bricks::new(&plane), layer_words(&plane, None));
-            let (voxels, bricks_words) = words.split_at(plane.words().len());
-            assert_eq!(voxels, plane.words());
-            assert_eq!(bricks_words.len(), bricks.reach().len().div_ceil(2));
-            let half = |brick: usize| bricks_words[brick / 2] >> (16 * (brick % 2)) & 0xffff;
-            let mut expected: Vec<u32> = bricks.reach().iter().map(|&reach| u32::from(reach) << 8).collect();
-            for voxel @ [x, y, z] in plane.voxels() {
-                expected[bricks.index_at(voxel)] |= 1 << (x % 2 + 2 * (y % 2) + 4 * (z % 2));
-            }
-            let found: Vec<u32> = (0..expected.len()).map(half).collect();
-            assert_eq!(found, expected, "{size:?}");
         }
     }
 }

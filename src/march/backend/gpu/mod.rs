@@ -1,12 +1,15 @@
 //! The backend on a GPU, or on a software Vulkan adapter: `shaders/` through wgpu. Evidence stays on the
 //! device, in slots; only counts come back. The same integers as the oracle, whatever the adapter.
 
+mod buffers;
 pub mod device;
 mod enumerate;
 mod first_hits;
 mod kernels;
+mod layers;
 mod loaded;
 mod loop_bounds;
+mod moving;
 mod pace;
 mod pass;
 mod pipeline;
@@ -168,7 +171,10 @@ impl Backend for Gpu {
             &mut self.room,
         ));
         log::debug!("gpu: scene loaded, room for {} pieces of evidence", self.slots());
-        self.queue.device.check().inspect_err(|_| self.loaded = None)
+        self.queue.device.check().inspect_err(|_| {
+            // What did not come to the device is not there the next time, either.
+            (self.loaded, self.room) = (None, BufferPool::new());
+        })
     }
 
     fn slots(&self) -> usize {

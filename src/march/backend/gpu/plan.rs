@@ -124,7 +124,7 @@ impl SceneSizes {
         }
         let tiles = if batch.is_tiled() { tiles_of_invocation(table.most_tiles, table.reach) } else { 0 };
         let every_ray = batch.everything as u32;
-        let cast = Part { every_ray, tiles, ..Part::default() };
+        let cast = Part { every_ray, tiles, whole_layer: batch.whole_layer as u32, ..Part::default() };
         let items = if batch.is_tiled() { 0..table.rays_of_tiles() } else { 0..table.rays };
         if batch.caster() == Caster::Listed {
             let groups = groups_of_lists(table.tiles(), table.reach);

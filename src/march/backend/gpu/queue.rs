@@ -4,7 +4,8 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use super::device::{GpuDevice, GrowingBuffer, Requested};
+use super::buffers::GrowingBuffer;
+use super::device::{GpuDevice, Requested};
 use super::kernels::{DONE_WORDS, Stage};
 use super::pace::{Pace, TimedWork};
 use super::pass::Pass;

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use super::loop_bounds::last_near_voxels;
 use crate::backend::{Fusion, GridFrame, GridPose, Image, Rays, Shot, Slot, VoxelScene};
 use crate::metrics::COUNTERS;
-use crate::voxel::Bricks;
+use crate::voxel::{Bricks, Window};
 
 /// Most dispatches of `carve_voxels` in a batch; each has a head in the list of boxes, and two in the list of what it leaves.
 pub const HEADS: u32 = 2048;
@@ -60,12 +60,34 @@ pub struct Setup {
     pub shades_word: u32,
     pub first_hits_stride: u32,
     pub detection_counters: u32,
+    /// Two boxes of the blockers that are not in the still layer; of none where there is no such layer.
+    pub moving_min_x: i32,
+    pub moving_min_y: i32,
+    pub moving_min_z: i32,
+    pub moving_x: u32,
+    pub moving_y: u32,
+    pub moving_z: u32,
+    pub others_min_x: i32,
+    pub others_min_y: i32,
+    pub others_min_z: i32,
+    pub others_x: u32,
+    pub others_y: u32,
+    pub others_z: u32,
 }
 
 impl Setup {
-    /// The numbers of a scene, the words of a slot of first hits in its still layer, and the counters of
-    /// people's hits of a job.
-    pub(crate) fn new(scene: &VoxelScene, first_hits_stride: u32, detection_counters: u32) -> Self {
+    /// The numbers of a scene, the boxes of its blockers that are not in the still layer, the words of a slot of first hits in
+    /// that layer, and the counters of people's hits of a job.
+    pub(crate) fn new(
+        scene: &VoxelScene,
+        moving: [Window; 2],
+        first_hits_stride: u32,
+        detection_counters: u32,
+    ) -> Self {
+        let [
+            Window { min: [moving_min_x, moving_min_y, moving_min_z], size: [moving_x, moving_y, moving_z] },
+            Window { min: [others_min_x, others_min_y, others_min_z], size: [others_x, others_y, others_z] },
+        ] = moving;
         let [bricks_x, bricks_y, _] = Bricks::size_of(scene.blockers.window().size);
         let [grid_x, grid_y, grid_z] = scene.blockers.window().size;
         let [window_min_x, window_min_y, window_min_z] = scene.window.min;
@@ -90,6 +112,18 @@ impl Setup {
             shades_word: shades_word(scene),
             first_hits_stride,
             detection_counters,
+            moving_min_x,
+            moving_min_y,
+            moving_min_z,
+            moving_x,
+            moving_y,
+            moving_z,
+            others_min_x,
+            others_min_y,
+            others_min_z,
+            others_x,
+            others_y,
+            others_z,
         }
     }
 }
