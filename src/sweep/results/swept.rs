@@ -211,6 +211,23 @@ impl Results {
         Results { layout: subject.layout(), subject, pages }
     }
 
+    /// The counts of all rows of what was swept, in the order of [`crate::scoring::run_on`], without a folder.
+    ///
+    /// # Panics
+    /// If there are not as many as the subject has rows.
+    pub fn from_counts(subject: Subject, counts: impl IntoIterator<Item = Confusion>) -> Results {
+        let layout = subject.layout();
+        let mut counts = counts.into_iter();
+        let block = |_| counts.by_ref().take(layout.block_rows() as usize).collect();
+        let blocks: Vec<Vec<Confusion>> = (0..layout.blocks()).map(block).collect();
+        let rows: usize = blocks.iter().map(Vec::len).sum();
+        assert!(
+            rows as u64 == layout.rows() && counts.next().is_none(),
+            "each row of a sweep is counted once"
+        );
+        Results { layout, subject, pages: Pages::in_memory(blocks) }
+    }
+
     /// What was counted at a moment.
     ///
     /// # Errors
