@@ -11,10 +11,13 @@ mod evaluate;
 mod folder;
 mod judge;
 mod labels;
+mod look;
 mod origin;
 mod process;
 mod recorded;
+mod report;
 mod study;
+mod swept;
 mod table;
 mod watch;
 
@@ -49,6 +52,8 @@ mod _perirobot {
     #[pymodule_export]
     use super::study::Study;
     #[pymodule_export]
+    use super::swept::Swept;
+    #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
 }
 
@@ -80,9 +85,9 @@ fn arrow_stream<'py>(
     arrow::stream(py, columns)
 }
 
-/// The columns of a finished sweep in a folder.
+/// The columns of a finished sweep in a folder, and the sweep.
 #[pyfunction]
-fn results(py: Python<'_>, folder: PathBuf) -> PyResult<table::Columns> {
+fn results(py: Python<'_>, folder: PathBuf) -> PyResult<(table::Columns, swept::Swept)> {
     watch::run(py, None, |listener| folder::results(&folder, listener))
 }
 

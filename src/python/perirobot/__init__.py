@@ -15,16 +15,18 @@ from .best import Best
 from .cell import Cell
 from .device import Backend
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels, Truth
+from .looks import Approach, Picture, Why
 from .planner import Planner, plan
 from .purchase import Purchase, PurchasedSensor, PurchasedSet, Reason
 from .result import Result
 from .score import ScoredMap, score_map
 from .study import COUNTERS, Study
+from .table import Table
 from .warned import DeviceWarning, InputWarning
 
 __all__ = [
     *("COUNTERS", "FREE", "OCCUPIED", "UNKNOWN"),
-    *("Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Planner", "Purchase"),
-    *("PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study", "Truth"),
-    *("__version__", "plan", "score_map"),
+    *("Approach", "Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Picture", "Planner"),
+    *("Purchase", "PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study", "Table", "Truth"),
+    *("Why", "__version__", "plan", "score_map"),
 ]

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from .checks import array, index, length, three
 from .labels import Labels
-from .result import Result, _Column
+from .result import Result
 from .study import Study
+from .table import Column, Table
 
 if TYPE_CHECKING:
     import pandas
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
 class ScoredMap(Result):
     """What a recorded map scores, a row for each region, and why it does not call occupied what is there."""
 
-    def __init__(self, columns: dict[str, _Column], reasons: dict[str, _Column]) -> None:
+    def __init__(self, columns: dict[str, Column], reasons: dict[str, Column]) -> None:
         super().__init__(columns)
-        self._reasons = Result(reasons)
+        self._reasons = Table(reasons)
 
     def reasons(self) -> pandas.DataFrame:
         """How many of ``fn + uo`` of each region have which reason: the columns region, reason (``beside``: the map has something a

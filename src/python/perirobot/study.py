@@ -14,15 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 from . import _perirobot
 from .best import Best
 from .cell import Cell
-from .checks import index, json_of, needed, texts
+from .checks import index, json_of, texts
 from .device import Backend, words
 from .labels import Labels, Truth
+from .looks import Looks
 from .memory import in_memory
 from .page import table
 from .poses import Frame, each
 from .progress import Bars, shown
 from .purchase import Purchase
 from .result import Result
+from .table import Table
 
 if TYPE_CHECKING:
     import pandas
@@ -43,7 +45,7 @@ _BATCH_BYTES = 64 << 20
 _Origin = tuple[Literal["from_keys", "load"], tuple[Any, ...]]
 
 
-class Study:
+class Study(Looks):
     """A checked study, from a file (:meth:`load`) or made of Python objects.
 
     Its scenes are put into voxels when they are first needed, and kept. A study does not change, so a copy is the study
@@ -178,6 +180,7 @@ class Study:
         self,
         backend: Backend = "auto",
         *,
+        out: str | PathLike[str] | None = None,
         adapter: str | None = None,
         threads: int | None = None,
         progress: bool = True,
@@ -187,6 +190,8 @@ class Study:
         The interpreter's lock is released meanwhile, and Ctrl-C stops the sweep after the batch under way.
 
         :param backend: "auto" (a hardware GPU if there is one, else the CPU), "cpu", "gpu" or "oracle"; all count the same.
+        :param out: a folder for the files of ``perirobot sweep``, which other commands take. A sweep of the same study that
+            was stopped there is finished.
         :param adapter: a Vulkan adapter for the GPU: its number, a part of its name, or "software"; several GPUs with
             commas between them share the sweep.
         :param threads: threads of the CPU; all by default.
@@ -195,7 +200,17 @@ class Study:
         :raises RuntimeError: if the device fails.
         """
         with shown(progress) as bars:
-            return Result(dict(self._native.sweep(words(backend, adapter, threads), bars)))
+            if out is None:
+                columns, swept = self._native.sweep(words(backend, adapter, threads), bars)
+                return Result(dict(columns), swept)
+            self._native.sweep_into(os.fspath(out), words(backend, adapter, threads), bars)
+        return Result.load(out)
+
+    def baselines(self) -> Table:
+        """What simple answers score in each region at each moment: all voxels occupied, all free, nothing seen, and the
+        ceiling, which no choice of the listed poses is above. The columns of counts and scores are those of
+        ``results.csv``."""
+        return Table(dict(self._native.baselines()))
 
     @property
     def sensors(self) -> list[str]:
@@ -255,14 +270,14 @@ class Study:
         wanted = known[0] if scene is None else scene
         if wanted not in known:
             raise ValueError(f"scene = {scene!r}: must be one of {known}")
-        grids = self._native.grids()
-        of_scene = [world for world, (name, *_) in enumerate(grids) if known[name] == wanted]
-        if number >= len(of_scene):
-            raise ValueError(f"snapshot = {snapshot}: scene {wanted!r} has {len(of_scene)}, counted from 0")
-        world = of_scene[number]
+        moments = [count for _, count in self._native.scenes]
+        scene_number = known.index(wanted)
+        if number >= moments[scene_number]:
+            raise ValueError(f"snapshot = {snapshot}: scene {wanted!r} has {moments[scene_number]}, counted from 0")
+        world = sum(moments[:scene_number]) + number
         occupied, human, robot, *regions = self._native.truth(world)
         by_name = dict(zip(self.regions, regions))
-        origin_m = np.array(grids[world][2])
+        origin_m = np.array(self._native.grid(world)[2])
         return Truth(occupied, human, robot, by_name, origin_m, self.voxel_size_m, wanted, number)
 
     def labels(
@@ -325,7 +340,10 @@ class Study:
         unknown = [name for name in wanted if name not in known]
         if unknown:
             raise ValueError(f"scenes: {unknown[0]!r} must be one of {known}")
-        worlds = [world for world, (scene, *_) in enumerate(self._native.grids()) if known[scene] in wanted]
+        grids = self._native.grids()
+        worlds = [world for world, (scene, *_) in enumerate(grids) if known[scene] in wanted]
+        # Labels and hits are a byte each.
+        at_once = max(1, _BATCH_BYTES // max(2 * int(np.prod(size)) for *_, size in grids))
         views = (
             (world, [combination_, choice, way, repeat])
             for world in worlds
@@ -337,7 +355,7 @@ class Study:
             with shown(progress) as bars:
                 if bars:
                     bars.begin("labels", len(worlds) * self.repeats * len(found))
-                yield from self._labels(views, words(backend, adapter, threads), bars)
+                yield from self._labels(views, words(backend, adapter, threads), bars, at_once)
 
         return all_labels()
 
@@ -386,55 +404,21 @@ class Study:
             purchase._asking().cheapest(purchase.folder, words(backend, adapter, threads), bars)
         return purchase
 
-    def judge(
-        self,
-        best: Best | Purchase,
-        *,
-        backend: Backend = "auto",
-        adapter: str | None = None,
-        threads: int | None = None,
-        progress: bool = True,
-    ) -> pandas.DataFrame:
-        """Decides which of the best sets, or of the cheapest, meet the requirements of the study, also with sensors dead and mounts off where they ask for that.
-
-        Does what ``perirobot judge`` does, and writes the same tables into the folder of the sets. Needs pandas.
-
-        :returns: a row for each set, requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
-        :raises ValueError: if nothing is required, or the study is not the one of the set.
-        """
-        tables = needed("pandas", "tables")
-        with shown(progress) as bars:
-            self._native.judge(best.folder, words(backend, adapter, threads), bars)
-        verdicts: pandas.DataFrame = tables.read_csv(os.path.join(best.folder, "requirements.csv"))
-        return verdicts
-
     def _labels(
         self,
         views: Iterable[tuple[int, list[int]]],
         backend: tuple[str, str | None, int | None],
         bars: Bars | None,
+        at_once: int = 1,
     ) -> Iterator[Labels]:
-        grids, names = self._native.grids(), dict[int, tuple[list[str], list[str]]]()
-        at_once = max(1, _BATCH_BYTES // max(int(np.prod(size)) for *_, size in grids))
         left = iter(views)
         while batch := list(islice(left, at_once)):
-            for (world, view), labels in zip(batch, self._native.labels(batch, backend, bars)):
-                combination, choice, way, repeat = view
-                scene, snapshot, origin_m, _ = grids[world]
-                if combination not in names:
-                    names[combination] = self._native.choices(combination)
-                poses, representations = names[combination]
-                yield Labels(
-                    labels,
-                    np.array(origin_m),
-                    self.voxel_size_m,
-                    self.scenes[scene],
-                    snapshot,
-                    repeat,
-                    self.combinations[combination],
-                    poses[choice],
-                    representations[way],
-                )
+            for view, (labels, hits) in zip(batch, self._native.labels(batch, backend, bars)):
+                world, (*_, repeat) = view
+                scene, combination, poses, representation = self._native.names_of(view)
+                _, snapshot, origin_m, _ = self._native.grid(world)
+                words = (scene, snapshot, repeat, combination, poses, representation)
+                yield Labels(labels, hits, np.array(origin_m), self.voxel_size_m, *words)
 
     def _sensor(self, name: str | None) -> str:
         known = self.sensors
