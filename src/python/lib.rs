@@ -25,7 +25,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use numpy::PyReadonlyArray3;
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use perirobot_march::backend::factory::adapters;
 use perirobot_study::input::Overrides;
 use perirobot_sweep::scoring::reopen;
@@ -49,6 +49,8 @@ mod _perirobot {
     use super::results;
     #[pymodule_export]
     use super::run;
+    #[pymodule_export]
+    use super::score;
     #[pymodule_export]
     use super::study::Study;
     #[pymodule_export]
@@ -74,6 +76,17 @@ fn cell_map<'py>(
     let voxels = voxels.as_array();
     let map = watch::run(py, None, |_| cell::map(voxels, voxel_size_m, key))?;
     Ok(map.map(|bytes| PyBytes::new(py, &bytes)))
+}
+
+/// A score of each row of counters; NaN where there is no value.
+#[pyfunction]
+fn score<'py>(
+    py: Python<'py>,
+    name: &str,
+    rows: PyReadonlyArray2<'py, i64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let values = evaluate::score(name, rows.as_array());
+    Ok(values.map_err(|error| error::to_exception(&error))?.into_pyarray(py))
 }
 
 /// The columns of a table as a stream of Arrow: a capsule for `__arrow_c_stream__`.

@@ -29,14 +29,6 @@ from .table import Table
 if TYPE_CHECKING:
     import pandas
 
-#: The last axis of what :meth:`Study.evaluate` returns: the counters of ``results.csv``.
-COUNTERS = (
-    *("tp", "fp", "fn", "tn", "uo", "uf"),
-    *("tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot", "uo_robot"),
-    *("hit_human", "people", "people_detected", "parts", "parts_detected"),
-    *("twice", "hit_human_twice"),
-)
-
 #: Labels that are made at once, in bytes.
 _BATCH_BYTES = 64 << 20
 
