@@ -46,7 +46,9 @@ class Study(Looks):
 
     :param keys: the keys of a study file, as dicts and lists; ``scene`` may be left out.
     :param scenes: scenes by their names: cells in voxels, or the keys of a scene file. Where all are cells of one size and
-        place, the grid is theirs unless the keys say otherwise.
+        place, the grid is theirs unless the keys say otherwise. Where a scene file names a table, keys may have arrays: joints of
+        people, shape (17, 3) or (moments, 17, 3), as ``mannequin`` or ``keypoints``, and those of a robot by their names, of shape
+        (moments,), as ``snapshots.joints_deg``, ``snapshots.joints_m`` or, with ``time_s``, ``snapshots.animation.joints``.
     :param folder: where files that the keys name are looked for.
     :raises ValueError: what is wrong, by key.
     """
