@@ -13,7 +13,7 @@ use perirobot_march::error::Issue;
 use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_scene::source;
 use perirobot_study::input::Overrides;
-use perirobot_study::world::World;
+use perirobot_study::world::{World, share_kinds};
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 use perirobot_sweep::results::jobs;
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -40,7 +40,7 @@ pub(crate) struct Study {
     before: Vec<ReadFile>,
     /// Those of the study that this one came from, where it only asks for something else.
     worlds: Arc<OnceLock<Vec<World>>>,
-    backends: LastBackends,
+    backends: Arc<LastBackends>,
 }
 
 /// A choice of poses in one world: the world's number, and those of combination, choice, representation and repeat.
@@ -84,7 +84,7 @@ impl Study {
     /// The same study after it was pickled: its files must be those of that time, now and when they are read.
     fn restore(&self, before: Vec<ReadFile>) -> PyResult<Study> {
         let (study, files) = (self.study.clone(), self.files.clone());
-        let study = Study { study, files, before, worlds: Arc::default(), backends: LastBackends::default() };
+        let study = Study { study, files, before, worlds: Arc::default(), backends: Arc::default() };
         study.check_files()?;
         Ok(study)
     }
@@ -117,11 +117,25 @@ impl Study {
         Study::read_checked(py, || FileOrigin::memory(keys, &folder, files))
     }
 
+    /// A study as [`Study::from_keys`] makes it, which takes over from this one what is ready of sensors that are the same:
+    /// tables of rays, and the backend that is open.
+    fn with_keys(
+        &self,
+        py: Python<'_>,
+        keys: &str,
+        folder: PathBuf,
+        files: Vec<(PathBuf, MemoryFile)>,
+    ) -> PyResult<Study> {
+        let mut study = Study::from_keys(py, keys, folder, files)?;
+        share_kinds(&self.study, &mut study.study);
+        Ok(Study { backends: self.backends.clone(), ..study })
+    }
+
     /// The same study with some keys of `[choose]`, given as JSON, instead of its own.
     fn asking(&self, py: Python<'_>, keys: &str) -> PyResult<Study> {
         let study = run(py, None, |_| self.study.asking(table(keys)?))?;
         let (files, before) = (self.files.clone(), self.before.clone());
-        Ok(Study { study, files, before, worlds: self.worlds.clone(), backends: LastBackends::default() })
+        Ok(Study { study, files, before, worlds: self.worlds.clone(), backends: Arc::default() })
     }
 
     /// Finds the best set of sensors, and writes it into a folder.

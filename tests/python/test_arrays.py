@@ -95,6 +95,29 @@ class Arrays(unittest.TestCase):
         animation = {"animation": {"joints": over_time, "angles": "deg", "times_s": [0, 1, 2]}}
         np.testing.assert_array_equal(self.counts([{**arm, "snapshots": animation}], folder), expected)
 
+    def test_scenes_are_replaced(self):
+        random = np.random.default_rng(2)
+
+        def cell(voxels: np.ndarray) -> dict[str, pr.Cell]:
+            return {"cell": pr.Cell(voxels, 0.1, origin_m=(-2, -2, 0))}
+
+        keys = {name: values for name, values in self.KEYS.items() if name != "grid"}
+        study = None
+        poses = None
+        for _ in range(3):
+            voxels = random.random((40, 40, 24)) < 0.01
+            fresh = pr.Study(keys, scenes=cell(voxels))
+            poses = fresh.poses()[1]
+            study = pr.Study(keys, scenes=cell(voxels)) if study is None else study.with_scenes(cell(voxels))
+            np.testing.assert_array_equal(study.evaluate(poses, backend="cpu"), fresh.evaluate(poses, backend="cpu"))
+            np.testing.assert_array_equal(study.truth().occupied, fresh.truth().occupied)
+        path = study.save(self.folder() / "saved")
+        np.testing.assert_array_equal(pr.Study.load(path).truth().occupied, study.truth().occupied)
+        with self.assertRaisesRegex(ValueError, "scenes: only those of a study made of objects"):
+            pr.Study.load(path).with_scenes(cell(voxels))
+        with self.assertRaisesRegex(ValueError, "cell.toml: cannot be the keys of a file"):
+            study.with_scenes({"cell": 1})
+
     def test_arrays_that_are_wrong_are_refused(self):
         own = joints(ROOT / "scenes/paper/scene1_operator.csv")
         for entry, message in [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
@@ -62,6 +63,7 @@ class Study(Looks):
     ) -> None:
         whole, files = in_memory(keys, scenes)
         self._native = _perirobot.Study.from_keys(whole, folder, files)
+        self._keys: tuple[Mapping[str, Any], str | PathLike[str]] | None = (copy.deepcopy(dict(keys)), folder)
         # Another process may work in another folder.
         self._origin: _Origin = ("from_keys", (whole, os.path.abspath(folder), files))
 
@@ -102,9 +104,29 @@ class Study(Looks):
     ) -> Study:
         """Reads a study file; texts are in the place of files, by their paths from its folder."""
         study = cls.__new__(cls)
+        study._keys = None
         study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, [*named], allow_outside, xacro, texts)
         there = [(name, os.path.abspath(folder)) for name, folder in named]
         study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro, texts))
+        return study
+
+    def with_scenes(self, scenes: Mapping[str, Cell | Mapping[str, Any]]) -> Study:
+        """The same study, made of objects, with other scenes; what is ready of its sensors is not made again.
+
+        >>> for occupied in cells:
+        ...     study = study.with_scenes({"cell": pr.Cell(occupied, 0.05)})
+        ...     study.evaluate(poses, "camera")
+
+        :param scenes: instead of those that the study was made with.
+        :raises ValueError: if the study was loaded or unpickled, or what is wrong with the scenes.
+        """
+        if self._keys is None:
+            raise ValueError("scenes: only those of a study made of objects can be replaced, and not after it was pickled")
+        keys, folder = self._keys
+        whole, files = in_memory(keys, scenes)
+        study = Study.__new__(Study)
+        study._native, study._keys = self._native.with_keys(whole, folder, files), self._keys
+        study._origin = ("from_keys", (whole, os.path.abspath(folder), files))
         return study
 
     def save(self, folder: str | PathLike[str]) -> str:
@@ -431,7 +453,7 @@ def _again(kind: Literal["from_keys", "load"], words: tuple[Any, ...], files: li
     made_of = (kind, words, files)
     if _last is None or _last[0] != made_of:
         study = Study.__new__(Study)
-        study._origin = (kind, words)
+        study._origin, study._keys = (kind, words), None
         study._native = getattr(_perirobot.Study, kind)(*words).restore(files)
         _last = (made_of, study)
     return _last[1]
