@@ -20,7 +20,9 @@ COUNTERS = (
 def score(counts: ArrayLike, name: str) -> NDArray[np.float64]:
     """A score of counts. Add up the counts of several moments first: that gives the pooled score of ``scores.csv``.
 
-    >>> counts = study.evaluate(poses, "camera")
+    >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+    >>> names, poses = study.poses("camera")
+    >>> counts = study.evaluate(poses[:8], "camera")
     >>> pr.score(counts.sum(axis=(1, 2)), "f1")        # over all moments and repeats
 
     :param counts: int64, shape (..., 19): the last axis is :data:`COUNTERS`.

@@ -110,7 +110,8 @@ class _Placing:
 class PlaceSensors(gymnasium.Env[_Array, _Array]):
     """Each step places all sensors; the reward is a score of what they see together.
 
-    >>> env = pr.gym.PlaceSensors(study, reward="human_seen", region="robot")
+    >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+    >>> env = pr.gym.PlaceSensors(study, sensors=["camera"], reward="human_seen", region="robot")
     >>> observation, info = env.reset(seed=1)
     >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
 
@@ -181,6 +182,11 @@ class PlaceSensors(gymnasium.Env[_Array, _Array]):
 
 class PlaceSensorsVector(gymnasium.vector.VectorEnv[_Array, _Array, _Array]):
     """Several :class:`PlaceSensors`; the placements of a step are counted in one call.
+
+    >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+    >>> envs = pr.gym.PlaceSensorsVector(study, 16, sensors=["camera"], reward="kappa")
+    >>> observations, infos = envs.reset(seed=1)
+    >>> observations, rewards, terminated, truncated, infos = envs.step(envs.action_space.sample())
 
     The arguments are those of :class:`PlaceSensors`. After the end of an episode, the next step begins a new one.
     """

@@ -108,6 +108,7 @@ class Looks:
     ) -> Why:
         """Why voxels of the regions stay unknown to a choice of poses at one moment, and which object is to blame.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
         >>> why = study.why("camera:right-wall/8/1")
         >>> print(why)
         >>> why.to_pandas().groupby("reason").voxels_human.sum()
@@ -132,8 +133,9 @@ class Looks:
     ) -> Approach:
         """How near the bodies of ``[approach]`` come to the robot unnoticed, in all scenes.
 
+        >>> study = pr.Study.load("scenes/approach.toml")
         >>> near = study.approach("camera:wall/front")
-        >>> near.to_pandas()[["body", "entry", "distance_m"]]
+        >>> near.to_pandas()[["body", "entry", "deepest_m"]]
 
         :param out: folder for the files that ``perirobot approach`` writes; a temporary one by default.
         :raises ValueError: if the study has no table ``approach``, or for a name that is unknown.
@@ -173,6 +175,7 @@ class Looks:
     ) -> Picture:
         """Draws a scene, or what a choice of poses makes of it; notebooks show the picture.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
         >>> study.render("camera:right-wall/8/1").save("pose.png")
         >>> study.render("camera:right-wall/8/1", floor_plan=True).save("plan.svg")
 
@@ -220,7 +223,9 @@ class Looks:
         Does what ``perirobot judge`` does. Of sets that :meth:`choose` or :meth:`cheapest` found, it writes the same tables into
         their folder. Needs pandas.
 
-        >>> study.judge("camera:front/1/0;camera:back/0/0").groupby("requirement").verdict.first()
+        >>> study = pr.Study.load("scenes/judge.toml", voxel_size_m=0.2)
+        >>> verdicts = study.judge("camera:right-wall/0/0;camera:right-wall/4/0")
+        >>> verdicts[["requirement", "condition", "verdict"]]
 
         :param sets: the best or the cheapest sets, or the name of one choice of poses.
         :returns: a row for each set, requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
@@ -251,7 +256,8 @@ class Looks:
     ) -> str:
         """Writes the page of ``perirobot report``: one HTML file that needs no network.
 
-        >>> study.report("out/report.html")
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.report("report.html", best=1)
 
         :param out: the file.
         :param results: what :meth:`choose` or :meth:`cheapest` found, or the folder of a sweep of this study. By default the

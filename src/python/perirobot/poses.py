@@ -22,6 +22,7 @@ _SHAPES = "must be (n, 7), (n, 4, 4), one such pose, or (n, k, 7) or (n, k, 4, 4
 def look_at(position_m: ArrayLike, target_m: ArrayLike) -> NDArray[np.float64]:
     """Poses from which sensors look at points, upright: as :meth:`Study.evaluate` takes them.
 
+    >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
     >>> study.evaluate(pr.look_at([[0, -1.9, 2.2], [1, -1.9, 2.2]], [0, 0, 1]), "camera")
 
     :param position_m: where the sensors are: x, y, z in metres, shape (..., 3).

@@ -50,6 +50,10 @@ def score_map(
 ) -> ScoredMap:
     """Scores what real sensors recorded against the truth of one scene at one moment, as ``perirobot score`` does.
 
+    >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+    >>> recorded = study.labels("camera:right-wall/8/1")    # or the name of a file
+    >>> pr.score_map(recorded, truth=study, region="human").to_pandas()[["tp", "fp", "fn"]]
+
     The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied voxel of the map lies in it,
     free if all of it is covered by free ones, else unknown. The points of a cloud mark their voxels, and free those between them
     and the sensor.

@@ -56,7 +56,11 @@ class Result(Table):
     def scores(self) -> pandas.DataFrame:
         """The scores of each choice of poses over moments and repeats, the columns of ``scores.csv``: mean, std, worst, pooled,
         and weighted by how long moments last if the study says so. A row for each scene and, as scene ``*``, for all of
-        them. Needs pandas."""
+        them. Needs pandas.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().scores().query("scene == '*'").nlargest(3, "kappa_pooled")
+        """
         return frame(self._all().scores())
 
     def poses(self) -> pandas.DataFrame:
@@ -65,6 +69,9 @@ class Result(Table):
 
     def to_xarray(self, combination: str | None = None) -> xarray.Dataset:
         """The rows of one combination over scene, snapshot, repeat, pose, representation and region; needs xarray.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().to_xarray("camera")["kappa"].max("pose")
 
         Along ``pose`` are the coordinates x_m, y_m, z_m, qw, qx, qy, qz, group and place of ``poses.csv``, for several sensors
         over ``pose`` and ``member``. Where a scene has fewer snapshots than another, its missing ones have counts of -1, and

@@ -80,6 +80,8 @@ class Study(Looks):
     ) -> Study:
         """Reads and checks a study file (TOML) and the scene files that it names.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.1, noiseless=True)
+
         :param path: the study file; the files that it names lie in its folder or below.
         :param voxel_size_m: edge of a voxel in metres, instead of the study's.
         :param noiseless: ideal sensors: no noise, no lost returns, no error of the mount.
@@ -113,9 +115,15 @@ class Study(Looks):
     def with_scenes(self, scenes: Mapping[str, Cell | Mapping[str, Any]]) -> Study:
         """The same study, made of objects, with other scenes; what is ready of its sensors is not made again.
 
-        >>> for occupied in cells:
-        ...     study = study.with_scenes({"cell": pr.Cell(occupied, 0.05)})
-        ...     study.evaluate(poses, "camera")
+        >>> rays = {"fov_deg": [87, 58], "resolution_px": [64, 48], "range_m": [0.3, 6]}
+        >>> spot = {"name": "spot", "list": [{"position_m": [1, 1, 1.5], "facing": [1, 1, -1]}]}
+        >>> camera = {"name": "camera", "kind": "rgbd", **rays, "poses": [spot]}
+        >>> region = {"name": "all", "box": {"min_m": [0, 0, 0], "max_m": [2, 2, 2]}}
+        >>> random = np.random.default_rng(1)
+        >>> cells = [{"cell": pr.Cell(random.random((20, 20, 20)) < 0.01, 0.1)} for _ in range(3)]
+        >>> study = pr.Study({"region": [region], "sensor": [camera]}, scenes=cells[0])
+        >>> names, poses = study.poses("camera")
+        >>> counts = [study.with_scenes(scenes).evaluate(poses, "camera") for scenes in cells]
 
         :param scenes: instead of those that the study was made with.
         :raises ValueError: if the study was loaded or unpickled, or what is wrong with the scenes.
@@ -131,6 +139,12 @@ class Study(Looks):
 
     def save(self, folder: str | PathLike[str]) -> str:
         """Writes a study that was made of objects into a folder, for the command line and for :meth:`load`.
+
+        >>> camera = {"name": "camera", "kind": "rgbd", "fov_deg": [87, 58], "resolution_px": [64, 48], "range_m": [0.3, 6]}
+        >>> camera["poses"] = [{"name": "spot", "list": [{"position_m": [1, 1, 1.5], "facing": [1, 1, -1]}]}]
+        >>> region = {"name": "all", "box": {"min_m": [0, 0, 0], "max_m": [2, 2, 2]}}
+        >>> cell = pr.Cell(np.random.default_rng(1).random((20, 20, 20)) < 0.01, 0.1)
+        >>> pr.Study({"region": [region], "sensor": [camera]}, scenes={"cell": cell}).save("out/own")
 
         :param folder: gets ``study.toml``, the scenes, and the files that they read; made if needed.
         :returns: the path of the study file.
@@ -203,6 +217,10 @@ class Study(Looks):
     ) -> Result:
         """Scores every choice of poses of every combination, in every snapshot of every scene, all in memory.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().to_pandas().query("region == 'human'").nlargest(3, "kappa")
+        >>> study.sweep(out="out/quick").scores()
+
         The interpreter's lock is released meanwhile, and Ctrl-C stops the sweep after the batch under way.
 
         :param backend: "auto" (a hardware GPU if there is one, else the CPU), "cpu", "gpu" or "oracle"; all count the same.
@@ -225,7 +243,11 @@ class Study(Looks):
     def baselines(self) -> Table:
         """What simple answers score in each region at each moment: all voxels occupied, all free, nothing seen, and the
         ceiling, which no choice of the listed poses is above. The columns of counts and scores are those of
-        ``results.csv``."""
+        ``results.csv``.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.baselines().to_pandas()[["region", "baseline", "f1"]]
+        """
         return Table(dict(self._native.baselines()))
 
     @property
@@ -235,6 +257,9 @@ class Study(Looks):
 
     def poses(self, sensor: str | None = None) -> tuple[list[str], NDArray[np.float64]]:
         """The candidate poses of a sensor: their names, and an array of shape (n, 7) as :meth:`evaluate` takes it.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> names, poses = study.poses("camera")
 
         :param sensor: its name; may be left out where one sensor takes poses.
         """
@@ -252,6 +277,10 @@ class Study(Looks):
         threads: int | None = None,
     ) -> NDArray[np.int64]:
         """Counts sensors at poses that the study need not list: what an optimiser asks again and again.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> counts = study.evaluate([0, -1.9, 2, 0.707, 0, 0, 0.707], "camera")
+        >>> dict(zip(pr.COUNTERS, counts[0, 0, 0, 0, study.regions.index("robot")]))
 
         :param poses: of one sensor, in the world, or on the link that carries it: float, shape (n, 7), position x, y, z in
             metres and quaternion w, x, y, z of length 1; or shape (n, 4, 4), matrices that lead from the sensor's frame
@@ -278,6 +307,10 @@ class Study(Looks):
 
     def truth(self, scene: str | None = None, snapshot: int = 0) -> Truth:
         """What is truly there at one moment, voxel by voxel: with :meth:`each_labels` the targets of a training set.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> truth = study.truth()
+        >>> (truth.human & truth.regions["robot"]).sum()
 
         :param scene: the scene's name; the first by default.
         :raises ValueError: for a scene or a snapshot that the study does not have.
@@ -311,6 +344,10 @@ class Study(Looks):
     ) -> Labels:
         """What one choice of poses makes of one moment, voxel by voxel.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> view = study.labels("camera:right-wall/8/1")
+        >>> (view.labels == pr.UNKNOWN).sum()
+
         :param poses: as in the column ``poses`` of the results: "camera:right-wall/8/1".
         :param combination: its name, where several have such a choice.
         :param representation: as in the column ``representation``; the first by default.
@@ -334,6 +371,9 @@ class Study(Looks):
         progress: bool = True,
     ) -> Iterator[Labels]:
         """The labels of many choices: scene by scene, snapshot by snapshot, repeat by repeat, choice by choice.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> unknown = [(view.labels == pr.UNKNOWN).mean() for view in study.each_labels(combination="camera")]
 
         They are made some at a time, as they are asked for.
 
@@ -387,6 +427,9 @@ class Study(Looks):
     ) -> Best:
         """Finds the best set of sensors for each size and step of cost, and proves that no other set of the listed poses is better.
 
+        >>> best = pr.Study.load("scenes/choose.toml", voxel_size_m=0.1).choose(at_most=2)
+        >>> best.front()[["at_most", "cost", "poses"]]
+
         :param out: folder for the files that ``perirobot choose`` writes; a temporary one by default. Other commands take it.
         :param keys: keys of ``[choose]`` instead of the study's: ``at_most=3``, ``objective="f1"``, ``region="robot"``, ``refine=True``.
         :raises ValueError: if nothing is asked, what is asked is wrong, or the cheapest set is asked for (see :meth:`cheapest`).
@@ -407,6 +450,9 @@ class Study(Looks):
         **keys: Any,
     ) -> Purchase:
         """Finds the cheapest set of the listed poses that passes all ``[[require]]``, and proves that no cheaper one does.
+
+        >>> found = pr.Study.load("scenes/cheapest.toml", voxel_size_m=0.2).cheapest()
+        >>> found.sentence
 
         All sensors need a cost. If nothing passes, that is no error: :attr:`Purchase.reasons` says why.
 
