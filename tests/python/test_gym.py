@@ -48,6 +48,11 @@ class Environments(unittest.TestCase):
                 self.assertEqual(poses.shape, (2, 7))
                 low, high = env._placing.low_m, env._placing.high_m
                 np.testing.assert_allclose(poses[1, :3], low + (action[5:8] + 1.0) / 2 * (high - low), atol=1e-6)
+                yaw, down = float(action[8]) * np.pi, float(action[9]) * np.pi / 2
+                ahead = [np.cos(yaw) * np.cos(down), np.sin(yaw) * np.cos(down), -np.sin(down)]
+                w, x, y, z = poses[1, 3:]
+                turned = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
+                np.testing.assert_allclose(turned, ahead, atol=1e-6)
                 counts = whole.evaluate(poses[None], "camera", backend="cpu")[0, :, :, 0].sum(axis=(0, 1))
                 value = float(pr.score(counts[whole.regions.index(region)], reward))
                 self.assertEqual(got, 0.0 if np.isnan(value) else sign * value)

@@ -73,6 +73,7 @@ class Commands(Folders):
         for name, words, keys in [
             ("cell.png", [], {}),
             ("pose.png", [*choice, "--from", "top"], {"poses": poses, "combination": combination, "eye": "top"}),
+            ("walls.png", ["--open", "0", "--points", "0", *choice], {"poses": poses, "combination": combination, "open": 0, "points": 0}),
             ("plan.svg", choice, {"poses": poses, "combination": combination, "floor_plan": True}),
             (
                 "inside.png",
