@@ -10,10 +10,12 @@ use perirobot_decide::view::{ChoiceSelector, View, Viewer, find, find_scene, wit
 use perirobot_march::backend::Backend;
 use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::{Error, Result};
+use perirobot_page::export::each_file;
 use perirobot_page::render::plan::floor_plan;
 use perirobot_page::render::{Colour, Eye, Wish, draw};
 use perirobot_page::report::reasons_file;
 use perirobot_page::report::terminal::reasons;
+use perirobot_scene::objects::build::build;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::OutputFolder;
@@ -101,6 +103,30 @@ pub(crate) fn approach(
         listener.warns_of_study(format!("{}: is no floor plan of this run", path.display()));
     }
     Ok(words)
+}
+
+/// Writes what a choice of poses sees for other programs, as `perirobot export` does: names of files, and what they hold.
+pub(crate) fn export(
+    (study, worlds): (&Study, &[World]),
+    wanted: &ChoiceSelector,
+    alteration: Alteration,
+    out: &Path,
+    backend: &mut dyn Backend,
+) -> Result<Vec<(String, String)>> {
+    let study = with_named_set(study, wanted);
+    let look = Look::new(&study, worlds, wanted, alteration)?;
+    let world = look.world();
+    let view = View::new(&look.study, world, look.choice, backend)?;
+    let spec = &look.study.scenes[world.scene];
+    let scene = build(spec, &study.sources, study.voxel_size_m)?.swap_remove(world.snapshot);
+    let folder = OutputFolder::open(out)?;
+    let mut files = Vec::new();
+    each_file(&view, &scene, |file| {
+        folder.write(&file.name, &file.bytes)?;
+        files.push((file.name, file.holds));
+        Ok(())
+    })?;
+    Ok(files)
 }
 
 /// Draws a scene, or what a choice of poses makes of it, if one is named: the bytes of a PNG, or of an SVG.

@@ -336,6 +336,21 @@ impl Study {
         })
     }
 
+    /// Writes what a choice of poses sees into a folder; names of files, and what they hold.
+    fn export(
+        &self,
+        py: Python<'_>,
+        words: ChoiceWords,
+        altered: AlterationWords,
+        out: PathBuf,
+        backend: BackendWords,
+    ) -> PyResult<Vec<(String, String)>> {
+        let (worlds, wanted) = (self.worlds(py)?, selector(words));
+        self.with_backend(py, backend, |_, backend| {
+            look::export((&self.study, worlds), &wanted, look::alteration(altered), &out, backend)
+        })
+    }
+
     /// A picture of a scene, or of what a choice of poses makes of it: the bytes of a PNG or an SVG.
     fn render<'py>(
         &self,

@@ -90,6 +90,20 @@ class Commands(Folders):
                 picture.save(path)
                 self.assertEqual(picture._repr_png_() is None, picture.kind == "svg")
 
+    def test_files_for_other_programs_are_those_of_the_command(self):
+        swept, theirs, own = self.folder(), self.folder(), self.folder()
+        self.run_program("sweep", "scenes/tiny.toml", "--out", swept)
+        study = in_memory("tiny.toml")
+        poses, combination = study._native.choices(0)[0][-1], study.combinations[0]
+        words = ["--pose", poses, "--combination", combination, "--out", theirs, "--backend", "cpu"]
+        said = self.run_program("export", swept, *words)
+        files = study.export(poses, own, combination=combination, backend="cpu")
+        self.assertEqual(sorted(files), sorted(os.listdir(theirs)))
+        self.assertTrue(any(name.endswith(".mcap") for name in files))
+        for name, holds in files.items():
+            self.assertIn(holds, said)
+            self.assertEqual((pathlib.Path(own) / name).read_bytes(), (pathlib.Path(theirs) / name).read_bytes(), name)
+
     def test_a_named_choice_is_judged_as_the_command_does(self):
         folder = self.folder()
         (copy,) = [scenes(folder)]

@@ -79,6 +79,9 @@ class Study:
     def approach(
         self, words: _Choice, altered: _Altered, out: str, progress: _Progress | None
     ) -> str: ...
+    def export(
+        self, words: _Choice, altered: _Altered, out: str, backend: _Backend
+    ) -> list[tuple[str, str]]: ...
     def render(
         self, words: _Choice, altered: _Altered, wish: dict[str, object], backend: _Backend
     ) -> bytes: ...

@@ -1,4 +1,5 @@
-"""What is said and drawn of one choice of poses: the commands ``why``, ``approach``, ``render``, ``judge`` and ``report`` as methods."""
+"""What is said and drawn of one choice of poses: the commands ``why``, ``approach``, ``export``, ``render``, ``judge``
+and ``report`` as methods."""
 
 from __future__ import annotations
 
@@ -145,6 +146,37 @@ class Looks:
         with shown(progress) as bars:
             answer.text = self._native.approach(choice, _altered(dead, draw, posture), answer.folder, bars)
         return answer
+
+    def export(
+        self,
+        poses: str,
+        out: str | PathLike[str],
+        *,
+        combination: str | None = None,
+        representation: str | None = None,
+        scene: str | None = None,
+        snapshot: int = 0,
+        repeat: int = 0,
+        dead: Iterable[str] = (),
+        draw: int | None = None,
+        posture: str | None = None,
+        backend: Backend = "auto",
+        adapter: str | None = None,
+        threads: int | None = None,
+    ) -> dict[str, str]:
+        """Writes what a choice of poses sees at one moment for other programs: ``view.mcap`` for Foxglove and ROS 2, OctoMaps,
+        point clouds, ``view.npz``, and the cell as glTF.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.export("camera:right-wall/8/1", "out/view")
+
+        :param out: the folder, made if needed.
+        :returns: the names of the files, and what they hold.
+        :raises ValueError: for a name that is unknown, with those that are known.
+        """
+        choice = (poses, combination, representation, scene, index("snapshot", snapshot), index("repeat", repeat))
+        altered, device = _altered(dead, draw, posture), words(backend, adapter, threads)
+        return dict(self._native.export(choice, altered, os.fspath(out), device))
 
     def render(
         self,
