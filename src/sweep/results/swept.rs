@@ -344,3 +344,30 @@ impl CombinationResults {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::{example, rows, scores};
+
+    #[test]
+    fn results_in_memory_are_those_of_a_journal() {
+        let of = |moment: usize, repeat: usize, key: &RowKey| {
+            example::counts((7 * moment + 5 * repeat + 3 * key.choice + key.representation) as u64)
+        };
+        let read = example::results_in(&["robot", "human"], 2, of);
+        let mut counts = Vec::new();
+        for (moment, repeat) in read.moments().flat_map(|moment| [(moment, 0), (moment, 1)]) {
+            let take = |_: [&str; 4], key: RowKey| {
+                counts.push(of(moment, repeat, &key));
+                Ok(())
+            };
+            read.each_key(take).unwrap();
+        }
+        let kept = Results::from_counts(read.subject.clone(), counts);
+        assert_eq!(rows::csv(&kept).unwrap(), rows::csv(&read).unwrap());
+        assert_eq!(scores::csv(&kept).unwrap(), scores::csv(&read).unwrap());
+        let unswept = Subject { combinations: Vec::new(), ..read.subject.clone() };
+        assert_eq!(Results::from_counts(unswept, []).layout.rows(), 0);
+    }
+}
