@@ -1,20 +1,15 @@
 //! `perirobot approach`: how near a body can come to the robot without being noticed.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use perirobot_decide::approach::{
-    APPROACH, APPROACH_JSON, Approaches, Ground, PATHS, answers, describe, floor_plan, fusion_warning,
-    is_named_as_plan, moments_of, paths_ply, plan_names,
-};
+use perirobot_decide::approach::{APPROACH, Approaching, fusion_warning};
 use perirobot_decide::judge::alter;
-use perirobot_decide::view::watched::Watchers;
 use perirobot_decide::view::{Choice, ChoiceSelector, find, with_set};
 use perirobot_march::Result;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::results::files::{OutputFolder, remove_files};
+use perirobot_sweep::results::files::OutputFolder;
 
 use super::MOST_WARNINGS;
 use super::backend::ThreadArgs;
@@ -94,53 +89,25 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     fusion_warning(&study, &choice).iter().for_each(|warning| say!("warning: {warning}"));
     let alteration = args.alteration.alteration();
     let (own_study, own_worlds, own) = alter(&study, &worlds, &choice, &alteration)?;
-    let watchers = Watchers::new(&own_study, own);
-    let (planned, altered) = ((&study, &worlds, choice), (&own_study, &own_worlds, own));
-    let (at_study, at_worlds, at_choice) = alteration.where_bodies_come_in(planned, altered);
+    let (planned, altered) = ((&study, worlds.as_slice(), choice), (&own_study, own_worlds.as_slice(), own));
     // All scenes are checked before anything is cast.
-    let grounds = Ground::from_scenes(at_study, at_worlds, Watchers::new(at_study, at_choice).each())?;
+    let approaching = Approaching::new(planned, altered, &alteration)?;
     // A folder that was made here is removed again if nothing can be written.
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
     let folder = OutputFolder::open(&out)?;
-    let (mut asked, mut plans) = (Vec::new(), Vec::new());
-    let shown = Shown::Job(args.progress.start("moments", 0, grounds.iter().map(moments_of).sum()));
+    let shown = Shown::Job(args.progress.start("moments", 0, approaching.total()));
     let onlooker = Onlooker::new(shown, None, false);
-    let scenes = own_worlds.chunk_by(|one, next| one.scene == next.scene);
-    for (ground, worlds) in grounds.into_iter().zip(scenes) {
-        let (answers, of_scene) = answers(&ground, worlds, &watchers, &onlooker)?;
-        super::print(&describe(&ground, &answers))?;
-        asked.push((ground, answers));
-        plans.push(of_scene);
-    }
+    let approached = approaching.answer(&onlooker, &mut |words| super::print(words))?;
     onlooker.finish();
     if let Some(stopping) = &study.stopping {
         super::print(&format!("{}\n", stopping.assumptions().join("\n")))?;
     }
-    let approaches = Approaches::new(&study, &choice, alteration.words(), &asked);
-    // If a run ends early, its files are not taken for those of an earlier one.
-    remove_files([APPROACH_JSON, APPROACH, PATHS].map(|name| folder.path().join(name)))?;
-    folder.write(PATHS, &paths_ply(&asked))?;
-    let of_scenes = asked.iter().zip(&plans);
-    let plans: Vec<_> =
-        of_scenes.flat_map(|(asked, plans)| plans.iter().map(move |plan| (asked, plan))).collect();
-    let names = plan_names(plans.iter().map(|((ground, _), plan)| plan.names(ground)));
-    for (name, ((ground, answers), plan)) in names.iter().zip(&plans) {
-        folder.write(name, &floor_plan(ground, answers, plan))?;
-    }
-    approaches.write(folder.path())?;
-    folder.write(APPROACH, &approaches.csv())?;
-    for name in names_in(folder.path()).filter(|name| is_named_as_plan(name) && !names.contains(name)) {
+    for name in approached.write(&folder)? {
         say!("warning: {}: is no floor plan of this run", folder.path().join(name).display());
     }
-    let rows = approaches.rows.len();
+    let rows = approached.approaches.rows.len();
     super::print(&format!("{rows} rows in {}\n", folder.path().join(APPROACH).display()))?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// The names in a folder that are text.
-fn names_in(folder: &Path) -> impl Iterator<Item = String> {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    entries.filter_map(|entry| entry.file_name().into_string().ok())
 }
 
 impl Args {

@@ -1,8 +1,7 @@
 //! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
 
-use perirobot_decide::approach::{Ground, Way, nearest_ways};
-use perirobot_decide::judge::{Alteration, LeaderScope, alter};
-use perirobot_decide::view::watched::Watchers;
+use perirobot_decide::judge::{Alteration, LeaderScope};
+use perirobot_decide::look::Look;
 use perirobot_decide::view::{Choice, ChoiceSelector, find, find_scene, with_set};
 use perirobot_march::Result;
 use perirobot_study::input::Study;
@@ -118,42 +117,6 @@ impl AlterationArgs {
     }
 }
 
-/// What a command looks at: a choice of a study, in one of its worlds.
-pub(super) struct Looked<'a> {
-    planned: (&'a Study, &'a [World], Choice),
-    alteration: Alteration,
-    pub(super) study: Study,
-    worlds: Vec<World>,
-    world: usize,
-    pub(super) choice: Choice,
-}
-
-impl Looked<'_> {
-    /// The worlds, those of the study's that were asked for.
-    pub(super) fn worlds(&self) -> &[World] {
-        &self.worlds
-    }
-
-    /// By which ways the bodies of the study's approach come nearest unnoticed, in the scene.
-    pub(super) fn ways(&self) -> Result<Vec<Way>> {
-        let altered = (&self.study, self.worlds(), self.choice);
-        let (study, worlds, choice) = self.alteration.where_bodies_come_in(self.planned, altered);
-        let ground = Ground::new(study, self.scene_worlds(worlds), Watchers::new(study, choice).each())?;
-        nearest_ways(&ground, self.scene_worlds(&self.worlds), &Watchers::new(&self.study, self.choice))
-    }
-
-    /// Of some worlds those of the scene.
-    fn scene_worlds<'w>(&self, worlds: &'w [World]) -> &'w [World] {
-        let scene = self.world().scene;
-        worlds.chunk_by(|one, next| one.scene == next.scene).find(|all| all[0].scene == scene).unwrap_or(&[])
-    }
-
-    /// The scene at its moment.
-    pub(super) fn world(&self) -> &World {
-        &self.worlds[self.world]
-    }
-}
-
 impl ChoiceArgs {
     /// The study with the set that is named, as [`with_set`] adds it.
     pub(super) fn with_set(&self, study: Study) -> Study {
@@ -161,7 +124,7 @@ impl ChoiceArgs {
     }
 
     /// Finds it in a study.
-    pub(super) fn look<'a>(&self, study: &'a Study, worlds: &'a [World]) -> Result<Looked<'a>> {
+    pub(super) fn look<'a>(&self, study: &'a Study, worlds: &'a [World]) -> Result<Look<'a>> {
         self.rest.look(&self.pose, study, worlds)
     }
 }
@@ -173,12 +136,8 @@ impl RestArgs {
     }
 
     /// Finds a choice of poses in a study, and alters it where that is asked for.
-    pub(super) fn look<'a>(&self, poses: &str, study: &'a Study, worlds: &'a [World]) -> Result<Looked<'a>> {
-        let (world, choice) = find(study, worlds, &self.selector(poses))?;
-        let world = worlds.iter().position(|one| std::ptr::eq(one, world)).unwrap_or_default();
-        let (planned, alteration) = ((study, worlds, choice), self.alteration.alteration());
-        let (study, worlds, choice) = alter(study, worlds, &choice, &alteration)?;
-        Ok(Looked { planned, alteration, study, worlds, world, choice })
+    pub(super) fn look<'a>(&self, poses: &str, study: &'a Study, worlds: &'a [World]) -> Result<Look<'a>> {
+        Look::new(study, worlds, &self.selector(poses), self.alteration.alteration())
     }
 
     /// Finds the scene alone, by its index, and its snapshot.

@@ -9,7 +9,7 @@ use perirobot_decide::view::View;
 use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::{Error, Result};
 use perirobot_page::render::plan::floor_plan;
-use perirobot_page::render::{ANGLES_DEG, Colour, Eye, SIDES_PX, Wish, draw, point};
+use perirobot_page::render::{Colour, Eye, SIDES_PX, Wish, draw, point};
 use perirobot_study::world::World;
 use perirobot_sweep::results::files::write_whole;
 
@@ -168,16 +168,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 impl Args {
     /// What the picture shall be, in a study with these regions.
     fn wish(&self, regions: &[&str]) -> Result<Wish> {
-        let wrong = |option: &str, value: f64, rule: &str| Error::input(format!("{option} {value}"), rule);
-        if !ANGLES_DEG.contains(&self.fov_deg) {
-            return Err(wrong("--fov-deg", self.fov_deg, "must be from 1 to 150"));
-        }
-        if !(0.0..=100.0).contains(&self.open) {
-            return Err(wrong("--open", self.open, "must be from 0 to 100 metres"));
-        }
-        if let Some(height) = self.cut_above.filter(|height| !(-1e4..=1e4).contains(height)) {
-            return Err(wrong("--cut-above", height, "must be from -10000 to 10000 metres"));
-        }
         let region = |name: &String| {
             let found = regions.iter().position(|region| region == name);
             let place = Site::Argument(Argument("only region"), name.clone());
@@ -189,7 +179,7 @@ impl Args {
             (Some(Colouring::X), _) => Colour::X,
             (Some(Colouring::Role), _) | (None, None) => Colour::Role,
         };
-        Ok(Wish {
+        let wish = Wish {
             eye: self.from,
             look_at_m: self.look_at,
             fov_rad: self.fov_deg.to_radians(),
@@ -200,7 +190,8 @@ impl Args {
             open_m: self.open,
             points: self.points,
             ways: Vec::new(),
-        })
+        };
+        wish.check().map(|()| wish)
     }
 }
 

@@ -8,6 +8,7 @@ pub mod choose;
 pub mod controller;
 mod json_file;
 pub mod judge;
+pub mod look;
 mod purchased_sets;
 pub mod view;
 

@@ -4,8 +4,8 @@ use glam::{DMat3, DVec3};
 use numpy::ndarray::{Array6, ArrayView1, ArrayView2};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::BackendFactory;
-use perirobot_march::error::Issue;
-use perirobot_march::metrics;
+use perirobot_march::error::{Argument, Issue, Site};
+use perirobot_march::metrics::{self, Confusion, Detection, Overlap, Score};
 use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
@@ -54,6 +54,24 @@ fn matrix(row: &[f64], frame: RotationFrame) -> Result<Pose, &'static str> {
         return Err("its last row must be 0, 0, 0, 1, and its last column x, y, z in metres and 1");
     }
     Ok(Pose::from_rotation(DVec3::new(row[3], row[7], row[11]), rotation, frame))
+}
+
+/// A score of each row of counters, as [`counts`] has them; NaN where there is no value.
+pub(crate) fn score(name: &str, rows: ArrayView2<i64>) -> Result<Vec<f64>> {
+    let Some(score) = Score::ALL.into_iter().find(|score| score.name() == name) else {
+        let place = Site::Argument(Argument("score"), name.into());
+        return Err(Issue::unknown(&Score::ALL.map(Score::name)).with_place(place).into());
+    };
+    let value = |row: ArrayView1<i64>| {
+        let count = |number: usize| row[number].max(0) as u64;
+        let detection = std::array::from_fn(|i| count(metrics::COUNTERS + i));
+        let overlap = std::array::from_fn(|i| count(metrics::COUNTERS + metrics::DETECTION_COUNTERS + i));
+        let counts = Confusion::from_counts(std::array::from_fn(count))
+            .with_detection(Detection::from_counts(detection, 0))
+            .with_overlap(Overlap::from_counts(overlap));
+        score.evaluate(&counts).unwrap_or(f64::NAN)
+    };
+    Ok(rows.outer_iter().map(value).collect())
 }
 
 /// The counts of a study whose combinations have one choice each, in so many representations: combinations, moments, repeats,

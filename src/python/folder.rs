@@ -10,14 +10,18 @@ use perirobot_sweep::results::files::write_whole;
 use perirobot_sweep::results::{Results, RowKey};
 use perirobot_sweep::scoring::Row;
 
+use crate::swept::Swept;
 use crate::table::{Columns, columns};
 use crate::watch::Listener;
+
+/// The table of poses in a folder of results.
+const POSES: &str = "poses.csv";
 
 /// What a study that is saved is called.
 const STUDY: &str = "study.toml";
 
-/// The rows of a finished sweep.
-pub(crate) fn results(folder: &Path, listener: &Listener) -> Result<Columns> {
+/// The rows of a finished sweep: their columns, and the sweep.
+pub(crate) fn results(folder: &Path, listener: &Listener) -> Result<(Columns, Swept)> {
     let (results, warnings) = Results::read(folder)?;
     warnings.into_iter().for_each(|warning| listener.warns_of_study(warning));
     let mut rows = Vec::new();
@@ -41,7 +45,9 @@ pub(crate) fn results(folder: &Path, listener: &Listener) -> Result<Columns> {
             }
         }
     }
-    Ok(columns((&results.subject).into(), &rows))
+    let path = folder.join(POSES);
+    let poses = std::fs::read(&path).map_err(|e| Error::io(&path, "cannot be read", e))?;
+    Ok((columns((&results.subject).into(), &rows), Swept::new(results, poses)))
 }
 
 /// Which rows a moment has in each repeat, in their order.

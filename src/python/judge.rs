@@ -4,12 +4,14 @@ use std::path::Path;
 
 use perirobot_decide::choose::as_swept;
 use perirobot_decide::judge::{Judging, LeaderScope, chosen_sets, forget, leaders, requires_something};
+use perirobot_decide::view::{Choice, ChoiceSelector, find};
 use perirobot_march::Result;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
-use perirobot_sweep::results::Results;
+use perirobot_sweep::results::{Results, Subject};
 
 use crate::backends::{BackendWords, open};
+use crate::look::with_named_set;
 use crate::watch::Listener;
 
 /// Judges the sets that were chosen into a folder, and writes what `perirobot judge` writes. Once a sweep has taken their
@@ -28,8 +30,38 @@ pub(crate) fn judge(
         Some(sets) => sets,
         None => leaders(&study.requirements, &results, 1, LeaderScope::default())?,
     };
-    let judging = Judging::new(&study, &worlds, &results, &choices)?;
-    warnings.iter().chain(&judging.warnings).for_each(|warning| listener.warns_of_study(warning.clone()));
+    warnings.into_iter().for_each(|warning| listener.warns_of_study(warning));
+    write(&study, &worlds, (&results, &choices), words, listener, folder)
+}
+
+/// Judges a choice of poses that need not have been swept, and writes what `perirobot judge` writes into a folder.
+pub(crate) fn judge_choice(
+    (study, worlds): (&Study, &[World]),
+    wanted: &ChoiceSelector,
+    words: &BackendWords,
+    listener: &Listener,
+    folder: &Path,
+) -> Result<()> {
+    let study = with_named_set(study, wanted);
+    requires_something(&study)?;
+    let choice = find(&study, worlds, wanted)?.1;
+    // Nothing was swept: the choice is counted as well.
+    let unswept = Study { combinations: Vec::new(), ..study.clone() };
+    let results = Results::from_counts(Subject::from_study(&unswept, worlds), []);
+    write(&study, worlds, (&results, &[choice]), words, listener, folder)
+}
+
+/// Judges choices, and writes the verdicts.
+fn write(
+    study: &Study,
+    worlds: &[World],
+    (results, choices): (&Results, &[Choice]),
+    words: &BackendWords,
+    listener: &Listener,
+    folder: &Path,
+) -> Result<()> {
+    let judging = Judging::new(study, worlds, results, choices)?;
+    judging.warnings.iter().for_each(|warning| listener.warns_of_study(warning.clone()));
     for (scene, warnings) in &judging.cut_off {
         warnings.iter().for_each(|warning| listener.warns_of_study(format!("{scene}: {warning}")));
     }

@@ -2,7 +2,7 @@
 
 use numpy::npyffi::NPY_ORDER;
 use numpy::{Element, PyArray1, PyArray3, PyArrayMethods};
-use perirobot_decide::view::{Choice, Viewer};
+use perirobot_decide::view::{Choice, View, Viewer};
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_march::progress::Progress;
@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 
 use crate::watch::Listener;
 
-/// How many voxels a grid has along each axis, and the label of each, x the fastest.
-type Labels = ([u32; 3], Vec<u8>);
+/// How many voxels a grid has along each axis, and of each the label and whether a return comes from it, x the fastest.
+type Labels = ([u32; 3], Vec<u8>, Vec<bool>);
 
 /// Most choices that are cast together: between them Python may stop it.
 const AT_ONCE: usize = 16;
@@ -41,7 +41,8 @@ pub(crate) fn all(
         let choices: Vec<Choice> = of_one.iter().map(choice).collect();
         let world = &worlds[of_one[0].0];
         let seen = viewer.view_grid(world, &choices)?;
-        all.extend(seen.iter().map(|view| (world.grid.size, view.label_bytes())));
+        let hits = |view: &View| bytes(world, &view.labels.hits);
+        all.extend(seen.iter().map(|view| (world.grid.size, view.label_bytes(), hits(view))));
         listener.advance(of_one.len() as u64);
     }
     Ok(all)
@@ -52,15 +53,17 @@ pub(crate) fn truth(world: &World) -> Vec<Vec<bool>> {
     let truth = world.truth();
     let regions = world.regions.iter().map(|region| &*region.voxels);
     let planes = [&*truth.occupied, &truth.human, &truth.robot].into_iter().chain(regions);
+    planes.map(|plane| bytes(world, plane)).collect()
+}
+
+/// A byte for each voxel of a world's grid, x the fastest.
+fn bytes(world: &World, plane: &BitGrid) -> Vec<bool> {
     let [nx, ny, nz] = world.grid.size.map(|n| n as usize);
-    let to_bytes = |plane: &BitGrid| {
-        let mut bytes = vec![false; nx * ny * nz];
-        for [x, y, z] in plane.to_window(world.grid.window()).voxels() {
-            bytes[x as usize + nx * (y as usize + ny * z as usize)] = true;
-        }
-        bytes
-    };
-    planes.map(to_bytes).collect()
+    let mut bytes = vec![false; nx * ny * nz];
+    for [x, y, z] in plane.to_window(world.grid.window()).voxels() {
+        bytes[x as usize + nx * (y as usize + ny * z as usize)] = true;
+    }
+    bytes
 }
 
 /// A value for each voxel as an array of the grid's shape: labels as uint8, 1 occupied, 0 free, 255 unknown; planes of the

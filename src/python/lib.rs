@@ -11,10 +11,13 @@ mod evaluate;
 mod folder;
 mod judge;
 mod labels;
+mod look;
 mod origin;
 mod process;
 mod recorded;
+mod report;
 mod study;
+mod swept;
 mod table;
 mod watch;
 
@@ -22,7 +25,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use numpy::PyReadonlyArray3;
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use perirobot_march::backend::factory::adapters;
 use perirobot_study::input::Overrides;
 use perirobot_sweep::scoring::reopen;
@@ -47,7 +50,11 @@ mod _perirobot {
     #[pymodule_export]
     use super::run;
     #[pymodule_export]
+    use super::score;
+    #[pymodule_export]
     use super::study::Study;
+    #[pymodule_export]
+    use super::swept::Swept;
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
 }
@@ -71,6 +78,17 @@ fn cell_map<'py>(
     Ok(map.map(|bytes| PyBytes::new(py, &bytes)))
 }
 
+/// A score of each row of counters; NaN where there is no value.
+#[pyfunction]
+fn score<'py>(
+    py: Python<'py>,
+    name: &str,
+    rows: PyReadonlyArray2<'py, i64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let values = evaluate::score(name, rows.as_array());
+    Ok(values.map_err(|error| error::to_exception(&error))?.into_pyarray(py))
+}
+
 /// The columns of a table as a stream of Arrow: a capsule for `__arrow_c_stream__`.
 #[pyfunction]
 fn arrow_stream<'py>(
@@ -80,9 +98,9 @@ fn arrow_stream<'py>(
     arrow::stream(py, columns)
 }
 
-/// The columns of a finished sweep in a folder.
+/// The columns of a finished sweep in a folder, and the sweep.
 #[pyfunction]
-fn results(py: Python<'_>, folder: PathBuf) -> PyResult<table::Columns> {
+fn results(py: Python<'_>, folder: PathBuf) -> PyResult<(table::Columns, swept::Swept)> {
     watch::run(py, None, |listener| folder::results(&folder, listener))
 }
 

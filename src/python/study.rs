@@ -7,25 +7,28 @@ use numpy::ndarray::ArrayView2;
 use numpy::{IntoPyArray, PyArray3, PyArray6, PyReadonlyArray2, PyReadonlyArray3};
 use perirobot_decide::view::{Choice, ChoiceSelector, find};
 use perirobot_march::Error;
+use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::Issue;
 use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_scene::source;
 use perirobot_study::input::Overrides;
-use perirobot_study::world::World;
+use perirobot_study::world::{World, share_kinds};
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 use perirobot_sweep::results::jobs;
-use perirobot_sweep::scoring;
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
-use crate::backends::{BackendWords, LastBackends, open_all};
+use crate::backends::{BackendWords, LastBackends};
 use crate::error::to_exception;
+use crate::look::{AlterationWords, WishWords};
 use crate::origin::{FileOrigin, MemoryFile, table};
 use crate::recorded::{AskedWords, RecordedWords};
-use crate::table::{Columns, columns};
-use crate::watch::{run, warn};
-use crate::{cheapest, choose, evaluate, folder, judge, labels, recorded};
+use crate::swept::Swept;
+use crate::table::{Columns, baselines, columns};
+use crate::watch::{Listener, run, warn};
+use crate::{cheapest, choose, evaluate, folder, judge, labels, look, recorded, report, swept};
 
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
@@ -37,7 +40,7 @@ pub(crate) struct Study {
     before: Vec<ReadFile>,
     /// Those of the study that this one came from, where it only asks for something else.
     worlds: Arc<OnceLock<Vec<World>>>,
-    backends: LastBackends,
+    backends: Arc<LastBackends>,
 }
 
 /// A choice of poses in one world: the world's number, and those of combination, choice, representation and repeat.
@@ -48,6 +51,9 @@ type ReadFile = (String, String);
 
 /// The numbers of a scene and a snapshot, and their grid.
 type WorldGrid = (usize, usize, [f64; 3], [u32; 3]);
+
+/// Labels, and whether a return comes from each voxel.
+type LabelArrays<'py> = (Bound<'py, PyArray3<u8>>, Bound<'py, PyArray3<bool>>);
 
 /// The names of a choice of poses: poses, combination, representation, scene; snapshot and repeat.
 type ChoiceWords = (String, Option<String>, Option<String>, Option<String>, usize, usize);
@@ -78,7 +84,7 @@ impl Study {
     /// The same study after it was pickled: its files must be those of that time, now and when they are read.
     fn restore(&self, before: Vec<ReadFile>) -> PyResult<Study> {
         let (study, files) = (self.study.clone(), self.files.clone());
-        let study = Study { study, files, before, worlds: Arc::default(), backends: LastBackends::default() };
+        let study = Study { study, files, before, worlds: Arc::default(), backends: Arc::default() };
         study.check_files()?;
         Ok(study)
     }
@@ -111,11 +117,25 @@ impl Study {
         Study::read_checked(py, || FileOrigin::memory(keys, &folder, files))
     }
 
+    /// A study as [`Study::from_keys`] makes it, which takes over from this one what is ready of sensors that are the same:
+    /// tables of rays, and the backend that is open.
+    fn with_keys(
+        &self,
+        py: Python<'_>,
+        keys: &str,
+        folder: PathBuf,
+        files: Vec<(PathBuf, MemoryFile)>,
+    ) -> PyResult<Study> {
+        let mut study = Study::from_keys(py, keys, folder, files)?;
+        share_kinds(&self.study, &mut study.study);
+        Ok(Study { backends: self.backends.clone(), ..study })
+    }
+
     /// The same study with some keys of `[choose]`, given as JSON, instead of its own.
     fn asking(&self, py: Python<'_>, keys: &str) -> PyResult<Study> {
         let study = run(py, None, |_| self.study.asking(table(keys)?))?;
         let (files, before) = (self.files.clone(), self.before.clone());
-        Ok(Study { study, files, before, worlds: self.worlds.clone(), backends: LastBackends::default() })
+        Ok(Study { study, files, before, worlds: self.worlds.clone(), backends: Arc::default() })
     }
 
     /// Finds the best set of sensors, and writes it into a folder.
@@ -216,6 +236,12 @@ impl Study {
         self.study.voxel_size_m
     }
 
+    /// Whether it requires something.
+    #[getter]
+    fn has_requirements(&self) -> bool {
+        !self.study.requirements.is_empty()
+    }
+
     /// How often everything is scored.
     #[getter]
     fn repeats(&self) -> u32 {
@@ -247,14 +273,129 @@ impl Study {
         (poses.collect(), representation_names(&self.study, combination))
     }
 
-    /// Scores every choice of poses; the columns of the table.
-    fn sweep(&self, py: Python<'_>, backend: BackendWords, progress: Option<Py<PyAny>>) -> PyResult<Columns> {
+    /// Scores every choice of poses; the columns of the table, and the sweep.
+    fn sweep(
+        &self,
+        py: Python<'_>,
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Columns, Swept)> {
         let worlds = self.worlds(py)?;
         run(py, progress.as_ref(), |listener| {
             listener.begins("poses", jobs(&self.study));
-            let mut backends = open_all(&backend, listener)?;
-            let rows = scoring::run_on(&self.study, worlds, &mut backends, listener)?;
-            Ok(columns((&self.study).into(), &rows))
+            let (rows, swept) = swept::in_memory((&self.study, worlds), &backend, listener)?;
+            Ok((columns((&self.study).into(), &rows), swept))
+        })
+    }
+
+    /// Scores every choice of poses into a folder.
+    fn sweep_into(
+        &self,
+        py: Python<'_>,
+        out: PathBuf,
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let worlds = self.worlds(py)?;
+        run(py, progress.as_ref(), |listener| {
+            swept::into_folder((&self.study, worlds), &out, &backend, listener)
+        })
+    }
+
+    /// What simple answers score in each region at each moment; the columns of a table.
+    fn baselines(&self, py: Python<'_>) -> PyResult<Columns> {
+        Ok(baselines(&self.study, self.worlds(py)?))
+    }
+
+    /// Why voxels stay unknown: in words, and the rows of `reasons.csv`.
+    fn why(
+        &self,
+        py: Python<'_>,
+        words: ChoiceWords,
+        altered: AlterationWords,
+        backend: BackendWords,
+    ) -> PyResult<(String, Vec<u8>)> {
+        let (worlds, wanted) = (self.worlds(py)?, selector(words));
+        self.with_backend(py, backend, |_, backend| {
+            look::why((&self.study, worlds), &wanted, look::alteration(altered), backend)
+        })
+    }
+
+    /// How near bodies come unnoticed: the answers in words; the files are written into a folder.
+    fn approach(
+        &self,
+        py: Python<'_>,
+        words: ChoiceWords,
+        altered: AlterationWords,
+        out: PathBuf,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let (worlds, wanted) = (self.worlds(py)?, selector(words));
+        run(py, progress.as_ref(), |listener| {
+            look::approach((&self.study, worlds), &wanted, &look::alteration(altered), &out, listener)
+        })
+    }
+
+    /// Writes what a choice of poses sees into a folder; names of files, and what they hold.
+    fn export(
+        &self,
+        py: Python<'_>,
+        words: ChoiceWords,
+        altered: AlterationWords,
+        out: PathBuf,
+        backend: BackendWords,
+    ) -> PyResult<Vec<(String, String)>> {
+        let (worlds, wanted) = (self.worlds(py)?, selector(words));
+        self.with_backend(py, backend, |_, backend| {
+            look::export((&self.study, worlds), &wanted, look::alteration(altered), &out, backend)
+        })
+    }
+
+    /// A picture of a scene, or of what a choice of poses makes of it: the bytes of a PNG or an SVG.
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        words: ChoiceWords,
+        altered: AlterationWords,
+        wish: WishWords,
+        backend: BackendWords,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let worlds = self.worlds(py)?;
+        let (has_poses, wanted) = (!words.0.is_empty(), selector(words));
+        let bytes = self.with_backend(py, backend, |_, backend| {
+            let altered = look::alteration(altered);
+            look::render((&self.study, worlds), (&wanted, has_poses), altered, &wish, backend)
+        })?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Writes the page of a folder of results of this study.
+    fn report(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        asked: (PathBuf, Option<usize>),
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let (worlds, (out, best)) = (self.worlds(py)?, asked);
+        run(py, progress.as_ref(), |listener| {
+            report::report((&self.study, worlds), &folder, (&out, best), &backend, listener)
+        })
+    }
+
+    /// Judges a choice of poses, and writes the verdicts into a folder.
+    fn judge_choice(
+        &self,
+        py: Python<'_>,
+        words: ChoiceWords,
+        out: PathBuf,
+        backend: BackendWords,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let (worlds, wanted) = (self.worlds(py)?, selector(words));
+        run(py, progress.as_ref(), |listener| {
+            judge::judge_choice((&self.study, worlds), &wanted, &backend, listener, &out)
         })
     }
 
@@ -310,16 +451,32 @@ impl Study {
 
     /// Finds a choice of poses in a world by its names.
     fn find(&self, py: Python<'_>, words: ChoiceWords) -> PyResult<View> {
-        let (poses, combination, representation, scene, snapshot, repeat) = words;
-        let names = ChoiceSelector { poses, combination, representation, scene, snapshot, repeat };
         let worlds = self.worlds(py)?;
-        let (world, choice) = find(&self.study, worlds, &names).map_err(|error| to_exception(&error))?;
+        let (world, choice) =
+            find(&self.study, worlds, &selector(words)).map_err(|error| to_exception(&error))?;
         let number = worlds.iter().position(|other| std::ptr::eq(other, world));
         let Choice { combination, choice, representation, repeat } = choice;
         Ok((number.expect("it is one of them"), [combination, choice, representation, repeat]))
     }
 
-    /// Of each world, scene and snapshot by number, the grid: its corner in metres, and how many voxels it has.
+    /// The names of what a view looks at: scene, combination, poses and representation.
+    fn names_of(&self, py: Python<'_>, view: View) -> PyResult<[String; 4]> {
+        let (world, [combination, choice, representation, _]) = view;
+        let (world, own) = (&self.worlds(py)?[world], &self.study.combinations[combination]);
+        let representation = representation_names(&self.study, own).swap_remove(representation);
+        Ok([world.name.clone(), own.name.clone(), pose_names(&self.study, own, choice), representation])
+    }
+
+    /// Of a world, scene and snapshot by number, the grid: its corner in metres, and how many voxels it has.
+    fn grid(&self, py: Python<'_>, world: usize) -> PyResult<WorldGrid> {
+        let worlds = self.worlds(py)?;
+        let Some(world) = worlds.get(world) else {
+            return Err(PyIndexError::new_err(format!("there is no world {world}")));
+        };
+        Ok((world.scene, world.snapshot, world.grid.corner_m([0; 3]).to_array(), world.grid.size))
+    }
+
+    /// The same of each world.
     fn grids(&self, py: Python<'_>) -> PyResult<Vec<WorldGrid>> {
         let worlds = self.worlds(py)?;
         let grid = |world: &World| {
@@ -337,26 +494,22 @@ impl Study {
         planes.into_iter().map(|plane| labels::array(py, world.grid.size, plane)).collect()
     }
 
-    /// The labels of whole grids; views of the same world follow each other.
+    /// The labels of whole grids, and which voxels returns come from; views of the same world follow each other.
     fn labels<'py>(
         &self,
         py: Python<'py>,
         views: Vec<View>,
         backend: BackendWords,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
+    ) -> PyResult<Vec<LabelArrays<'py>>> {
         let worlds = self.worlds(py)?;
-        let open = self.backends.take();
-        let (all, open) = run(py, progress.as_ref(), |listener| {
-            open.use_backend(backend, listener, |backends| {
-                let mut backend = backends.open(Fallback::None)?;
-                let all = labels::all(&self.study, worlds, &views, &mut *backend, listener)?;
-                backends.take_back(backend);
-                Ok(all)
-            })
+        let all = self.with_backend_shown(py, (backend, progress), |listener, backend| {
+            labels::all(&self.study, worlds, &views, backend, listener)
         })?;
-        self.backends.put(py, open);
-        all.into_iter().map(|(size, bytes)| labels::array(py, size, bytes)).collect()
+        let arrays = all
+            .into_iter()
+            .map(|(size, bytes, hits)| Ok((labels::array(py, size, bytes)?, labels::array(py, size, hits)?)));
+        arrays.collect()
     }
 }
 
@@ -372,6 +525,36 @@ impl Study {
         })?;
         let (before, worlds, backends) = Default::default();
         Ok(Study { study, files, before, worlds, backends })
+    }
+
+    /// Does a job with the backend that is named, which is kept open.
+    fn with_backend<T: Send>(
+        &self,
+        py: Python<'_>,
+        backend: BackendWords,
+        job: impl FnOnce(&Listener, &mut dyn Backend) -> perirobot_march::Result<T> + Send,
+    ) -> PyResult<T> {
+        self.with_backend_shown(py, (backend, None), job)
+    }
+
+    /// The same, and shows how far it is.
+    fn with_backend_shown<T: Send>(
+        &self,
+        py: Python<'_>,
+        (backend, progress): (BackendWords, Option<Py<PyAny>>),
+        job: impl FnOnce(&Listener, &mut dyn Backend) -> perirobot_march::Result<T> + Send,
+    ) -> PyResult<T> {
+        let open = self.backends.take();
+        let (done, open) = run(py, progress.as_ref(), |listener| {
+            open.use_backend(backend, listener, |backends| {
+                let mut backend = backends.open(Fallback::None)?;
+                let done = job(listener, &mut *backend)?;
+                backends.take_back(backend);
+                Ok(done)
+            })
+        })?;
+        self.backends.put(py, open);
+        Ok(done)
     }
 
     /// Fails if a file is another than when the study was pickled.
@@ -412,6 +595,11 @@ impl Study {
         }
         Ok(self.worlds.get().expect("they were made"))
     }
+}
+
+/// What is looked for, of its words.
+fn selector((poses, combination, representation, scene, snapshot, repeat): ChoiceWords) -> ChoiceSelector {
+    ChoiceSelector { poses, combination, representation, scene, snapshot, repeat }
 }
 
 /// What is odd about scenes: a scene's name and words, for each thing.

@@ -4,7 +4,9 @@
 use std::collections::HashMap;
 
 use numpy::IntoPyArray;
+use perirobot_march::metrics::Confusion;
 use perirobot_study::input::Study;
+use perirobot_study::world::{Baselines, World};
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::results::columns::{
     COUNT_COLUMNS, DETECTION_COLUMNS, MISSED_COLUMN, OVERLAP_COLUMNS, pose_names, representation_names,
@@ -105,20 +107,63 @@ pub(crate) fn columns(titles: Titles, rows: &[Row]) -> Columns {
         ),
         ("region", named(NameTable::new(regions.into_iter()), &|row| row.region)),
     ];
+    let of_rows: Vec<Confusion> = rows.iter().map(|row| row.counts).collect();
+    columns.extend(count_columns(&of_rows));
+    columns
+}
+
+/// What simple answers would score in each region at each moment of a study.
+pub(crate) fn baselines(study: &Study, worlds: &[World]) -> Columns {
+    let (mut words, mut snapshots, mut all) = ([(); 3].map(|()| Vec::new()), Vec::new(), Vec::new());
+    for world in worlds {
+        for ((region, _), baselines) in study.regions.iter().zip(&world.baselines) {
+            let Baselines { all_occupied, all_free, nothing_seen, ceiling } = *baselines;
+            let answers = [
+                ("all_occupied", all_occupied),
+                ("all_free", all_free),
+                ("nothing_seen", nothing_seen),
+                ("ceiling", ceiling),
+            ];
+            for (answer, counts) in answers {
+                for (column, word) in words.iter_mut().zip([&world.name, region.as_str(), answer]) {
+                    column.push(word.to_string());
+                }
+                snapshots.push(world.snapshot as i64);
+                all.push(counts);
+            }
+        }
+    }
+    let [scenes, regions, answers] = words.map(|all| NameTable::new(all.into_iter()).column());
+    let mut columns: Columns = vec![
+        ("scene", scenes),
+        ("snapshot", ArrayColumn::Counts(snapshots)),
+        ("region", regions),
+        ("baseline", answers),
+    ];
+    columns.extend(count_columns(&all));
+    columns
+}
+
+/// The columns of counts and scores.
+fn count_columns(all: &[Confusion]) -> Columns {
+    let counts = |number: &dyn Fn(&Confusion) -> u64| {
+        ArrayColumn::Counts(all.iter().map(|counts| number(counts) as i64).collect())
+    };
+    let mut columns = Columns::new();
     for (number, name) in COUNT_COLUMNS.into_iter().enumerate() {
-        columns.push((name, counts(&|row| row.counts.counts()[number])));
+        columns.push((name, counts(&|of| of.counts()[number])));
     }
     for (number, name) in DETECTION_COLUMNS.into_iter().enumerate() {
-        columns.push((name, counts(&|row| row.counts.detection.counts()[number])));
+        columns.push((name, counts(&|of| of.detection.counts()[number])));
     }
-    let missed = NameTable::new(rows.iter().map(|row| row.counts.detection.missed_names()));
+    let missed = NameTable::new(all.iter().map(|of| of.detection.missed_names()));
     columns.push((MISSED_COLUMN, missed.column()));
     for score in scores() {
-        let value = |row: &Row| score.evaluate(&row.counts).unwrap_or(f64::NAN);
-        columns.push((score.name(), ArrayColumn::Scores(rows.iter().map(value).collect())));
+        let value = |of: &Confusion| score.evaluate(of).unwrap_or(f64::NAN);
+        columns.push((score.name(), ArrayColumn::Scores(all.iter().map(value).collect())));
     }
     for (number, name) in OVERLAP_COLUMNS.into_iter().enumerate() {
-        columns.push((name, counts(&|row| row.counts.overlap.counts()[number])));
+        columns.push((name, counts(&|of| of.overlap.counts()[number])));
     }
     columns
 }

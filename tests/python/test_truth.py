@@ -54,6 +54,16 @@ class Truths(unittest.TestCase):
         self.assertTrue(one.human.any() and one.robot.any() and (one.human <= one.occupied).all())
         self.assertFalse(np.array_equal(one.occupied, next_.occupied), "somebody moves")
 
+    def test_scenes_are_told_apart(self):
+        region = {"name": "all", "box": {"min_m": [0, 0, 0], "max_m": [1, 1, 1]}}
+        camera = {"name": "camera", "kind": "rgbd", "fov_deg": [87, 58], "resolution_px": [8, 8], "range_m": [0.3, 6]}
+        camera["poses"] = [{"name": "spot", "list": [{"position_m": [0.5, 0.5, 0.5], "facing": [1, 0, 0]}]}]
+        arrays = {f"cell {seed}": np.random.default_rng(seed).random((10, 10, 10)) < 0.1 for seed in range(3)}
+        cells = {name: pr.Cell(occupied, 0.1) for name, occupied in arrays.items()}
+        study = pr.Study({"region": [region], "sensor": [camera]}, scenes=cells)
+        for name, occupied in arrays.items():
+            np.testing.assert_array_equal(study.truth(name).occupied, occupied)
+
     def test_moments_that_are_not_there_are_refused(self):
         study = pr.Study.load(ROOT / "scenes/sensors.toml")
         with self.assertRaisesRegex(ValueError, "scene = 'nowhere': must be one of"):

@@ -24,6 +24,7 @@
 //! answer does not depend on a device.
 
 mod approach_json;
+mod asking;
 mod body;
 mod check;
 mod deepest;
@@ -38,6 +39,7 @@ mod unnoticed_path;
 mod ways;
 
 pub use approach_json::{APPROACH, APPROACH_JSON, ApproachRow, Approaches};
+pub use asking::{Approached, Approaching, ChoiceIn};
 pub use body::Body;
 pub use check::check_approach;
 pub use deepest::{ApproachFinding, Deepest, FreeRoom, Narrowest, deepest};

@@ -26,7 +26,7 @@ pub use eye::{Eye, point};
 use perirobot_decide::approach::Way;
 use perirobot_decide::view::{Verdict, View};
 use perirobot_march::backend::Backend;
-use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::error::{Argument, Issue, Site, Words};
 use perirobot_march::voxel::BitGrid;
 use perirobot_march::{Error, Result};
 use perirobot_study::world::World;
@@ -86,6 +86,37 @@ impl Default for Wish {
             points: 3000,
             ways: Vec::new(),
         }
+    }
+}
+
+impl Wish {
+    /// Fails for numbers that no picture can have.
+    ///
+    /// # Errors
+    /// The first argument that is wrong.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |name: &'static str, value: String, rule: String| {
+            Err(Error::input(Site::Argument(Argument(name), value), rule))
+        };
+        let fov_deg = self.fov_rad.to_degrees();
+        // Radians are rounded.
+        let rounded_deg = (fov_deg * 1e9).round() / 1e9;
+        if !ANGLES_DEG.contains(&rounded_deg) {
+            return wrong("fov deg", rounded_deg.to_string(), "must be from 1 to 150".into());
+        }
+        if !(0.0..=100.0).contains(&self.open_m) {
+            return wrong("open", self.open_m.to_string(), "must be from 0 to 100 metres".into());
+        }
+        if let Some(height) = self.cut_above_m.filter(|height| !(-1e4..=1e4).contains(height)) {
+            return wrong("cut above", height.to_string(), "must be from -10000 to 10000 metres".into());
+        }
+        if !self.size_px.iter().all(|side| SIDES_PX.contains(side)) {
+            let [width, height] = self.size_px;
+            let (least, most) = (SIDES_PX.start(), SIDES_PX.end());
+            let rule = format!("must be from {least} to {most} pixels, in width and in height");
+            return wrong("size", format!("{width} x {height}"), rule);
+        }
+        Ok(())
     }
 }
 

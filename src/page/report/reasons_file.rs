@@ -17,7 +17,9 @@ use perirobot_decide::view::View;
 use perirobot_decide::view::why::Missed;
 use perirobot_march::Result;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
-use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
+use perirobot_sweep::results::table::{
+    Column, ColumnKind, Datum, RowSink, TableFile, TableFormat, csv_bytes,
+};
 
 /// The name of the file, without its extension.
 pub const REASONS: &str = "reasons";
@@ -31,35 +33,16 @@ pub struct ReasonsFile {
 impl ReasonsFile {
     /// Begins the table.
     pub fn create(folder: &Path, format: TableFormat) -> Result<ReasonsFile> {
-        let of_kind = |kind: ColumnKind| move |name: &str| Column::new(name, kind);
-        let mut columns = vec![Column::new("scene", ColumnKind::Text)];
-        columns.extend(["snapshot", "repeat"].map(of_kind(ColumnKind::Count)));
-        let texts = ["combination", "poses", "representation", "region", "reason", "object"];
-        columns.extend(texts.map(of_kind(ColumnKind::Text)));
-        let counts = ["monitored", "voxels_occupied", "voxels_free", "voxels_human"];
-        columns.extend(counts.map(of_kind(ColumnKind::Count)));
         let path = folder.join(format!("{REASONS}.{}", format.extension()));
-        Ok(ReasonsFile { table: TableFile::create(&path, format, &columns)?, rows: 0 })
+        Ok(ReasonsFile { table: TableFile::create(&path, format, &columns())?, rows: 0 })
     }
 
     /// Appends the rows of a view: region by region, in the order of the reasons.
     pub fn add(&mut self, view: &View, missed: &[Missed]) -> Result<()> {
-        let [combination, poses, representation] = names(view);
-        for (region, (name, _)) in view.study.regions.iter().enumerate() {
-            for tally in view.tally(missed, region) {
-                let object = view.object(&tally.cause).unwrap_or_default();
-                let mut fields = vec![Datum::Text(&view.world.name)];
-                fields.extend([view.world.snapshot, view.choice.repeat].map(|n| Datum::Count(n as u64)));
-                let reason = tally.cause.reason;
-                let texts = [&combination, &poses, &representation, name, reason.name(), object];
-                fields.extend(texts.map(Datum::Text));
-                let counts = [reason.is_monitored().into(), tally.occupied, tally.free, tally.human];
-                fields.extend(counts.map(Datum::Count));
-                self.table.row(&fields)?;
-                self.rows += 1;
-            }
-        }
-        Ok(())
+        each(view, missed, &mut |fields| {
+            self.rows += 1;
+            self.table.row(fields)
+        })
     }
 
     /// Where it will be.
@@ -72,6 +55,40 @@ impl ReasonsFile {
         self.table.finish()?;
         Ok(self.rows)
     }
+}
+
+/// The table of one view as CSV, in memory.
+pub fn csv(view: &View, missed: &[Missed]) -> Result<Vec<u8>> {
+    csv_bytes(&columns(), |sink| each(view, missed, sink))
+}
+
+fn columns() -> Vec<Column> {
+    let of_kind = |kind: ColumnKind| move |name: &str| Column::new(name, kind);
+    let mut columns = vec![Column::new("scene", ColumnKind::Text)];
+    columns.extend(["snapshot", "repeat"].map(of_kind(ColumnKind::Count)));
+    let texts = ["combination", "poses", "representation", "region", "reason", "object"];
+    columns.extend(texts.map(of_kind(ColumnKind::Text)));
+    let counts = ["monitored", "voxels_occupied", "voxels_free", "voxels_human"];
+    columns.extend(counts.map(of_kind(ColumnKind::Count)));
+    columns
+}
+
+fn each(view: &View, missed: &[Missed], sink: RowSink) -> Result<()> {
+    let [combination, poses, representation] = names(view);
+    for (region, (name, _)) in view.study.regions.iter().enumerate() {
+        for tally in view.tally(missed, region) {
+            let object = view.object(&tally.cause).unwrap_or_default();
+            let mut fields = vec![Datum::Text(&view.world.name)];
+            fields.extend([view.world.snapshot, view.choice.repeat].map(|n| Datum::Count(n as u64)));
+            let reason = tally.cause.reason;
+            let texts = [&combination, &poses, &representation, name, reason.name(), object];
+            fields.extend(texts.map(Datum::Text));
+            let counts = [reason.is_monitored().into(), tally.occupied, tally.free, tally.human];
+            fields.extend(counts.map(Datum::Count));
+            sink(&fields)?;
+        }
+    }
+    Ok(())
 }
 
 /// Combination, poses and representation of what is looked at, as in the columns of `results`.

@@ -10,21 +10,35 @@ that fails is an ``OSError``, a device that fails a ``RuntimeError``. Warnings a
 :class:`DeviceWarning`.
 """
 
+import importlib
+from typing import Any
+
 from ._perirobot import VERSION as __version__
 from .best import Best
 from .cell import Cell
+from .counts import COUNTERS, score
 from .device import Backend
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels, Truth
+from .looks import Approach, Picture, Why
 from .planner import Planner, plan
+from .poses import look_at
 from .purchase import Purchase, PurchasedSensor, PurchasedSet, Reason
 from .result import Result
-from .score import ScoredMap, score_map
-from .study import COUNTERS, Study
+from .recorded import ScoredMap, score_map
+from .study import Study
+from .table import Table
 from .warned import DeviceWarning, InputWarning
 
 __all__ = [
     *("COUNTERS", "FREE", "OCCUPIED", "UNKNOWN"),
-    *("Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Planner", "Purchase"),
-    *("PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study", "Truth"),
-    *("__version__", "plan", "score_map"),
+    *("Approach", "Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Picture", "Planner"),
+    *("Purchase", "PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study", "Table", "Truth"),
+    *("Why", "__version__", "look_at", "plan", "score", "score_map"),
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # It needs gymnasium, which few have installed.
+    if name == "gym":
+        return importlib.import_module(".gym", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -17,6 +17,10 @@ _Files = list[tuple[str, Union[str, bytes]]]
 class Cell:
     """A still cell in voxels.
 
+    >>> occupied, person = np.zeros((2, 40, 30, 25), bool)
+    >>> occupied[:, :, 0] = person[18:22, 22:24, 1:18] = True
+    >>> cell = pr.Cell(occupied, 0.1, people=person)
+
     :param occupied: bool, shape (nx, ny, nz): where anything is, people and robot included or not. Voxel [i, j, k] is the
         i-th along x, the j-th along y, the k-th along z (up).
     :param voxel_size_m: edge of a voxel in metres; a study of cells has the same.

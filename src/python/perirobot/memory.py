@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Union
 
+from .arrays import with_tables
 from .cell import Cell
 from .checks import json_of
 
@@ -25,6 +26,9 @@ def in_memory(keys: Mapping[str, Any], scenes: Mapping[str, Cell | Mapping[str, 
         if isinstance(scene, Cell):
             scene, maps = scene.files(name)
             files += maps
+        elif isinstance(scene, Mapping):
+            scene, tables = with_tables(name, scene)
+            files += tables
         files.append((f"{name}.toml", json_of(f"scenes[{name!r}]", scene)))
         whole["scene"].append({"name": name, "file": f"{name}.toml"})
     cells = [scene for scene in (scenes or {}).values() if isinstance(scene, Cell)]

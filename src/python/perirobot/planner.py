@@ -120,8 +120,8 @@ def plan(
 ) -> Planner:
     """Opens a study in the planner, a page in which sensors are placed by hand, and returns at once.
 
-    >>> planner = pr.plan("my-cell/study.toml")
-    >>> planner.study().sweep()
+    >>> with pr.plan("scenes/tiny.toml", open_browser=False) as planner:
+    ...     result = planner.study().sweep()
 
     :param study: a study file, or a study. One that was made of objects is saved into a temporary folder first, which
         :meth:`Planner.close` removes.

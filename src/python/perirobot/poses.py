@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import warned
 from .checks import array
@@ -17,6 +17,41 @@ Frame = Literal["link", "optical"]
 _COLUMNS = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
 
 _SHAPES = "must be (n, 7), (n, 4, 4), one such pose, or (n, k, 7) or (n, k, 4, 4) for k equal sensors"
+
+
+def look_at(position_m: ArrayLike, target_m: ArrayLike) -> NDArray[np.float64]:
+    """Poses from which sensors look at points, upright: as :meth:`Study.evaluate` takes them.
+
+    >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+    >>> study.evaluate(pr.look_at([[0, -1.9, 2.2], [1, -1.9, 2.2]], [0, 0, 1]), "camera")
+
+    :param position_m: where the sensors are: x, y, z in metres, shape (..., 3).
+    :param target_m: the points, of such a shape; one point may be that of all.
+    :returns: float, shape (..., 7): x, y, z and the quaternion w, x, y, z of the frame "link". A sensor that looks straight
+        up or down has its left along y.
+    :raises ValueError: if a sensor is at its target.
+    """
+    at, to = array("position_m", position_m, np.float64), array("target_m", target_m, np.float64)
+    for name, points in (("position_m", at), ("target_m", to)):
+        if points.shape[-1:] != (3,) or not np.isfinite(points).all():
+            raise ValueError(f"{name}: has shape {points.shape}, must be (..., 3): x, y, z in metres, finite")
+    try:
+        at, to = np.broadcast_arrays(at, to)
+    except ValueError:
+        raise ValueError(f"target_m: has shape {to.shape}, which does not go with {at.shape} of position_m") from None
+    x, y, z = np.moveaxis(to - at, -1, 0)
+    if ((x == 0) & (y == 0) & (z == 0)).any():
+        raise ValueError("target_m: is where the sensor is, so it looks nowhere")
+    # 0.0 and -0.0 are the same direction.
+    return facing(at, np.arctan2(y + 0.0, x + 0.0), np.arctan2(-z, np.hypot(x, y)))
+
+
+def facing(at: NDArray[np.float64], yaw: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Poses at points, turned from x towards y and then downwards, in radians."""
+    yaw, down = yaw / 2, down / 2
+    w, x = np.cos(yaw) * np.cos(down), -np.sin(yaw) * np.sin(down)
+    y, z = np.cos(yaw) * np.sin(down), np.sin(yaw) * np.cos(down)
+    return np.concatenate([at, np.stack([w, x, y, z], axis=-1)], axis=-1)
 
 
 def each(poses: Any, sensor: str, frame: Frame) -> list[NDArray[np.float64]]:

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 import os
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _perirobot
 from .checks import needed
-from .page import table
+from .table import Column, Table, frame, values
 
 if TYPE_CHECKING:
     import pandas
-    import pyarrow
     import xarray
-
-# Numbers, or names: numbers into a list of them.
-_Names = tuple[NDArray[np.int32], list[str]]
-_Column = Union[NDArray[np.int64], NDArray[np.float64], _Names]
 
 
 #: The axes of a cube, and the columns that they come from.
@@ -33,19 +29,20 @@ _AXES = {
     "region": "region",
 }
 
+#: Columns of ``poses.csv`` that are coordinates of a cube: numbers, and words.
+_PLACED = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
+_WORDS = ["group", "place"]
 
-#: Rows that a notebook shows.
-_SHOWN_ROWS = 10
 
-
-class Result:
+class Result(Table):
     """The rows of a sweep, in the order of ``results.csv`` and with its columns.
 
     Counts are int64. Scores are float64, NaN where a score has no value (nobody in the region, say).
     """
 
-    def __init__(self, columns: dict[str, _Column]) -> None:
-        self._columns = columns
+    def __init__(self, columns: dict[str, Column], swept: _perirobot.Swept | None = None) -> None:
+        super().__init__(columns)
+        self._swept = swept
 
     @staticmethod
     def load(folder: str | PathLike[str]) -> Result:
@@ -53,48 +50,38 @@ class Result:
 
         :raises ValueError: what is missing there, or does not fit together.
         """
-        return Result(dict(_perirobot.results(os.fspath(folder))))
+        columns, swept = _perirobot.results(os.fspath(folder))
+        return Result(dict(columns), swept)
 
-    def __len__(self) -> int:
-        return len(self._columns["snapshot"])
+    def scores(self) -> pandas.DataFrame:
+        """The scores of each choice of poses over moments and repeats, the columns of ``scores.csv``: mean, std, worst, pooled,
+        and weighted by how long moments last if the study says so. A row for each scene and, as scene ``*``, for all of
+        them. Needs pandas.
 
-    def __repr__(self) -> str:
-        return f"<perirobot.{type(self).__name__}: {len(self)} rows>"
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().scores().query("scene == '*'").nlargest(3, "kappa_pooled")
+        """
+        return frame(self._all().scores())
 
-    def _repr_html_(self) -> str:
-        """The first rows, as notebooks show them."""
-        shown = {name: _values(column, slice(_SHOWN_ROWS)) for name, column in self._columns.items()}
-        return table(f"{type(self).__name__}: {len(self)} rows", list(shown), zip(*shown.values()))
-
-    @property
-    def columns(self) -> dict[str, NDArray[Any]]:
-        """The columns by name, each an array of shape (rows,): names as objects, counts int64, scores float64."""
-        return {name: _values(column) for name, column in self._columns.items()}
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """The rows as pandas reads them from ``results.csv``; needs pandas."""
-        frame: pandas.DataFrame = needed("pandas", "tables").DataFrame(self.columns, copy=False)
-        return frame
-
-    def to_arrow(self) -> pyarrow.Table:
-        """The rows as an Arrow table; names are dictionary-encoded, a score without a value is null. Needs pyarrow."""
-        rows: pyarrow.Table = needed("pyarrow", "tables").table(self)
-        return rows
-
-    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        """Hands the rows to whatever takes Arrow's PyCapsules, such as polars or DuckDB, always in the same types."""
-        return _perirobot.arrow_stream(list(self._columns.items()))
+    def poses(self) -> pandas.DataFrame:
+        """Where the poses of all sensors are, the columns of ``poses.csv``. Needs pandas."""
+        return frame(self._all().poses())
 
     def to_xarray(self, combination: str | None = None) -> xarray.Dataset:
         """The rows of one combination over scene, snapshot, repeat, pose, representation and region; needs xarray.
 
-        Where a scene has fewer snapshots than another, its missing ones have counts of -1, and scores without a value.
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().to_xarray("camera")["kappa"].max("pose")
+
+        Along ``pose`` are the coordinates x_m, y_m, z_m, qw, qx, qy, qz, group and place of ``poses.csv``, for several sensors
+        over ``pose`` and ``member``. Where a scene has fewer snapshots than another, its missing ones have counts of -1, and
+        scores without a value.
 
         :param combination: its name; may be left out where the study has one.
         :raises ValueError: if there is no such combination, or several and none is named.
         """
         module = needed("xarray", "tables")
-        known = _values(self._columns["combination"])
+        known = values(self._columns["combination"])
         names = list(dict.fromkeys(known))
         if combination is None and len(names) > 1:
             raise ValueError(f"combination: say which of {names}")
@@ -102,33 +89,52 @@ class Result:
             raise ValueError(f"combination = {combination!r}: must be one of {names}")
         name = names[0] if combination is None else combination
         rows = np.flatnonzero(known == name)
-        places, coordinates = [], {}
+        places, coordinates = [], dict[str, Any]()
         for axis, named in _AXES.items():
             place, there = _places(self._columns[named], rows)
             places.append(place)
             coordinates[axis] = there
+        shape = [len(there) for there in coordinates.values()]
         variables: dict[str, Any] = {}
         for key, column in self._columns.items():
             if key in _AXES.values() or key == "combination":
                 continue
-            values = _values(column)[rows]
-            empty = {"i": -1, "f": np.nan, "O": ""}[values.dtype.kind]
-            whole = np.full([len(there) for there in coordinates.values()], empty, values.dtype)
-            whole[tuple(places)] = values
+            entries = values(column)[rows]
+            empty = {"i": -1, "f": np.nan, "O": ""}[entries.dtype.kind]
+            whole = np.full(shape, empty, entries.dtype)
+            whole[tuple(places)] = entries
             variables[key] = (list(_AXES), whole)
+        if self._swept is not None:
+            coordinates |= _placed(coordinates["pose"], self._swept.poses())
         cube: xarray.Dataset = module.Dataset(variables, coordinates, {"combination": name})
         return cube
 
-
-def _values(column: _Column, rows: slice = slice(None)) -> NDArray[Any]:
-    """Numbers as they are, names as objects; of some rows."""
-    if isinstance(column, tuple):
-        numbers, names = column
-        return np.array(names, object)[numbers[rows]]
-    return column[rows]
+    def _all(self) -> _perirobot.Swept:
+        if self._swept is None:
+            raise ValueError("scores, poses: belong to a sweep, and this is a recorded map")
+        return self._swept
 
 
-def _places(column: _Column, rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], list[Any]]:
+def _placed(poses: list[str], csv_bytes: bytes) -> dict[str, Any]:
+    """Where the sensors of choices of poses are, as coordinates of a cube."""
+    known = {f"{row['sensor']}:{row['pose']}": row for row in csv.DictReader(csv_bytes.decode().splitlines())}
+    members = [choice.split(";") for choice in poses]
+    if not all(name in known for choice in members for name in choice):
+        return {}
+    axes: Any = ["pose"] if len(members[0]) == 1 else ["pose", "member"]
+    coordinates: dict[str, Any] = {}
+    if len(axes) == 2:
+        coordinates["member"] = [known[name]["sensor"] for name in members[0]]
+    for column in [*_PLACED, *_WORDS]:
+        entries = [[known[name][column] for name in choice] for choice in members]
+        of_all: Any = np.array(entries, object)
+        if column in _PLACED:
+            of_all = np.array([[float(entry or "nan") for entry in choice] for choice in entries])
+        coordinates[column] = (axes, of_all[:, 0] if len(axes) == 1 else of_all)
+    return coordinates
+
+
+def _places(column: Column, rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], list[Any]]:
     """The place of each of some rows among what stands in a column there, which comes in the order of the study."""
     numbers, names = column if isinstance(column, tuple) else (column, None)
     there, places = np.unique(numbers[rows], return_inverse=True)

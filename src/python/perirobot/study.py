@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
@@ -14,26 +15,20 @@ from numpy.typing import ArrayLike, NDArray
 from . import _perirobot
 from .best import Best
 from .cell import Cell
-from .checks import index, json_of, needed, texts
+from .checks import index, json_of, texts
 from .device import Backend, words
 from .labels import Labels, Truth
+from .looks import Looks
 from .memory import in_memory
 from .page import table
 from .poses import Frame, each
 from .progress import Bars, shown
 from .purchase import Purchase
 from .result import Result
+from .table import Table
 
 if TYPE_CHECKING:
     import pandas
-
-#: The last axis of what :meth:`Study.evaluate` returns: the counters of ``results.csv``.
-COUNTERS = (
-    *("tp", "fp", "fn", "tn", "uo", "uf"),
-    *("tp_human", "fn_human", "uo_human", "tp_robot", "fn_robot", "uo_robot"),
-    *("hit_human", "people", "people_detected", "parts", "parts_detected"),
-    *("twice", "hit_human_twice"),
-)
 
 #: Labels that are made at once, in bytes.
 _BATCH_BYTES = 64 << 20
@@ -43,7 +38,7 @@ _BATCH_BYTES = 64 << 20
 _Origin = tuple[Literal["from_keys", "load"], tuple[Any, ...]]
 
 
-class Study:
+class Study(Looks):
     """A checked study, from a file (:meth:`load`) or made of Python objects.
 
     Its scenes are put into voxels when they are first needed, and kept. A study does not change, so a copy is the study
@@ -52,7 +47,9 @@ class Study:
 
     :param keys: the keys of a study file, as dicts and lists; ``scene`` may be left out.
     :param scenes: scenes by their names: cells in voxels, or the keys of a scene file. Where all are cells of one size and
-        place, the grid is theirs unless the keys say otherwise.
+        place, the grid is theirs unless the keys say otherwise. Where a scene file names a table, keys may have arrays: joints of
+        people, shape (17, 3) or (moments, 17, 3), as ``mannequin`` or ``keypoints``, and those of a robot by their names, of shape
+        (moments,), as ``snapshots.joints_deg``, ``snapshots.joints_m`` or, with ``time_s``, ``snapshots.animation.joints``.
     :param folder: where files that the keys name are looked for.
     :raises ValueError: what is wrong, by key.
     """
@@ -66,6 +63,7 @@ class Study:
     ) -> None:
         whole, files = in_memory(keys, scenes)
         self._native = _perirobot.Study.from_keys(whole, folder, files)
+        self._keys: tuple[Mapping[str, Any], str | PathLike[str]] | None = (copy.deepcopy(dict(keys)), folder)
         # Another process may work in another folder.
         self._origin: _Origin = ("from_keys", (whole, os.path.abspath(folder), files))
 
@@ -81,6 +79,8 @@ class Study:
         xacro: bool = False,
     ) -> Study:
         """Reads and checks a study file (TOML) and the scene files that it names.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.1, noiseless=True)
 
         :param path: the study file; the files that it names lie in its folder or below.
         :param voxel_size_m: edge of a voxel in metres, instead of the study's.
@@ -106,13 +106,45 @@ class Study:
     ) -> Study:
         """Reads a study file; texts are in the place of files, by their paths from its folder."""
         study = cls.__new__(cls)
+        study._keys = None
         study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, [*named], allow_outside, xacro, texts)
         there = [(name, os.path.abspath(folder)) for name, folder in named]
         study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro, texts))
         return study
 
+    def with_scenes(self, scenes: Mapping[str, Cell | Mapping[str, Any]]) -> Study:
+        """The same study, made of objects, with other scenes; what is ready of its sensors is not made again.
+
+        >>> rays = {"fov_deg": [87, 58], "resolution_px": [64, 48], "range_m": [0.3, 6]}
+        >>> spot = {"name": "spot", "list": [{"position_m": [1, 1, 1.5], "facing": [1, 1, -1]}]}
+        >>> camera = {"name": "camera", "kind": "rgbd", **rays, "poses": [spot]}
+        >>> region = {"name": "all", "box": {"min_m": [0, 0, 0], "max_m": [2, 2, 2]}}
+        >>> random = np.random.default_rng(1)
+        >>> cells = [{"cell": pr.Cell(random.random((20, 20, 20)) < 0.01, 0.1)} for _ in range(3)]
+        >>> study = pr.Study({"region": [region], "sensor": [camera]}, scenes=cells[0])
+        >>> names, poses = study.poses("camera")
+        >>> counts = [study.with_scenes(scenes).evaluate(poses, "camera") for scenes in cells]
+
+        :param scenes: instead of those that the study was made with.
+        :raises ValueError: if the study was loaded or unpickled, or what is wrong with the scenes.
+        """
+        if self._keys is None:
+            raise ValueError("scenes: only those of a study made of objects can be replaced, and not after it was pickled")
+        keys, folder = self._keys
+        whole, files = in_memory(keys, scenes)
+        study = Study.__new__(Study)
+        study._native, study._keys = self._native.with_keys(whole, folder, files), self._keys
+        study._origin = ("from_keys", (whole, os.path.abspath(folder), files))
+        return study
+
     def save(self, folder: str | PathLike[str]) -> str:
         """Writes a study that was made of objects into a folder, for the command line and for :meth:`load`.
+
+        >>> camera = {"name": "camera", "kind": "rgbd", "fov_deg": [87, 58], "resolution_px": [64, 48], "range_m": [0.3, 6]}
+        >>> camera["poses"] = [{"name": "spot", "list": [{"position_m": [1, 1, 1.5], "facing": [1, 1, -1]}]}]
+        >>> region = {"name": "all", "box": {"min_m": [0, 0, 0], "max_m": [2, 2, 2]}}
+        >>> cell = pr.Cell(np.random.default_rng(1).random((20, 20, 20)) < 0.01, 0.1)
+        >>> pr.Study({"region": [region], "sensor": [camera]}, scenes={"cell": cell}).save("out/own")
 
         :param folder: gets ``study.toml``, the scenes, and the files that they read; made if needed.
         :returns: the path of the study file.
@@ -178,15 +210,22 @@ class Study:
         self,
         backend: Backend = "auto",
         *,
+        out: str | PathLike[str] | None = None,
         adapter: str | None = None,
         threads: int | None = None,
         progress: bool = True,
     ) -> Result:
         """Scores every choice of poses of every combination, in every snapshot of every scene, all in memory.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().to_pandas().query("region == 'human'").nlargest(3, "kappa")
+        >>> study.sweep(out="out/quick").scores()
+
         The interpreter's lock is released meanwhile, and Ctrl-C stops the sweep after the batch under way.
 
         :param backend: "auto" (a hardware GPU if there is one, else the CPU), "cpu", "gpu" or "oracle"; all count the same.
+        :param out: a folder for the files of ``perirobot sweep``, which other commands take. A sweep of the same study that
+            was stopped there is finished.
         :param adapter: a Vulkan adapter for the GPU: its number, a part of its name, or "software"; several GPUs with
             commas between them share the sweep.
         :param threads: threads of the CPU; all by default.
@@ -195,7 +234,21 @@ class Study:
         :raises RuntimeError: if the device fails.
         """
         with shown(progress) as bars:
-            return Result(dict(self._native.sweep(words(backend, adapter, threads), bars)))
+            if out is None:
+                columns, swept = self._native.sweep(words(backend, adapter, threads), bars)
+                return Result(dict(columns), swept)
+            self._native.sweep_into(os.fspath(out), words(backend, adapter, threads), bars)
+        return Result.load(out)
+
+    def baselines(self) -> Table:
+        """What simple answers score in each region at each moment: all voxels occupied, all free, nothing seen, and the
+        ceiling, which no choice of the listed poses is above. The columns of counts and scores are those of
+        ``results.csv``.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.baselines().to_pandas()[["region", "baseline", "f1"]]
+        """
+        return Table(dict(self._native.baselines()))
 
     @property
     def sensors(self) -> list[str]:
@@ -204,6 +257,9 @@ class Study:
 
     def poses(self, sensor: str | None = None) -> tuple[list[str], NDArray[np.float64]]:
         """The candidate poses of a sensor: their names, and an array of shape (n, 7) as :meth:`evaluate` takes it.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> names, poses = study.poses("camera")
 
         :param sensor: its name; may be left out where one sensor takes poses.
         """
@@ -221,6 +277,10 @@ class Study:
         threads: int | None = None,
     ) -> NDArray[np.int64]:
         """Counts sensors at poses that the study need not list: what an optimiser asks again and again.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> counts = study.evaluate([0, -1.9, 2, 0.707, 0, 0, 0.707], "camera")
+        >>> dict(zip(pr.COUNTERS, counts[0, 0, 0, 0, study.regions.index("robot")]))
 
         :param poses: of one sensor, in the world, or on the link that carries it: float, shape (n, 7), position x, y, z in
             metres and quaternion w, x, y, z of length 1; or shape (n, 4, 4), matrices that lead from the sensor's frame
@@ -248,6 +308,10 @@ class Study:
     def truth(self, scene: str | None = None, snapshot: int = 0) -> Truth:
         """What is truly there at one moment, voxel by voxel: with :meth:`each_labels` the targets of a training set.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> truth = study.truth()
+        >>> (truth.human & truth.regions["robot"]).sum()
+
         :param scene: the scene's name; the first by default.
         :raises ValueError: for a scene or a snapshot that the study does not have.
         """
@@ -255,14 +319,14 @@ class Study:
         wanted = known[0] if scene is None else scene
         if wanted not in known:
             raise ValueError(f"scene = {scene!r}: must be one of {known}")
-        grids = self._native.grids()
-        of_scene = [world for world, (name, *_) in enumerate(grids) if known[name] == wanted]
-        if number >= len(of_scene):
-            raise ValueError(f"snapshot = {snapshot}: scene {wanted!r} has {len(of_scene)}, counted from 0")
-        world = of_scene[number]
+        moments = [count for _, count in self._native.scenes]
+        scene_number = known.index(wanted)
+        if number >= moments[scene_number]:
+            raise ValueError(f"snapshot = {snapshot}: scene {wanted!r} has {moments[scene_number]}, counted from 0")
+        world = sum(moments[:scene_number]) + number
         occupied, human, robot, *regions = self._native.truth(world)
         by_name = dict(zip(self.regions, regions))
-        origin_m = np.array(grids[world][2])
+        origin_m = np.array(self._native.grid(world)[2])
         return Truth(occupied, human, robot, by_name, origin_m, self.voxel_size_m, wanted, number)
 
     def labels(
@@ -279,6 +343,10 @@ class Study:
         threads: int | None = None,
     ) -> Labels:
         """What one choice of poses makes of one moment, voxel by voxel.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> view = study.labels("camera:right-wall/8/1")
+        >>> (view.labels == pr.UNKNOWN).sum()
 
         :param poses: as in the column ``poses`` of the results: "camera:right-wall/8/1".
         :param combination: its name, where several have such a choice.
@@ -304,6 +372,9 @@ class Study:
     ) -> Iterator[Labels]:
         """The labels of many choices: scene by scene, snapshot by snapshot, repeat by repeat, choice by choice.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> unknown = [(view.labels == pr.UNKNOWN).mean() for view in study.each_labels(combination="camera")]
+
         They are made some at a time, as they are asked for.
 
         :param poses: names of choices; all of the combination by default.
@@ -325,7 +396,10 @@ class Study:
         unknown = [name for name in wanted if name not in known]
         if unknown:
             raise ValueError(f"scenes: {unknown[0]!r} must be one of {known}")
-        worlds = [world for world, (scene, *_) in enumerate(self._native.grids()) if known[scene] in wanted]
+        grids = self._native.grids()
+        worlds = [world for world, (scene, *_) in enumerate(grids) if known[scene] in wanted]
+        # Labels and hits are a byte each.
+        at_once = max(1, _BATCH_BYTES // max(2 * int(np.prod(size)) for *_, size in grids))
         views = (
             (world, [combination_, choice, way, repeat])
             for world in worlds
@@ -337,7 +411,7 @@ class Study:
             with shown(progress) as bars:
                 if bars:
                     bars.begin("labels", len(worlds) * self.repeats * len(found))
-                yield from self._labels(views, words(backend, adapter, threads), bars)
+                yield from self._labels(views, words(backend, adapter, threads), bars, at_once)
 
         return all_labels()
 
@@ -352,6 +426,9 @@ class Study:
         **keys: Any,
     ) -> Best:
         """Finds the best set of sensors for each size and step of cost, and proves that no other set of the listed poses is better.
+
+        >>> best = pr.Study.load("scenes/choose.toml", voxel_size_m=0.1).choose(at_most=2)
+        >>> best.front()[["at_most", "cost", "poses"]]
 
         :param out: folder for the files that ``perirobot choose`` writes; a temporary one by default. Other commands take it.
         :param keys: keys of ``[choose]`` instead of the study's: ``at_most=3``, ``objective="f1"``, ``region="robot"``, ``refine=True``.
@@ -374,6 +451,9 @@ class Study:
     ) -> Purchase:
         """Finds the cheapest set of the listed poses that passes all ``[[require]]``, and proves that no cheaper one does.
 
+        >>> found = pr.Study.load("scenes/cheapest.toml", voxel_size_m=0.2).cheapest()
+        >>> found.sentence
+
         All sensors need a cost. If nothing passes, that is no error: :attr:`Purchase.reasons` says why.
 
         :param out: folder for the files that ``perirobot choose`` writes; a temporary one by default. Other commands take it.
@@ -386,55 +466,21 @@ class Study:
             purchase._asking().cheapest(purchase.folder, words(backend, adapter, threads), bars)
         return purchase
 
-    def judge(
-        self,
-        best: Best | Purchase,
-        *,
-        backend: Backend = "auto",
-        adapter: str | None = None,
-        threads: int | None = None,
-        progress: bool = True,
-    ) -> pandas.DataFrame:
-        """Decides which of the best sets, or of the cheapest, meet the requirements of the study, also with sensors dead and mounts off where they ask for that.
-
-        Does what ``perirobot judge`` does, and writes the same tables into the folder of the sets. Needs pandas.
-
-        :returns: a row for each set, requirement and condition, the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL.
-        :raises ValueError: if nothing is required, or the study is not the one of the set.
-        """
-        tables = needed("pandas", "tables")
-        with shown(progress) as bars:
-            self._native.judge(best.folder, words(backend, adapter, threads), bars)
-        verdicts: pandas.DataFrame = tables.read_csv(os.path.join(best.folder, "requirements.csv"))
-        return verdicts
-
     def _labels(
         self,
         views: Iterable[tuple[int, list[int]]],
         backend: tuple[str, str | None, int | None],
         bars: Bars | None,
+        at_once: int = 1,
     ) -> Iterator[Labels]:
-        grids, names = self._native.grids(), dict[int, tuple[list[str], list[str]]]()
-        at_once = max(1, _BATCH_BYTES // max(int(np.prod(size)) for *_, size in grids))
         left = iter(views)
         while batch := list(islice(left, at_once)):
-            for (world, view), labels in zip(batch, self._native.labels(batch, backend, bars)):
-                combination, choice, way, repeat = view
-                scene, snapshot, origin_m, _ = grids[world]
-                if combination not in names:
-                    names[combination] = self._native.choices(combination)
-                poses, representations = names[combination]
-                yield Labels(
-                    labels,
-                    np.array(origin_m),
-                    self.voxel_size_m,
-                    self.scenes[scene],
-                    snapshot,
-                    repeat,
-                    self.combinations[combination],
-                    poses[choice],
-                    representations[way],
-                )
+            for view, (labels, hits) in zip(batch, self._native.labels(batch, backend, bars)):
+                world, (*_, repeat) = view
+                scene, combination, poses, representation = self._native.names_of(view)
+                _, snapshot, origin_m, _ = self._native.grid(world)
+                words = (scene, snapshot, repeat, combination, poses, representation)
+                yield Labels(labels, hits, np.array(origin_m), self.voxel_size_m, *words)
 
     def _sensor(self, name: str | None) -> str:
         known = self.sensors
@@ -453,7 +499,7 @@ def _again(kind: Literal["from_keys", "load"], words: tuple[Any, ...], files: li
     made_of = (kind, words, files)
     if _last is None or _last[0] != made_of:
         study = Study.__new__(Study)
-        study._origin = (kind, words)
+        study._origin, study._keys = (kind, words), None
         study._native = getattr(_perirobot.Study, kind)(*words).restore(files)
         _last = (made_of, study)
     return _last[1]

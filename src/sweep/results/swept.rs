@@ -211,6 +211,23 @@ impl Results {
         Results { layout: subject.layout(), subject, pages }
     }
 
+    /// The counts of all rows of what was swept, in the order of [`crate::scoring::run_on`], without a folder.
+    ///
+    /// # Panics
+    /// If there are not as many as the subject has rows.
+    pub fn from_counts(subject: Subject, counts: impl IntoIterator<Item = Confusion>) -> Results {
+        let layout = subject.layout();
+        let mut counts = counts.into_iter();
+        let block = |_| counts.by_ref().take(layout.block_rows() as usize).collect();
+        let blocks: Vec<Vec<Confusion>> = (0..layout.blocks()).map(block).collect();
+        let rows: usize = blocks.iter().map(Vec::len).sum();
+        assert!(
+            rows as u64 == layout.rows() && counts.next().is_none(),
+            "each row of a sweep is counted once"
+        );
+        Results { layout, subject, pages: Pages::in_memory(blocks) }
+    }
+
     /// What was counted at a moment.
     ///
     /// # Errors
@@ -325,5 +342,32 @@ impl CombinationResults {
             [_] => self.poses(choice).map(|(_, pose)| pose.name.clone()).collect(),
             _ => self.name_of(choice),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::{example, rows, scores};
+
+    #[test]
+    fn results_in_memory_are_those_of_a_journal() {
+        let of = |moment: usize, repeat: usize, key: &RowKey| {
+            example::counts((7 * moment + 5 * repeat + 3 * key.choice + key.representation) as u64)
+        };
+        let read = example::results_in(&["robot", "human"], 2, of);
+        let mut counts = Vec::new();
+        for (moment, repeat) in read.moments().flat_map(|moment| [(moment, 0), (moment, 1)]) {
+            let take = |_: [&str; 4], key: RowKey| {
+                counts.push(of(moment, repeat, &key));
+                Ok(())
+            };
+            read.each_key(take).unwrap();
+        }
+        let kept = Results::from_counts(read.subject.clone(), counts);
+        assert_eq!(rows::csv(&kept).unwrap(), rows::csv(&read).unwrap());
+        assert_eq!(scores::csv(&kept).unwrap(), scores::csv(&read).unwrap());
+        let unswept = Subject { combinations: Vec::new(), ..read.subject.clone() };
+        assert_eq!(Results::from_counts(unswept, []).layout.rows(), 0);
     }
 }

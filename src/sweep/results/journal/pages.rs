@@ -1,5 +1,5 @@
-//! The counts of a finished sweep by row, from one journal or from those of all its shards, with as much of
-//! them in memory as a report looks at in turn.
+//! The counts of a finished sweep by row: from one journal or from those of all its shards, with as much of
+//! them in memory as a report looks at in turn; or all of them in memory.
 
 use std::cell::RefCell;
 
@@ -20,8 +20,9 @@ type CountsPage = (u64, Vec<Confusion>);
 /// for the next row of them, so a page of each block is kept.
 #[derive(Debug)]
 pub struct Pages {
-    /// In the order of the rows that they keep.
+    /// In the order of the rows that they keep; none if all counts are in memory.
     journals: Vec<Journal>,
+    block_rows: u64,
     pub(super) page_rows: u64,
     /// For each block, the page that is kept.
     pub(super) pages: RefCell<Vec<Option<CountsPage>>>,
@@ -30,10 +31,17 @@ pub struct Pages {
 impl Pages {
     /// Of journals of one sweep that together keep every row of each block once, in the order of those rows.
     pub(crate) fn new(journals: Vec<Journal>) -> Pages {
-        let blocks = journals[0].header().blocks;
+        let (blocks, block_rows) = (journals[0].header().blocks, journals[0].header().block_rows);
         let page_rows = (KEPT_ROWS / blocks.max(1)).max(LEAST_ROWS);
         let pages = RefCell::new((0..blocks).map(|_| None).collect());
-        Pages { journals, page_rows, pages }
+        Pages { journals, block_rows, page_rows, pages }
+    }
+
+    /// Of the counts of all rows of equal blocks, block by block: one page each, which is never read again.
+    pub(crate) fn in_memory(blocks: Vec<Vec<Confusion>>) -> Pages {
+        let block_rows = blocks.first().map_or(0, |block| block.len() as u64);
+        let pages = RefCell::new(blocks.into_iter().map(|block| Some((0, block))).collect());
+        Pages { journals: Vec::new(), block_rows, page_rows: block_rows.max(1), pages }
     }
 
     /// The counts of a row.
@@ -41,8 +49,7 @@ impl Pages {
     /// # Errors
     /// `Error::Storage` if the disk fails, or the row is not in its file any more.
     pub(crate) fn counts(&self, row: u64) -> Result<Confusion> {
-        let block_rows = self.journals[0].header().block_rows;
-        let (block, within) = (row / block_rows, row % block_rows);
+        let (block, within) = (row / self.block_rows, row % self.block_rows);
         let (page, at) = (within / self.page_rows, (within % self.page_rows) as usize);
         let kept = &mut self.pages.borrow_mut()[block as usize];
         if let Some((number, counts)) = kept
@@ -62,7 +69,7 @@ impl Pages {
 
     /// A page of a block.
     fn read(&self, block: u64, page: u64) -> Result<Vec<Confusion>> {
-        let block_rows = self.journals[0].header().block_rows;
+        let block_rows = self.block_rows;
         let (first, end) = (page * self.page_rows, block_rows.min((page + 1) * self.page_rows));
         let mut counts = Vec::new();
         for journal in &self.journals {

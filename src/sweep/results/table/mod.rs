@@ -106,13 +106,13 @@ impl TableFormat {
 }
 
 /// What rows of a table go to.
-pub(crate) type RowSink<'s> = &'s mut dyn FnMut(&[Datum<'_>]) -> Result<()>;
+pub type RowSink<'s> = &'s mut dyn FnMut(&[Datum<'_>]) -> Result<()>;
 
 /// A table as CSV in memory, from what gives its rows to a sink.
 ///
 /// # Errors
 /// Those of the rows.
-pub(crate) fn csv_bytes(columns: &[Column], rows: impl FnOnce(RowSink) -> Result<()>) -> Result<Vec<u8>> {
+pub fn csv_bytes(columns: &[Column], rows: impl FnOnce(RowSink) -> Result<()>) -> Result<Vec<u8>> {
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
     let mut csv = Csv::new(&names);
     rows(&mut |fields| {

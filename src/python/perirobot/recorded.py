@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from .checks import array, index, length, three
 from .labels import Labels
-from .result import Result, _Column
+from .result import Result
 from .study import Study
+from .table import Column, Table
 
 if TYPE_CHECKING:
     import pandas
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
 class ScoredMap(Result):
     """What a recorded map scores, a row for each region, and why it does not call occupied what is there."""
 
-    def __init__(self, columns: dict[str, _Column], reasons: dict[str, _Column]) -> None:
+    def __init__(self, columns: dict[str, Column], reasons: dict[str, Column]) -> None:
         super().__init__(columns)
-        self._reasons = Result(reasons)
+        self._reasons = Table(reasons)
 
     def reasons(self) -> pandas.DataFrame:
         """How many of ``fn + uo`` of each region have which reason: the columns region, reason (``beside``: the map has something a
@@ -48,6 +49,10 @@ def score_map(
     snapshot: int = 0,
 ) -> ScoredMap:
     """Scores what real sensors recorded against the truth of one scene at one moment, as ``perirobot score`` does.
+
+    >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+    >>> recorded = study.labels("camera:right-wall/8/1")    # or the name of a file
+    >>> pr.score_map(recorded, truth=study, region="human").to_pandas()[["tp", "fp", "fn"]]
 
     The study's own sensors are not cast. A voxel of the study is occupied if a part of an occupied voxel of the map lies in it,
     free if all of it is covered by free ones, else unknown. The points of a cloud mark their voxels, and free those between them
