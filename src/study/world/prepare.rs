@@ -11,7 +11,7 @@ use super::described::{Described, KnownHashes, describe};
 use super::{Floor, World, extent, shapes, warnings};
 use crate::input::Study;
 use crate::sensor::{Sensor, Setting};
-use perirobot_march::backend::OverTime;
+use perirobot_march::backend::{MEMORY_BYTES, OverTime};
 use perirobot_march::error::{Issue, Site};
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
@@ -24,17 +24,25 @@ use perirobot_scene::truth::{Region, RegionShape, Snapshots, people, region, vox
 /// Memory for the truths that are kept; others are put together again when they are asked for.
 const KEPT_BYTES: u64 = 256 << 20;
 
+/// What a voxel takes while its scene is made, about.
+const BYTES_PER_VOXEL: u64 = 6;
+
 /// The worlds of all scenes: scene by scene, in each snapshot by snapshot.
 ///
-/// As many scenes as there are threads are made at the same time, so that memory stays bounded.
+/// As many scenes as there are threads are made at the same time, or fewer that are large, so that memory stays bounded.
 pub(super) fn all_worlds(study: &Study, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
     let mut worlds = Vec::new();
-    let scenes: Vec<usize> = (0..study.scenes.len()).collect();
-    for some in scenes.chunks(rayon::current_num_threads()) {
-        let mut read = Vec::new();
-        for &scene in some {
-            read.push(ReadScene::new(study, scene, progress));
-            if read.last().is_some_and(Result::is_err) {
+    let (mut scenes, threads) = ((0..study.scenes.len()).peekable(), rayon::current_num_threads());
+    while scenes.peek().is_some() {
+        let (mut read, mut bytes) = (Vec::new(), Vec::new());
+        while fits_beside(&bytes, threads)
+            && let Some(scene) = scenes.next()
+        {
+            let scene = ReadScene::new(study, scene, progress);
+            bytes.push(scene.as_ref().map_or(0, ReadScene::bytes));
+            let is_wrong = scene.is_err();
+            read.push(scene);
+            if is_wrong {
                 // An earlier scene may be wrong, too, and is then the one to name.
                 break;
             }
@@ -48,6 +56,13 @@ pub(super) fn all_worlds(study: &Study, progress: &dyn Progress) -> Result<Vec<W
     Ok(worlds)
 }
 
+/// Whether one more scene is made beside some that take so many bytes each: no more scenes than threads, and together
+/// about as much memory as [`MEMORY_BYTES`] for each thread.
+fn fits_beside(bytes: &[u64], threads: usize) -> bool {
+    let all = bytes.iter().fold(0, |all: u64, &bytes| all.saturating_add(bytes));
+    bytes.len() < threads && all < threads as u64 * MEMORY_BYTES
+}
+
 /// The worlds of a scene, snapshot by snapshot.
 pub(super) fn worlds(study: &Study, scene: usize, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
     ReadScene::new(study, scene, progress)?.worlds(progress)
@@ -59,6 +74,8 @@ struct ReadScene<'a> {
     scene: usize,
     begin: Instant,
     snapshots: Vec<Scene>,
+    /// The voxels between all surfaces.
+    surfaces: Result<Window>,
     shapes: Result<Vec<RegionShape>, Vec<Error>>,
     remarks: Vec<String>,
 }
@@ -68,20 +85,26 @@ impl ReadScene<'_> {
         progress.check_stop().map_err(|e| vec![e])?;
         let (spec, begin) = (&study.scenes[scene], Instant::now());
         let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
+        let surfaces = voxelize::scene_extent(&snapshots, study.voxel_size_m);
         // What is wrong with a region is told after what is wrong with the scene.
         let shapes = shapes::shapes(study).map_err(|e| study.sources.classify(vec![e]));
         // Those about objects are theirs already.
         let remarks = study.sources.take_remarks();
-        Ok(ReadScene { study, scene, begin, snapshots, shapes, remarks })
+        Ok(ReadScene { study, scene, begin, snapshots, surfaces, shapes, remarks })
+    }
+
+    /// What it takes of memory while it is made, about.
+    fn bytes(&self) -> u64 {
+        self.surfaces.as_ref().map_or(0, |surfaces| surfaces.volume().saturating_mul(BYTES_PER_VOXEL))
     }
 
     fn worlds(self, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
-        let ReadScene { study, scene, begin, snapshots, shapes, remarks } = self;
+        let ReadScene { study, scene, begin, snapshots, surfaces, shapes, remarks } = self;
         progress.check_stop().map_err(|e| vec![e])?;
         let spec = &study.scenes[scene];
         log::info!("scene {:?}: voxelizing at {} m", spec.name, study.voxel_size_m);
         let in_scene = |e: Error| vec![e.with_place(&spec.path)];
-        let surfaces = voxelize::scene_extent(&snapshots, study.voxel_size_m).map_err(in_scene)?;
+        let surfaces = surfaces.map_err(in_scene)?;
         let mounts = mounts(study, &snapshots)?;
         let grid = grid(study, scene, &snapshots, &mounts, &surfaces)?;
         let kept_bytes = KEPT_BYTES / study.scenes.len() as u64;
@@ -257,4 +280,19 @@ pub(super) fn carrier(sensor: &Sensor, scene: &Scene) -> Result<Option<Pose>> {
     let Some(on) = &sensor.on else { return Ok(None) };
     let placed = |issue: Issue| issue.with_place("on").with_place(format!("sensor {:?}", sensor.name));
     Ok(Some(scene.link(on).map_err(placed)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_scenes_are_made_beside_fewer_others() {
+        let beside = |bytes: u64, threads: usize| {
+            (0..).find(|&count| !fits_beside(&vec![bytes; count], threads)).unwrap()
+        };
+        assert_eq!([1, 4, 16].map(|threads| beside(MEMORY_BYTES / 2, threads)), [1, 4, 16]);
+        assert_eq!([1, 4, 16].map(|threads| beside(4 * MEMORY_BYTES, threads)), [1, 1, 4]);
+        assert_eq!([1, 4, 16].map(|threads| beside(u64::MAX, threads)), [1, 1, 1]);
+    }
 }
