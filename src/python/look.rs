@@ -163,10 +163,8 @@ impl WishWords {
     fn wish(&self, study: &Study, has_poses: bool) -> Result<Wish> {
         let side = || {
             let eye: Result<Eye, Issue> = self.side.parse();
-            eye.map_err(|issue| {
-                let place = Site::Argument(Argument("eye"), format!("{:?}", self.side));
-                Error::from(issue.with_place(place))
-            })
+            // At the command line it is called otherwise.
+            eye.map_err(|issue| Error::from(issue.with_place(format!("eye {:?}", self.side))))
         };
         let regions: Vec<&str> = study.regions.iter().map(|(name, _)| name.as_str()).collect();
         let region = |name: &String| {
