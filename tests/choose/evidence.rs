@@ -277,6 +277,7 @@ const DECIDING: &[(&str, &str, &str, &str)] = &[
     ("scene", "file = \"cell.toml\"", "file = \"cell.toml\"\nname = \"two\"", "study.scene[0].name was null"),
     ("candidate", "", "[[candidate]]\nobject = \"crate\"\nx_m = 0.6\ny_m = 0.4", "study.candidate was null"),
     ("sensor", "fov_deg = [87, 58]", "fov_deg = [80, 58]", "study.sensor[0].fov_deg was [87,58], is [80,58]"),
+    ("catalogue", "seed = 7", "seed = 7\ncatalogue = \"ours.toml\"", "study.catalogue was null"),
     ("sensor", "std_m = 0.05", "std_m = 0.06", "study.sensor[0].noise.std_m was 0.05, is 0.06"),
     ("sensor", "count = 2", "count = 3", "study.sensor[0].poses[1].random.count was 2, is 3"),
     (
@@ -317,6 +318,7 @@ fn each_key_of_a_study_decides_evidence_or_does_not() {
     let folder = folder();
     folder.edit(STUDY, "", SCANNER);
     folder.write("block.stl", BLOCK);
+    folder.write("ours.toml", "[[model]]\nname = \"ours\"\nkeys = { kind = \"pad\" }\n");
     chosen(&folder, "out", &[]);
     let (cast, study, out) = (journal(&folder), fs::read(folder.path(STUDY)).unwrap(), folder.path("out"));
     let left_of = |overrides: Overrides| {

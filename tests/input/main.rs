@@ -15,6 +15,7 @@ mod check;
 mod corpus;
 mod first_hour;
 mod generated_meshes;
+mod own_catalogue;
 mod people;
 mod regions;
 mod robots;

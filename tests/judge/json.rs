@@ -164,6 +164,7 @@ fn approach_json_has_the_values_of_the_table() {
                 };
                 let found = match value {
                     Value::Number(number) if number.is_f64() => format!("{:.5}", number.as_f64().unwrap()),
+                    Value::Array(names) => names.iter().map(cell).collect::<Vec<_>>().join(";"),
                     Value::Null if column == "snapshot" => "*".into(),
                     other => cell(other),
                 };

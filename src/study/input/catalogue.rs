@@ -1,21 +1,24 @@
-//! Real devices by name: `model = "realsense-d435"` stands for the keys of that device in `catalogue.toml`;
-//! keys that the study itself writes take precedence. The keys are checked afterwards, as if the user had
+//! Real devices by name: `model = "realsense-d435"` stands for the keys of that device in `catalogue.toml`, or in a
+//! catalogue of the study's own; keys that the study itself writes take precedence. The keys are checked afterwards, as if the user had
 //! written them all.
 
 mod contradiction;
 
+use std::path::Path;
 use std::sync::LazyLock;
 
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use crate::diagnostics::{Place, read};
+use crate::diagnostics::{Place, parse, read};
 use crate::sensor::SaidOfNoise;
 use crate::sensor::kinds::shared::range::noise_in;
+use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
+use perirobot_scene::source::Sources;
 
 /// A device of the catalogue.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceModel {
     /// Its name in studies.
@@ -37,7 +40,7 @@ pub struct DeviceModel {
 }
 
 /// The values from which the depth noise of a stereo camera follows, besides its focal length.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stereo {
     /// Between its two lenses, in metres.
@@ -113,12 +116,72 @@ pub fn models() -> &'static [DeviceModel] {
     &MODELS
 }
 
+/// A device of a study's own catalogue. Only its name and its keys are needed.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OwnModel {
+    name: String,
+    #[serde(default)]
+    title: String,
+    #[serde(default)]
+    source: String,
+    #[serde(default)]
+    url: String,
+    #[serde(default)]
+    note: String,
+    unconfirmed: Option<String>,
+    stereo: Option<Stereo>,
+    keys: Table,
+}
+
+/// Reads the catalogue of a study's own: `[[model]]` with a name, the keys of a `[[sensor]]`, and what else is known.
+///
+/// # Errors
+/// When the file cannot be read or is no such catalogue, or a device has the name of another one.
+pub(super) fn read_own(at: &Place, path: &Path, sources: &Sources) -> Result<Vec<DeviceModel>> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct OwnCatalogue {
+        model: Vec<OwnModel>,
+    }
+    let text = sources.text(path).map_err(|e| at.wrap(e.with_place("catalogue")))?;
+    let own: OwnCatalogue = parse(path, &text).map_err(|(e, _)| e)?;
+    let of = |own: OwnModel| {
+        let OwnModel { name, title, source, url, note, unconfirmed, stereo, keys } = own;
+        let title = if title.is_empty() { name.clone() } else { title };
+        let mut model = DeviceModel { name, title, source, url, note, unconfirmed, stereo, keys };
+        model.add_stereo_noise();
+        model
+    };
+    let own: Vec<DeviceModel> = own.model.into_iter().map(of).collect();
+    let file = Place::new(path);
+    file.unique("model", own.iter().map(|model| model.name.as_str()))?;
+    for model in &own {
+        let at = file.key(&format!("model {:?}", model.name));
+        if find(&model.name, &[]).is_some() {
+            return Err(at.says("is a device that ships").with_advice("give yours another name"));
+        }
+        if !model.keys.contains_key("kind") {
+            return Err(at
+                .key("keys")
+                .wrap(Issue::missing("kind"))
+                .with_advice("write what it is: kind = \"rgbd\""));
+        }
+        let placed = ["name", "poses", "on", "same_poses_as", "model"];
+        if let Some(key) = placed.iter().find(|key| model.keys.contains_key(**key)) {
+            let what = format!("keys.{key} belongs to a sensor of the study, not to a device");
+            return Err(at.says(what).with_advice("move it there"));
+        }
+    }
+    Ok(own)
+}
+
 /// A study with its models replaced by their keys; for the fingerprint, which must change when the values of
 /// a model change.
 pub fn written_out(mut study: Table) -> Table {
     let sensors = study.get_mut("sensor").and_then(Value::as_array_mut);
     for sensor in sensors.into_iter().flatten().filter_map(Value::as_table_mut) {
-        if let Some(model) = sensor.get("model").and_then(Value::as_str).and_then(find) {
+        if let Some(model) = sensor.get("model").and_then(Value::as_str).and_then(|name| find(name, &[])) {
             complete(sensor, model);
         }
     }
@@ -135,12 +198,12 @@ pub(super) struct FromModel {
 }
 
 /// Replaces `model` in the keys of a sensor by the keys that it stands for.
-pub(super) fn resolve(at: &Place, keys: &mut Table) -> Result<FromModel> {
+pub(super) fn resolve(at: &Place, keys: &mut Table, own: &[DeviceModel]) -> Result<FromModel> {
     let Some(written) = keys.remove("model") else { return Ok(FromModel::default()) };
     let Some(name) = written.as_str() else {
         return Err(at.wrong("model", written, "must be a name, as in model = \"realsense-d435\""));
     };
-    let model = find(name).ok_or_else(|| unknown(at, name))?;
+    let model = find(name, own).ok_or_else(|| unknown(at, name, own))?;
     match keys.get("kind") {
         Some(kind) if kind.as_str() != Some(model.kind()) => {
             let rule = format!("the model {name:?} is of kind {:?}: take kind or model away", model.kind());
@@ -172,8 +235,8 @@ fn refuse_rings(at: &Place, keys: &Table, model: &DeviceModel) -> Result<()> {
     }
 }
 
-fn find(name: &str) -> Option<&'static DeviceModel> {
-    models().iter().find(|model| model.name == name)
+fn find<'m>(name: &str, own: &'m [DeviceModel]) -> Option<&'m DeviceModel> {
+    own.iter().chain(models()).find(|model| model.name == name)
 }
 
 /// Adds the keys of a model that the study does not write.
@@ -194,17 +257,20 @@ fn complete(keys: &mut Table, model: &DeviceModel) {
     }
 }
 
-fn unknown(at: &Place, name: &str) -> Error {
+fn unknown(at: &Place, name: &str, own: &[DeviceModel]) -> Error {
     let alike = |model: &&DeviceModel| {
         let (known, name) = (model.name.as_str(), name.to_lowercase());
         known.contains(&name) || strsim::normalized_damerau_levenshtein(known, &name) >= NEAR
     };
-    let near: Vec<&str> = models().iter().filter(alike).map(|model| model.name.as_str()).collect();
+    let near: Vec<&str> = own.iter().chain(models()).filter(alike).map(|model| model.name.as_str()).collect();
     let meant = match near.is_empty() || name.is_empty() {
         true => String::new(),
         false => format!(" (did you mean {}?)", near.join(", ")),
     };
-    let rule = format!("is no device of the catalogue{meant}: `perirobot sensors` lists all");
+    let rule = format!(
+        "is no device of the catalogue{meant}: `perirobot sensors` lists all that ship; those of your own are in \
+         catalogue = \"ours.toml\" of the study"
+    );
     at.wrong("model", format!("{name:?}"), &rule)
 }
 

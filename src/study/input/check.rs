@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::approach::ApproachFile;
+use super::catalogue::{self, DeviceModel};
 use super::file::{self, StudyFile};
 use super::poses::Surfaces;
 use super::region::{self, RegionSpec};
@@ -43,6 +44,8 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     let listed = file.scene.len();
     let mut scenes = scenes(at, &mut file, &sources, &mut problems);
     let written = Written::new(&text);
+    let own = file.catalogue.take().map(|path| catalogue::read_own(at, &at.folder().join(path), &sources));
+    let models: Vec<DeviceModel> = problems.keep(own.transpose()).flatten().unwrap_or_default();
     let context = sensor::SensorContext {
         seed: file.seed,
         noiseless,
@@ -50,6 +53,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         earlier: &[],
         poses: 0,
         sources: &sources,
+        models: &models,
         scenes: &scenes,
         has_all_scenes: is_whole && scenes.len() >= listed && listed > 0,
         surfaces: &Surfaces::default(),
@@ -116,6 +120,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         has_approach: demands.has_approach,
         stopping,
         reflectances,
+        models,
         noiseless,
         repeats,
         min_hits: file.min_hits,

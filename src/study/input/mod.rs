@@ -36,6 +36,7 @@ use crate::sensor::kinds::recorded::Recorded;
 use crate::sensor::{Candidate, CostTerms, Kind, RayScale, SaidOfNoise, Sensor};
 use crate::world::KeptRays;
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
+use catalogue::DeviceModel;
 pub use choices::Choices;
 pub use choose::{Choose, Purchase, PurchaseFront, SetRequirement, ThenScore, Wanted};
 pub use combination::{Combination, Member};
@@ -96,6 +97,8 @@ pub struct Study {
     pub has_approach: bool,
     /// How far people must be from the robot at which of its speeds, if the study says so.
     pub stopping: Option<Stopping>,
+    /// The devices of its own catalogue.
+    pub models: Vec<DeviceModel>,
     /// The shares of light that its objects of each shade reflect, the darkest first; empty where no sensor asks.
     pub reflectances: Vec<f64>,
     /// Whether noise was switched off, whatever the study says.

@@ -5,7 +5,7 @@
 //! | `seed`, `repeats` | the noise that is drawn, and how often |
 //! | `grid` | voxels, and the end of a ray that leaves them |
 //! | `scene`, `candidate` | the surfaces that are hit |
-//! | `sensor` | rays, poses and noise; but not `cost`, `at_most` and `emits`, which are terms of sets |
+//! | `sensor`, `catalogue` | rays, poses and noise; but not `cost`, `at_most` and `emits`, which are terms of sets |
 //! | `choose` | the `representation` of each sensor; the other keys ask about the same planes |
 //! | `region`, `stopping` | nothing: regions are picked from planes over the whole grid |
 //! | `min_hits` | nothing: hits are counted later |

@@ -20,7 +20,7 @@ pub(super) fn keys_of(study: &Study, name: &str) -> String {
 pub(super) fn describe_device(study: &Study, name: &str) -> String {
     let written = table_of(study, name);
     let model = written.get("model").and_then(Value::as_str);
-    let model = model.and_then(|model| models().iter().find(|known| known.name == model));
+    let model = model.and_then(|model| study.models.iter().chain(models()).find(|known| known.name == model));
     let text = |key: &str| {
         let own = written.get(key).or_else(|| model?.keys.get(key));
         own.and_then(Value::as_array).map(|numbers| numbers.iter().map(Value::to_string).collect::<Vec<_>>())

@@ -16,7 +16,7 @@ fn place() -> Place<'static> {
 
 fn resolve_keys(keys: &str) -> Result<Table, String> {
     let mut keys: Table = toml::from_str(keys).unwrap();
-    resolve(&place(), &mut keys).map_err(|e| e.to_string())?;
+    resolve(&place(), &mut keys, &[]).map_err(|e| e.to_string())?;
     Ok(keys)
 }
 
@@ -46,6 +46,7 @@ fn every_device_is_a_sensor_with_a_source() {
                 earlier: &[],
                 poses: 0,
                 sources: &Sources::from_main(Path::new(STUDY)),
+                models: &[],
                 scenes: &[],
                 has_all_scenes: true,
                 surfaces: &Surfaces::default(),
@@ -73,7 +74,7 @@ fn every_device_is_a_sensor_with_a_source() {
 /// 0.095) = 0.0018848.
 #[test]
 fn the_noise_of_stereo_cameras_follows_from_their_baseline() {
-    let per_m2 = |name: &str| find(name).unwrap().keys["noise"]["per_m2"].as_float().unwrap();
+    let per_m2 = |name: &str| find(name, &[]).unwrap().keys["noise"]["per_m2"].as_float().unwrap();
     assert_eq!([per_m2("realsense-d435"), per_m2("realsense-d455")], [0.003581, 0.001885]);
     let stereo = Stereo { baseline_m: 0.1, subpixel_px: 0.1 };
     assert_eq!(stereo.per_m2(90.0, 200.0), 0.01, "100 pixels of focal length");
@@ -104,6 +105,7 @@ fn known_devices_have_known_rays() {
             earlier: &[],
             poses: 0,
             sources: &sources,
+            models: &[],
             scenes: &[],
             has_all_scenes: true,
             surfaces: &Surfaces::default(),

@@ -6,7 +6,7 @@ mod schema;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::catalogue::{self, FromModel};
+use super::catalogue::{self, DeviceModel, FromModel};
 use super::poses::{self, PosesFile, Surfaces};
 use crate::diagnostics::{LineOf, Place, Problems, Step, Unread, Unreadable, describe, read};
 use crate::sensor::kinds::shared::range::noise_in;
@@ -61,6 +61,8 @@ pub(super) struct SensorContext<'a> {
     pub(super) poses: usize,
     /// The sources through which its files are read.
     pub(super) sources: &'a Sources,
+    /// The devices of the study's own catalogue.
+    pub(super) models: &'a [DeviceModel],
     /// The study's scenes that could be read, and whether those are all.
     pub(super) scenes: &'a [SceneSpec],
     pub(super) has_all_scenes: bool,
@@ -89,7 +91,8 @@ impl SensorContext<'_> {
 pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Result<Sensor, Vec<Error>> {
     let name = keys.get("name").and_then(|name| name.as_str());
     let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
-    let FromModel { contradictions, thinned } = catalogue::resolve(at, &mut keys).map_err(|e| vec![e])?;
+    let FromModel { contradictions, thinned } =
+        catalogue::resolve(at, &mut keys, context.models).map_err(|e| vec![e])?;
     let mut common = Table::new();
     for key in COMMON_KEYS {
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));

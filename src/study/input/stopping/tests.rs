@@ -36,6 +36,7 @@ fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
         earlier: &[],
         poses: 0,
         sources: &sources,
+        models: &[],
         scenes: &[],
         has_all_scenes: true,
         surfaces: &Surfaces::default(),

@@ -57,7 +57,7 @@ impl KindFile for GateFile {
         let mut warnings = Vec::new();
         if self.latch {
             warnings.push(
-                "latches: whoever is in its zone counts as detected on the way in; perirobot approach tells whether there \
+                "latches: people in its zone count as detected on the way in; perirobot approach tells whether there \
                  is another way in, and nobody may be inside when it is reset"
                     .into(),
             );
