@@ -160,7 +160,11 @@ fn check_toml(document: &str, text: &str, at: &str) {
     let mut json: serde_json::Value = toml::from_str(text).unwrap_or_else(|e| panic!("{at}: {e}"));
     if let Some(models) = json.get_mut("model").and_then(|models| models.as_array_mut()) {
         // A catalogue: the keys of its devices are those of sensors.
-        let keys: Vec<_> = models.iter_mut().map(|model| model["keys"].take()).collect();
+        let named = |model: &mut serde_json::Value| {
+            model["keys"]["name"] = model["name"].take();
+            model["keys"].take()
+        };
+        let keys: Vec<_> = models.iter_mut().map(named).collect();
         json = serde_json::json!({ "sensor": keys });
     }
     let schema = if json.get("object").is_some() { schema::scene() } else { schema::study() };
