@@ -69,14 +69,8 @@ fn every_study_loads_and_prepares_without_a_surprise() {
             // What is near the robot of the shelf's cell reaches beyond its bounds.
             let is_near =
                 |warning: &str| path.ends_with("approach.toml") && warning.starts_with("region \"near@");
-            // Who uses a latch is told what it takes for granted.
-            let is_latch = |warning: &str| path.ends_with("delivery.toml") && warning.contains("latches:");
             for warning in &world.warnings {
-                assert!(
-                    is_table(warning) || is_near(warning) || is_latch(warning),
-                    "{}: {warning}",
-                    path.display()
-                );
+                assert!(is_table(warning) || is_near(warning), "{}: {warning}", path.display());
             }
         }
     }

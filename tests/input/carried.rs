@@ -114,7 +114,7 @@ fn carrying_that_cannot_be() {
     );
     wrong(
         &with("\"arm\"", "\"gripper\""),
-        &["object \"gripper\".on: it hangs, link by link, on itself", "must stand in the world"],
+        &["object \"gripper\".on: it is carried by what it carries itself", "must stand in the world"],
     );
     wrong(
         &with(
@@ -126,6 +126,11 @@ fn carrying_that_cannot_be() {
     wrong(
         &(ROBOT.to_string() + &gripper("[object.snapshots]\ncarried = [true, false, true]\n")),
         &["object \"gripper\": no role", "put down at some moments", "role = \"environment\""],
+    );
+    wrong(
+        &(ROBOT.to_string()
+            + &gripper("role = \"robot\"\n[object.snapshots]\ncarried = [true, false, true]\n")),
+        &["object \"gripper\".snapshots: no position_m", "in the link's frame where it is carried"],
     );
     wrong(
         &(ROBOT.to_string() + &gripper("[object.snapshots]\ncarried = [true, true]\n")),
@@ -176,7 +181,7 @@ fn told(position: &str, region: &str) -> String {
     let outcome = perirobot(&["check", text(&folder.path("study.toml")), "--backend", "cpu", "--poses", "0"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let lines = outcome.stdout.lines().chain(outcome.stderr.lines());
-    lines.filter(|line| line.contains("\"tool\"")).collect::<Vec<_>>().join("\n")
+    lines.filter(|line| line.contains("\"tool\"") || line.contains("planes")).collect::<Vec<_>>().join("\n")
 }
 
 #[test]
@@ -201,4 +206,16 @@ fn a_reach_without_the_tool_is_told() {
     assert!(short.contains("region \"robot\": \"tool\" gets up to 0.21 m from link \"tip\""), "{short}");
     assert!(short.contains("write tool_m = 0.21"), "{short}");
     assert_eq!(reach("tool_m = 0.21"), "");
+    // A safety plane the wrong way round.
+    let plane = |normal: &str| {
+        told(
+            "[0, 0, 0.1]",
+            &format!(
+                "robot_reach = {{ tool_m = 0.21, planes = [{{ point_m = [0, 0, 0], normal = {normal} }}] }}"
+            ),
+        )
+    };
+    assert_eq!(plane("[-1, 0, 0]"), "");
+    let behind = plane("[1, 0, 0]");
+    assert!(behind.contains("the base of \"robot\" is behind robot_reach.planes[0]"), "{behind}");
 }

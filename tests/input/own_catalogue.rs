@@ -57,7 +57,10 @@ fn catalogues_that_cannot_be() {
     let ours = |from: &'static str, to: &'static str| ("ours.toml", from, to);
     wrong(
         &[("study.toml", "\"ours-wide\"", "\"ours-wyde\"")],
-        &["study.toml: sensor \"camera\".model = \"ours-wyde\": is no device", "did you mean ours-wide?"],
+        &[
+            "study.toml: sensor \"camera\".model = \"ours-wyde\": is not in the catalogue",
+            "did you mean ours-wide?",
+        ],
     );
     wrong(&[("study.toml", "\"ours.toml\"", "\"theirs.toml\"")], &["study.toml: catalogue: ", "theirs.toml"]);
     wrong(

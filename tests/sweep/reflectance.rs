@@ -122,7 +122,10 @@ fn reflectance_that_cannot_be() {
     wrong(&[ranges("[]")], &[sensor, "one to three pairs"]);
     wrong(&[ranges("[[0.9, 10], [0.1, 4]]")], &[sensor, "must ascend"]);
     wrong(&[ranges("[[0.1, -4]]")], &[sensor, "a range in metres, above 0"]);
-    wrong(&[ranges("[[1.0, 5]]")], &[sensor, "ends below the sensor's range of 9 m"]);
+    wrong(
+        &[ranges("[[1.0, 5]]")],
+        &[sensor, "makes 5.00 m for what reflects all light, below the sensor's range of 9 m"],
+    );
     let many = [
         ("cell.toml", "name = \"wall\"", "name = \"wall\"\nreflectance = 0.3"),
         ("cell.toml", "name = \"floor\"", "name = \"floor\"\nreflectance = 0.2"),

@@ -203,6 +203,7 @@ fn person(scene: &SceneSpec, posture: &Posture, person_shade: u8) -> ObjectSpec 
         optical: Optical::Opaque,
         reflectance: None,
         shade: person_shade,
+        person_shade,
         tag_only: false,
         on: None,
         position_m: posture.position_m,

@@ -10,6 +10,7 @@
 //! |---|---|---|
 //! | `out_of_view` | the centre is outside the field of view, and the ray does not cross the voxel; for a sensor without rays: the voxel is outside its volume | no |
 //! | `out_of_range` | the ray enters the voxel beyond the longest range, or, if it misses it, the centre is beyond | no |
+//! | `muted` | the voxel is in the volume of a switch that is muted at this moment | no |
 //! | `silent` | the voxel is in the volume of a switch that is off, which certifies nothing | yes |
 //! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
 //! | `hidden` | the ray returned from an object before it came to the voxel | yes |
@@ -71,6 +72,8 @@ pub enum Reason {
     OutOfView,
     /// It is too far away.
     OutOfRange,
+    /// A switch watches it and is muted.
+    Muted,
     /// A switch watches it and is off, which certifies nothing.
     Silent,
     /// No ray crosses it.
@@ -91,9 +94,10 @@ pub enum Reason {
 
 impl Reason {
     /// All of them, in their order.
-    pub const ALL: [Reason; 10] = [
+    pub const ALL: [Reason; 11] = [
         Reason::OutOfView,
         Reason::OutOfRange,
+        Reason::Muted,
         Reason::Silent,
         Reason::BetweenRays,
         Reason::Hidden,
@@ -109,6 +113,7 @@ impl Reason {
         match self {
             Reason::OutOfView => "out_of_view",
             Reason::OutOfRange => "out_of_range",
+            Reason::Muted => "muted",
             Reason::Silent => "silent",
             Reason::BetweenRays => "between_rays",
             Reason::Hidden => "hidden",
@@ -122,7 +127,7 @@ impl Reason {
 
     /// Whether some sensor watches the voxel all the same: what the paper calls monitored, but occluded.
     pub fn is_monitored(self) -> bool {
-        !matches!(self, Reason::OutOfView | Reason::OutOfRange | Reason::BetweenRays)
+        !matches!(self, Reason::OutOfView | Reason::OutOfRange | Reason::Muted | Reason::BetweenRays)
     }
 }
 
@@ -273,7 +278,11 @@ impl<'a> Witness<'a> {
                     voxels.add(&volume);
                 }
                 let says_nothing = member.says.occupied.is_empty() && member.says.free.is_empty();
-                let otherwise = if says_nothing { Reason::Silent } else { Reason::Misread };
+                let otherwise = match says_nothing {
+                    true if kind.is_muted(&station) => Reason::Muted,
+                    true => Reason::Silent,
+                    false => Reason::Misread,
+                };
                 Means::Volume { voxels, otherwise }
             }
         };

@@ -27,7 +27,7 @@ const SERIES: [&str; 8] =
 pub(crate) const PART: &str = "#8cc0e6";
 
 /// What has the same colour by day and by night.
-const THINGS: [(&str, &str); 27] = [
+const THINGS: [(&str, &str); 28] = [
     // What is chosen.
     ("picked", "#d55e00"),
     ("robot", "#0072b2"),
@@ -54,6 +54,7 @@ const THINGS: [(&str, &str); 27] = [
     // Why voxels are unknown, by the names of reasons.csv: Paul Tol's muted colours, apart from those of the layers.
     ("out_of_view", "#888888"),
     ("out_of_range", "#000000"),
+    ("muted", "#dd88aa"),
     ("silent", "#999933"),
     ("between_rays", "#88ccee"),
     ("no_return", "#44aa99"),

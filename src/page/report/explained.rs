@@ -113,6 +113,7 @@ pub fn phrase(view: &View, cause: &Cause) -> String {
     match cause.reason {
         Reason::OutOfView => "out of view".into(),
         Reason::OutOfRange => "out of range".into(),
+        Reason::Muted => "under a switch that is muted".into(),
         Reason::Silent => "under a switch that is off".into(),
         Reason::BetweenRays => "between rays".into(),
         Reason::Hidden => format!("hidden by {object}"),
@@ -132,6 +133,7 @@ fn cure(view: &View, cause: &Cause) -> String {
             "turn the sensor there, move it back, take a wider field of view, or add a sensor".into()
         }
         Reason::OutOfRange => "move the sensor nearer, or take one that measures farther".into(),
+        Reason::Muted => "watch the zone with another sensor while the switch is muted".into(),
         Reason::Silent => {
             "an idle switch proves nothing here; where the device's does, say otherwise = \"free\"".into()
         }

@@ -42,6 +42,8 @@ pub struct ObjectPlaces {
     pub has_position_list: bool,
     /// Whether it is turned otherwise from moment to moment.
     pub has_yaw_list: bool,
+    /// Whether it walks along a path.
+    pub has_walk: bool,
 }
 
 /// The objects of a scene file, in its order; nothing of a text that is not TOML.
@@ -65,6 +67,7 @@ pub fn object_places(text: &str) -> Vec<ObjectPlaces> {
                 .then(|| turns.unwrap_or_else(|| vec![own("rpy_deg")]).into_iter().map(yaw).collect()),
             has_position_list,
             has_yaw_list,
+            has_walk: source.get(&lists.key("walk")).is_some(),
         })
     };
     (0..source.count(&objects)).filter_map(place).collect()
@@ -106,6 +109,14 @@ pub(super) fn set(source: &mut Source, object: &str, to: &ObjectMove) -> Result<
         return Err(Error::input(place(), "is not in the scene file").with_advice("name one that it has"));
     };
     let at = objects.entry(index);
+    for (key, why) in [
+        (at.key("on"), "is carried by a robot, in the frame of its link"),
+        (at.key("snapshots").key("walk"), "walks along a path"),
+    ] {
+        if source.get(&key).is_some() {
+            return Err(Error::input(place(), why).with_advice("change its place in the scene file"));
+        }
+    }
     if let Some(position_m) = to.position_m {
         if !position_m.iter().all(|metres| metres.abs() <= FARTHEST_M) {
             let rule = format!("must be three numbers from -{FARTHEST_M} to {FARTHEST_M}");

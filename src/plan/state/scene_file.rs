@@ -96,6 +96,10 @@ impl ObjectState {
             SurfaceSpec::Room { .. } => {
                 Some("It is the room itself: change its size_m and position_m in the scene file.")
             }
+            _ if spec.on.is_some() => Some(
+                "A robot carries it: change on and position_m, which is in the link's frame, in the scene file.",
+            ),
+            _ if places.has_walk => Some("It walks along a path: change walk in the scene file."),
             _ if candidates.contains(&spec.name) => {
                 Some("It is where a [[candidate]] of the study puts it: change x_m and y_m there.")
             }

@@ -87,8 +87,10 @@ class _Placing:
         shares = labels / np.maximum(labels.sum(axis=-1, keepdims=True), 1)
         observations = np.concatenate([shares.reshape(len(actions), -1), np.clip(actions, -1, 1)], axis=1)
         values = score(counts[:, self.region], self.reward)
-        better = -values if self.reward in ("unknown", "false_alarm") else values
-        return observations.astype(np.float32), np.nan_to_num(better, nan=0.0)
+        is_worse = self.reward in ("unknown", "false_alarm")
+        # A score without a value is never the best.
+        worst = -1.0 if is_worse else 0.0
+        return observations.astype(np.float32), np.nan_to_num(-values if is_worse else values, nan=worst)
 
     def action_space(self) -> gymnasium.spaces.Box:
         return gymnasium.spaces.Box(-1, 1, (self.size,), np.float32)

@@ -51,7 +51,7 @@ fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scen
     let mut unread: Vec<&str> = Vec::new();
     for number in carriers_first(&spec.objects) {
         let object = &spec.objects[number];
-        // What is wrong with its robot is told with the robot.
+        // Its robot has an error of its own.
         if object.on.as_ref().is_some_and(|on| unread.contains(&on.object.as_str())) {
             unread.push(&object.name);
             continue;
@@ -115,6 +115,7 @@ mod tests {
             optical: Optical::SeeThrough,
             reflectance: None,
             shade: 0,
+            person_shade: 0,
             tag_only: true,
             on: None,
             position_m: DVec3::new(1.0, 2.0, 3.0),

@@ -108,6 +108,7 @@ mod tests {
             optical: Optical::Opaque,
             reflectance: None,
             shade: 0,
+            person_shade: 0,
             tag_only: false,
             on: None,
             position_m: DVec3::new(1.0, 0.0, 0.0),

@@ -142,6 +142,7 @@ mod tests {
             optical: Optical::Opaque,
             reflectance: None,
             shade: 0,
+            person_shade: 0,
             tag_only: false,
             on: None,
             position_m: DVec3::ZERO,

@@ -159,7 +159,7 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
         role,
         interior: spec.interior,
         optical,
-        shade: spec.shade,
+        shade: if role == Role::Human { spec.person_shade } else { spec.shade },
         tag_only: spec.tag_only,
         takes_unit: spec.surface.takes_unit(),
         surface,

@@ -194,7 +194,8 @@ fn combine(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
 
 /// How dark the voxels of these bodies are, if any is: where several share one, as the darkest of them.
 fn shades(bodies: &[&VoxelizedObject], grid: &Grid) -> Option<Shades> {
-    let is_dark = |body: &&&VoxelizedObject| body.shade > 0 && body.is_there && body.voxels.stops_rays;
+    // A tag darkens what is there.
+    let is_dark = |body: &&&VoxelizedObject| body.shade > 0 && (body.voxels.stops_rays || !body.is_there);
     bodies.iter().find(is_dark)?;
     let [mut low, mut high] = [0; 2].map(|_| BitGrid::new(grid.window()));
     // From the brightest to the darkest, each in place of what was there.

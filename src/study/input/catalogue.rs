@@ -137,7 +137,7 @@ struct OwnModel {
 /// Reads the catalogue of a study's own: `[[model]]` with a name, the keys of a `[[sensor]]`, and what else is known.
 ///
 /// # Errors
-/// When the file cannot be read or is no such catalogue, or a device has the name of another one.
+/// When the file cannot be read or is not a catalogue, or a device has the name of another one.
 pub(super) fn read_own(at: &Place, path: &Path, sources: &Sources) -> Result<Vec<DeviceModel>> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -268,7 +268,7 @@ fn unknown(at: &Place, name: &str, own: &[DeviceModel]) -> Error {
         false => format!(" (did you mean {}?)", near.join(", ")),
     };
     let rule = format!(
-        "is no device of the catalogue{meant}: `perirobot sensors` lists all that ship; those of your own are in \
+        "is not in the catalogue{meant}: `perirobot sensors` lists all that ship; those of your own are in \
          catalogue = \"ours.toml\" of the study"
     );
     at.wrong("model", format!("{name:?}"), &rule)

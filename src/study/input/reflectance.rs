@@ -3,8 +3,7 @@
 use crate::diagnostics::Place;
 use crate::sensor::Sensor;
 use perirobot_march::Result;
-use perirobot_scene::objects::Role;
-use perirobot_scene::objects::spec::{ObjectSpec, SceneSpec};
+use perirobot_scene::objects::spec::SceneSpec;
 
 /// The share of light that people reflect unless their object says otherwise: that of the black test piece which safety laser
 /// scanners must detect (IEC 61496-3). Clothes are rarely darker.
@@ -23,7 +22,7 @@ pub(super) fn shade(at: &Place, scenes: &mut [SceneSpec], sensors: &[Sensor]) ->
     let mut shares: Vec<f64> = scenes
         .iter()
         .flat_map(|scene| &scene.objects)
-        .filter_map(share)
+        .filter_map(|object| object.reflectance)
         .chain([PERSON_REFLECTANCE])
         .collect();
     shares.sort_by(f64::total_cmp);
@@ -38,14 +37,10 @@ pub(super) fn shade(at: &Place, scenes: &mut [SceneSpec], sensors: &[Sensor]) ->
             )));
     }
     for object in scenes.iter_mut().flat_map(|scene| &mut scene.objects) {
-        object.shade = share(object).map_or(0, |share| number(&shares, share));
+        object.shade = object.reflectance.map_or(0, |share| number(&shares, share));
+        object.person_shade = number(&shares, object.reflectance.unwrap_or(PERSON_REFLECTANCE));
     }
     Ok(shares)
-}
-
-/// What it reflects, if less than everything.
-fn share(object: &ObjectSpec) -> Option<f64> {
-    object.reflectance.or_else(|| (object.role == Role::Human).then_some(PERSON_REFLECTANCE))
 }
 
 /// The shade of a share of light; 0 where there is none.

@@ -293,6 +293,11 @@ pub trait Kind: Debug + Send + Sync {
         None
     }
 
+    /// Whether it is switched off at a moment, so that it neither says nor watches anything.
+    fn is_muted(&self, _: &Station) -> bool {
+        false
+    }
+
     /// The voxels in which people count as detected because they came in through what it watches; none of most.
     fn latched(&self, _: &Station) -> BitGrid {
         BitGrid::nowhere()

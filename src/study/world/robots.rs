@@ -1,9 +1,10 @@
 //! Warns of robots that float: a robot stands on something or hangs from something.
 
 use super::World;
+use crate::input::{RegionSpec, Study};
 use perirobot_march::voxel::Distances;
 use perirobot_scene::objects::{Role, Scene};
-use perirobot_scene::truth::{ObjectVoxels, Truth};
+use perirobot_scene::truth::{ObjectVoxels, RegionShape, SafetyPlane, Truth};
 
 /// A robot that is this near to anything, or to the floor, is mounted there, in metres and in voxels.
 const MOUNTED_M: f64 = 0.2;
@@ -43,6 +44,28 @@ pub(super) fn warnings(scene: &Scene, world: &World) -> Vec<String> {
         )
     };
     floating.iter().map(line).collect()
+}
+
+/// Safety planes of regions that have the base of their robot behind them.
+pub(super) fn planes_before_robots(study: &Study, world: &World) -> Vec<String> {
+    let truth = world.truth();
+    let mut lines = Vec::new();
+    for (name, spec) in &study.regions {
+        let RegionSpec::RegionShape(RegionShape::RobotReach { object, planes, .. }) = spec else { continue };
+        let is_meant = |robot: &ObjectVoxels| object.as_ref().is_none_or(|object| robot.name == *object);
+        for robot in truth.objects.iter().filter(|robot| is_meant(robot)) {
+            let Some(reach) = robot.reach else { continue };
+            let is_behind = |plane: &SafetyPlane| plane.normal.dot(reach.base_m - plane.point_m) < 0.0;
+            lines.extend(planes.iter().position(is_behind).map(|number| {
+                format!(
+                    "region {name:?}: the base of {:?} is behind robot_reach.planes[{number}]: does its normal point to the side \
+                     on which the robot stays?",
+                    robot.name
+                )
+            }));
+        }
+    }
+    lines
 }
 
 /// The objects near a robot that may carry it.

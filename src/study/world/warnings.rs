@@ -85,6 +85,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     warnings
         .extend((0..study.sensors.len()).filter_map(|sensor| warn_inside(study, &places, sensor, &glances)));
     warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
+    warnings.extend(robots::planes_before_robots(study, &worlds[0]));
     warnings.extend(carried::warnings(study, scenes, worlds));
     warnings.extend(of_people.into_iter().chain(thin).chain(dead));
     SceneWarnings { lines: warnings, is_filled: false }

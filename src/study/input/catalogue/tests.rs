@@ -154,12 +154,12 @@ fn unknown_devices_are_refused_with_names_that_are_near() {
     for (keys, expected) in [
         (
             "model = \"realsense-435\"",
-            "study.toml: model = \"realsense-435\": is no device of the catalogue (did you mean realsense-d435, \
-             realsense-d455, realsense-d415, realsense-d405, realsense-l515?): `perirobot sensors` lists all",
+            "study.toml: model = \"realsense-435\": is not in the catalogue (did you mean realsense-d435, \
+             realsense-d455, realsense-d415, realsense-d405, realsense-l515?): `perirobot sensors` lists all that ship",
         ),
         ("model = \"KINECT\"", "(did you mean azure-kinect-nfov, "),
-        ("model = \"\"", "model = \"\": is no device of the catalogue: `perirobot sensors` lists all"),
-        ("model = \"lighthouse\"", "is no device of the catalogue"),
+        ("model = \"\"", "model = \"\": is not in the catalogue: `perirobot sensors` lists all that ship"),
+        ("model = \"lighthouse\"", "is not in the catalogue"),
         ("model = 435", "model = 435: must be a name, as in model = \"realsense-d435\""),
         (
             "model = \"zed-2\"\nkind = \"lidar\"",

@@ -35,6 +35,7 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
         optical: entry.optical.unwrap_or(Optical::Opaque),
         reflectance: reflectance(at, entry.reflectance)?,
         shade: 0,
+        person_shade: 0,
         tag_only: entry.tag_only,
         on: entry.on,
         position_m,
@@ -102,8 +103,13 @@ fn refuse_strange_carrying(
             .with_advice("add on = { object = \"robot\", link = \"tool0\" }")),
         Some(_) if motion.carried.contains(&false) && !has_role => {
             Err(at.wrap(Issue::missing("role")).with_advice(
-                "it is put down at some moments: say role = \"environment\", or \"robot\" if people must keep away \
-                 from it then, too",
+                "it is put down at some moments: say role = \"environment\", or \"robot\" if people must also keep away \
+                 from it then",
+            ))
+        }
+        Some(_) if motion.carried.contains(&false) && motion.carried.contains(&true) && motion.position_m.is_empty() => {
+            Err(at.key("snapshots").wrap(Issue::missing("position_m")).with_advice(
+                "give a place for each moment: in the link's frame where it is carried, in the world where it is not",
             ))
         }
         _ => Ok(()),
@@ -124,7 +130,7 @@ pub(super) fn refuse_circles(at: &Place, objects: &[ObjectSpec]) -> Result<()> {
         Some(object) => Err(at
             .key(&format!("object {:?}", object.name))
             .key("on")
-            .says("it hangs, link by link, on itself")
+            .says("it is carried by what it carries itself")
             .with_advice("one robot must stand in the world: take its on away")),
         None => Ok(()),
     }

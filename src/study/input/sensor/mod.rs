@@ -162,7 +162,7 @@ fn emits(at: &Place, said: Option<String>, kind: &dyn Kind) -> Result<Option<Str
 /// The sensor that the keys of its kind describe, with warnings.
 fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorContext) -> Result<Checked> {
     let mut warnings = odd_lengths(&keys);
-    let &SensorContext { noiseless, sources, scenes, .. } = context;
+    let &SensorContext { noiseless, sources, scenes, has_all_scenes, .. } = context;
     let unreadable = |e: Unreadable| {
         let more = match e.kind {
             Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
@@ -170,7 +170,8 @@ fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorConte
         };
         context.unreadable(at, &e, &more)
     };
-    let checked = (kind.read)(at, keys, &kinds::Context { noiseless, sources, scenes }, &unreadable)?;
+    let checked =
+        (kind.read)(at, keys, &kinds::Context { noiseless, sources, scenes, has_all_scenes }, &unreadable)?;
     warnings.extend(checked.warnings);
     Ok(Checked { warnings, ..checked })
 }

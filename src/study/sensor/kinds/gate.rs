@@ -15,7 +15,7 @@ use crate::sensor::{Claim, Extent, Kind, SWITCHES, Setting, Stance, Station, lev
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
-use perirobot_scene::objects::spec::SceneSpec;
+use perirobot_scene::objects::Role;
 
 /// A light curtain.
 #[derive(Deserialize)]
@@ -28,7 +28,7 @@ pub(crate) struct GateFile {
     zone: BoxFile,
     /// What an idle curtain says of the zone. Default "unknown".
     otherwise: Option<Silence>,
-    /// Whether it stays on until it is reset: then whoever is in the zone has come in through it. Default false.
+    /// Whether it stays on until it is reset: then all people in the zone have come in through it. Default false.
     #[serde(default)]
     latch: bool,
     /// Names of objects during whose passage it says nothing: while one of them is in the box.
@@ -53,12 +53,12 @@ impl KindFile for GateFile {
     };
 
     fn check(self, at: &Place, context: &Context) -> Result<Checked> {
-        check_muting(at, &self, context.scenes)?;
+        check_muting(at, &self, context)?;
         let mut warnings = Vec::new();
         if self.latch {
             warnings.push(
-                "latches: people in its zone count as detected on the way in; perirobot approach tells whether there \
-                 is another way in, and nobody may be inside when it is reset"
+                "latches: people in its zone count as detected on the way in; perirobot approach states whether \
+                 there is another way in, and people must be outside when it is reset"
                     .into(),
             );
         }
@@ -75,24 +75,41 @@ impl KindFile for GateFile {
     }
 }
 
-/// Refuses objects and moments that no scene has.
-fn check_muting(at: &Place, file: &GateFile, scenes: &[SceneSpec]) -> Result<()> {
-    let objects = || scenes.iter().flat_map(|scene| &scene.objects);
-    if let Some(name) = file.muted_by.iter().find(|name| !objects().any(|object| object.has_part(name))) {
-        let mut names: Vec<&str> = objects().map(|object| object.name.as_str()).collect();
-        names.sort_unstable();
-        names.dedup();
-        let rule = format!("must be objects of a scene: {names:?}");
-        return Err(at.wrong("muted_by", format!("[{name:?}]"), &rule));
+/// Refuses muting by objects and at moments that no scene has, by people, at all moments, or of a curtain that latches.
+fn check_muting(at: &Place, file: &GateFile, context: &Context) -> Result<()> {
+    let is_muted = !file.muted_by.is_empty() || !file.muted_at.is_empty();
+    if file.latch && is_muted {
+        return Err(at.says("both latch and muting").with_advice(
+            "people who come in while it is muted are not detected by a latch: take latch away, and detect people in the \
+             zone with another sensor",
+        ));
     }
-    let most = scenes.iter().map(|scene| scene.snapshots).max().unwrap_or(0);
-    match file.muted_at.iter().find(|&&snapshot| snapshot >= most) {
-        Some(snapshot) => {
-            let rule = format!("must be snapshots of a scene, from 0 to {}", most.saturating_sub(1));
-            Err(at.wrong("muted_at", format!("[{snapshot}]"), &rule))
+    // Of scenes that could not be read nothing is known.
+    if !context.has_all_scenes {
+        return Ok(());
+    }
+    let objects = || context.scenes.iter().flat_map(|scene| &scene.objects);
+    for name in &file.muted_by {
+        let wrong = |rule: &str| Err(at.wrong("muted_by", format!("[{name:?}]"), rule));
+        match objects().find(|object| object.has_part(name)) {
+            Some(object) if object.role == Role::Human => {
+                return wrong("must not be a person: a curtain that people mute detects nobody");
+            }
+            Some(_) => {}
+            None => {
+                let mut names: Vec<&str> = objects().map(|object| object.name.as_str()).collect();
+                names.sort_unstable();
+                names.dedup();
+                return wrong(&format!("must be objects of a scene: {names:?}"));
+            }
         }
-        None => Ok(()),
     }
+    let most = context.scenes.iter().map(|scene| scene.snapshots).max().unwrap_or(0);
+    if let Some(snapshot) = file.muted_at.iter().find(|&&snapshot| snapshot >= most) {
+        let rule = format!("must be snapshots of a scene, from 0 to {}", most.saturating_sub(1));
+        return Err(at.wrong("muted_at", format!("[{snapshot}]"), &rule));
+    }
+    Ok(())
 }
 
 /// The gate's box and the zone behind it, both in the gate's frame.
@@ -136,15 +153,6 @@ impl Gate {
         inside.keep(&at.truth.occupied);
         inside
     }
-
-    /// Whether it says nothing at this moment.
-    fn is_muted(&self, at: &Station) -> bool {
-        self.muted_at.contains(&at.moment[1])
-            || self.muted_by.iter().any(|name| {
-                let mutes = at.truth.objects.iter().filter(|object| object.is_part_of(name));
-                mutes.into_iter().any(|object| self.gate(at).intersects(&object.voxels))
-            })
-    }
 }
 
 impl Kind for Gate {
@@ -183,6 +191,18 @@ impl Kind for Gate {
         self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| e.with_place("zone"))
     }
 
+    fn is_muted(&self, at: &Station) -> bool {
+        if self.muted_by.is_empty() {
+            return self.muted_at.contains(&at.moment[1]);
+        }
+        let gate = self.gate(at);
+        let mutes = |name: &String| {
+            let mut parts = at.truth.objects.iter().filter(|object| object.is_part_of(name));
+            parts.any(|object| gate.intersects(&object.voxels))
+        };
+        self.muted_at.contains(&at.moment[1]) || self.muted_by.iter().any(mutes)
+    }
+
     fn stuck_by(&self, at: &Station) -> BitGrid {
         if self.is_muted(at) {
             return BitGrid::nowhere();
@@ -218,7 +238,7 @@ impl Kind for Gate {
     }
 
     fn latched(&self, at: &Station) -> BitGrid {
-        match self.latches && !self.is_muted(at) {
+        match self.latches {
             true => self.zone.voxels(&at.pose(), &at.truth.grid, at.truth.grid.window()),
             false => BitGrid::nowhere(),
         }
@@ -310,7 +330,6 @@ mod tests {
         let muted = |by: &str, at: &[usize]| Gate {
             muted_by: if by.is_empty() { Vec::new() } else { vec![by.into()] },
             muted_at: at.to_vec(),
-            latches: true,
             ..gate(true)
         };
         let at = |snapshot: usize| Station { moment: [0, snapshot], ..station(&truth, Setting::Fixed) };
@@ -320,7 +339,6 @@ mod tests {
         assert_eq!(says(&muted("", &[1, 3]), 0, &at(3)), Says::Nothing);
         assert_eq!(says(&muted("", &[1, 3]), 0, &at(2)), on);
         assert_eq!(muted("", &[3]).watches(0, &at(3)), Some(BitGrid::nowhere()));
-        assert!(muted("", &[3]).latched(&at(3)).is_empty());
         // A thing that mutes it does not trip it for ever; another does.
         assert!(muted("object 0", &[]).stuck_by(&at(0)).is_empty());
         assert!(!muted("", &[2]).stuck_by(&at(0)).is_empty());

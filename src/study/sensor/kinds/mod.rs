@@ -125,8 +125,9 @@ pub(crate) struct Context<'a> {
     pub(crate) noiseless: bool,
     /// The sources through which files are read.
     pub(crate) sources: &'a Sources,
-    /// The study's scenes.
+    /// The study's scenes that could be read, and whether those are all.
     pub(crate) scenes: &'a [SceneSpec],
+    pub(crate) has_all_scenes: bool,
 }
 
 /// A checked sensor, and what its user may not expect.

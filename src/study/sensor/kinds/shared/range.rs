@@ -69,10 +69,10 @@ fn reflectance(at: &Place, pairs: Option<&[[f64; 2]]>, far: f64) -> Result<Refle
         return wrong("must ascend: a brighter object is detected at least as far");
     }
     let found = ReflectanceRanges::new(pairs);
-    match found.range_m(1.0) < far {
-        true if pairs[pairs.len() - 1][0] == 1.0 => {
-            wrong(&format!("ends below the sensor's range of {far} m: lower range_m to it"))
-        }
+    match found.range_m(1.0) {
+        brightest if brightest < far => wrong(&format!(
+            "makes {brightest:.2} m for what reflects all light, below the sensor's range of {far} m: lower range_m to it"
+        )),
         _ => Ok(found),
     }
 }
