@@ -114,7 +114,7 @@ fn unknown_devices_are_refused() {
     for (keys, expected) in [
         (
             "model = \"realsense-d434\"\n",
-            "sensor \"camera\".model = \"realsense-d434\": is no device of the catalogue (did you mean realsense-d435",
+            "sensor \"camera\".model = \"realsense-d434\": is not in the catalogue (did you mean realsense-d435",
         ),
         ("model = 435\n", "sensor \"camera\".model = 435: must be a name, as in model = \"realsense-d435\""),
         (

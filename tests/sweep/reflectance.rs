@@ -78,6 +78,15 @@ fn the_dark_are_detected_less_far() {
     let [near, far] = counts(&[]);
     assert!(near[0] > 0 && far[0] == 0, "{near:?} {far:?}");
     assert!(near[1] > 0 && far[1] > 0, "the wall is bright: {near:?} {far:?}");
+    // A tag of a person darkens what it lies on.
+    let tagged = (
+        "cell.toml",
+        "name = \"person\"\nrole = \"human\"",
+        "name = \"person\"\nrole = \"human\"\ntag_only = true",
+    );
+    let dummy = "\n[[object]]\nname = \"dummy\"\nbox = { size_m = [0.4, 0.4, 1.7] }\n[object.snapshots]\n\
+                 position_m = [[3, 0, 0.95], [5, 0, 0.95]]\n";
+    assert_eq!(counts(&[tagged, ("cell.toml", "", dummy)]), [near, far]);
     // As bright as the wall, the person is detected at both places, and as before at the first.
     let bright = ("cell.toml", "role = \"human\"", "role = \"human\"\nreflectance = 0.9");
     let [bright_near, bright_far] = counts(&[bright]);
