@@ -127,7 +127,10 @@ fn reason_without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Rea
         true => {
             let whole = member.says.occupied.is_empty() && member.says.free.is_empty();
             assert!(whole, "a switch speaks of all of its volume or of none");
-            Reason::Silent
+            match sensor.kind.is_muted(&station) {
+                true => Reason::Muted,
+                false => Reason::Silent,
+            }
         }
     }
 }
@@ -367,7 +370,7 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
     study
         + &format!(
             "[[sensor]]\nname = \"gate\"\nkind = \"gate\"\nbox = {{ min_m = [0.6, -1, 0], max_m = [1, 1, 1] }}\n\
-         zone = {{ min_m = [-0.6, -0.5, 0.2], max_m = [0.6, 1, 1.2] }}\notherwise = \"{}\"\n\
+         zone = {{ min_m = [-0.6, -0.5, 0.2], max_m = [0.6, 1, 1.2] }}\notherwise = \"{}\"\n{}\n\
          [[sensor]]\nname = \"cover\"\nkind = \"cover\"\ninflation_m = [{}]\nnoise = {{ std_m = {} }}\n\
          [[sensor]]\nname = \"robot\"\nkind = \"known_robot\"\n\
          [[combination]]\nsensors = [\"camera\"]\n[[combination]]\nsensors = [\"lidar\"]\n[[combination]]\nsensors = [\"ring\"]\n\
@@ -375,6 +378,7 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
          [[combination]]\nsensors = [\"cover\", \"robot\"]\n\
          [[combination]]\nsensors = [\"ring\", \"camera\", \"cover\", \"robot\", \"lidar\"]\n",
             random.pick(&["unknown", "free"]),
+            random.pick(&["", "", "muted_at = [0]"]),
             random.number_between(0.1, 0.5),
             random.pick(&["0", "0.1"]),
         )
