@@ -21,8 +21,6 @@ use super::study::StudyArgs;
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    #[command(flatten)]
-    study: StudyArgs,
     /// The scanner [default: the study's only sensor of kind "lidar"]
     #[arg(long, value_name = "NAME")]
     sensor: Option<String>,
@@ -42,6 +40,8 @@ pub(super) struct Args {
     /// -reference.csv]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    study: StudyArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -94,7 +94,8 @@ fn describe(contour: &Contour, rule: &ContourRule, title: &str, moments: usize) 
     text += &format!("  shortest ray {}", ray(&contour.shortest));
     text += &format!("  longest ray  {}", ray(&contour.longest));
     if !rule.is_reference {
-        text += &format!("  {} rays shortened, as the environment tripped the field\n", contour.shortened);
+        let what = "rays shortened because the environment tripped the field";
+        text += &format!("  {what}: {}\n", contour.shortened);
     }
     if contour.every > 1 {
         text += &format!("  one corner for each {} rays\n", contour.every);

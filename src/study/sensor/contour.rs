@@ -15,11 +15,12 @@ pub(crate) const SHORTEST_M: f64 = 0.02;
 
 /// A sensor that may guard a field with a level ring of rays.
 pub trait Scanner: Debug {
-    /// The rays of its level ring in the environment alone, without people, robots, noise and dark objects, by azimuth.
+    /// The rays of its level ring, by azimuth, in the environment alone: without people, robots and noise, dark objects as
+    /// bright ones. A ray ends also where one of another ring above or below it meets something up to this height.
     ///
     /// # Errors
     /// If it has no level ring, or is tilted.
-    fn level_ring(&self, at: &Station) -> Result<Vec<RingRay>, Issue>;
+    fn clear_rays(&self, at: &Station, height_m: f64) -> Result<Vec<RingRay>, Issue>;
 
     /// The height of its field, in metres, if it has one.
     fn field_height_m(&self) -> Option<f64>;

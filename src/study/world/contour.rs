@@ -89,7 +89,8 @@ impl Contour {
         at: [usize; 2],
         rule: &ContourRule,
     ) -> Result<Contour, Issue> {
-        let (azimuths_rad, mut reaches) = reaches(scanner, worlds, at, rule)?;
+        let height_m = scanner.field_height_m().unwrap_or(USUAL_HEIGHT_M);
+        let (azimuths_rad, mut reaches) = reaches(scanner, worlds, at, rule, height_m)?;
         let every = thinning(azimuths_rad.len());
         let azimuths_rad = thin(&azimuths_rad, every, |azimuths, kept| azimuths[kept]);
         reaches = if rule.is_reference {
@@ -97,7 +98,6 @@ impl Contour {
         } else {
             thin(&reaches, every, |reaches, kept| least_around(reaches, kept, every))
         };
-        let height_m = scanner.field_height_m().unwrap_or(USUAL_HEIGHT_M);
         let shortened = match rule.is_reference {
             true => 0,
             false => shorten(scanner, worlds, at, &azimuths_rad, &mut reaches, height_m)?,
@@ -142,6 +142,7 @@ fn reaches(
     worlds: &[World],
     at: [usize; 2],
     rule: &ContourRule,
+    height_m: f64,
 ) -> Result<(Vec<f64>, Vec<Reach>), Issue> {
     let most_m = rule.at_most_m.unwrap_or(FARTHEST_M).min(FARTHEST_M);
     let margin_m = if rule.is_reference { 0.0 } else { rule.margin_m };
@@ -149,7 +150,7 @@ fn reaches(
     let mut least: Vec<Reach> = Vec::new();
     for (number, world) in worlds.iter().enumerate() {
         let truth = world.truth();
-        let ring = scanner.level_ring(&exact_station(world, &truth, at))?;
+        let ring = scanner.clear_rays(&exact_station(world, &truth, at), height_m)?;
         if number == 0 {
             azimuths_rad = ring.iter().map(|ray| ray.azimuth_rad).collect();
             least = vec![Reach { metres: most_m, limit: None }; ring.len()];
@@ -161,8 +162,16 @@ fn reaches(
             }
         }
     }
+    if least.iter().all(|reach| reach.metres <= SHORTEST_M) {
+        return Err(no_field());
+    }
     least.iter_mut().for_each(|reach| reach.metres = reach.metres.max(SHORTEST_M));
     Ok((azimuths_rad, least))
+}
+
+fn no_field() -> Issue {
+    Issue::says("the environment leaves no field")
+        .with_advice("move the scanner away from what is around it, or take a smaller margin")
 }
 
 /// Each so many-th of some values, and the last.
@@ -204,10 +213,7 @@ fn shorten(
             loop {
                 let corners = to_metres(&corners_mm(azimuths_rad, &metres(reaches))?);
                 let field = scanner.guard(corners.into_iter().map(DVec2::from_array).collect(), height_m);
-                field.check(&station).map_err(|_| {
-                    Issue::says(format!("no field remains in scene {:?}", world.name))
-                        .with_advice("move the scanner away from what is around it, or take a smaller margin")
-                })?;
+                field.check(&station).map_err(|_| no_field())?;
                 let tripping = field.stuck_by(&station);
                 if tripping.is_empty() {
                     break;
@@ -215,11 +221,7 @@ fn shorten(
                 is_done = false;
                 let too_long = too_long_rays(&*field, &station, &tripping, azimuths_rad, reaches);
                 if too_long.is_empty() {
-                    return Err(Issue::says(format!(
-                        "{} trips even the smallest field",
-                        name_of(world, tripping.voxels().next().unwrap_or_default())
-                    ))
-                    .with_advice("move the scanner away from it"));
+                    return Err(no_field());
                 }
                 for (ray, voxel) in too_long {
                     let metres = reaches[ray].metres - truth.grid.voxel_size_m / 2.0;

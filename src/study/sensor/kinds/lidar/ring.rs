@@ -1,4 +1,4 @@
-//! What a scanner's level ring meets of the environment alone, from which its largest field is made.
+//! How far the level ring of a scanner is clear in the environment alone, from which its largest field is made.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub(super) fn environment(truth: &Truth) -> BitGrid {
 }
 
 impl Scanner for Lidar {
-    fn level_ring(&self, at: &Station) -> Result<Vec<RingRay>, Issue> {
+    fn clear_rays(&self, at: &Station, height_m: f64) -> Result<Vec<RingRay>, Issue> {
         if !self.elevations_rad.iter().any(|elevation| elevation.abs() < 1e-9) {
             return Err(Issue::says("has no ring at elevation 0, and a field is level")
                 .with_advice("give it one, as in rings_deg = [0]"));
@@ -32,22 +32,36 @@ impl Scanner for Lidar {
             return Err(Issue::says("is tilted, and a field is level").with_advice("choose a level pose"));
         }
         let (grid, blockers) = (&at.truth.grid, environment(at.truth));
-        let ring = Lidar { elevations_rad: vec![0.0], ..self.clone() };
         let scale = RayScale::new(grid.voxel_size_m, false);
-        let mut rays = self.range.to_noiseless().rays(ring.dirs_q15(), &scale);
+        let mut rays = self.range.to_noiseless().rays(self.dirs_q15(), &scale);
         // What is too near or too dark to be measured ends a ray, too.
         rays.gates.range_min_q16 = 0;
         rays.gates.shade_ranges_q16 = FULL_RANGE;
         let obstacles = look::Obstacles { blockers: &blockers, shades: None };
         let from = placement(self, &at.pose(), grid, 0);
-        let cast = |(azimuth_rad, (&dir_q15, ray))| {
-            let way = RayDirection::new(&from, dir_q15);
-            let found = look::look(obstacles, &rays, &from, way, ray);
-            let metres = |q16: u32| f64::from(q16) / 65_536.0 * grid.voxel_size_m;
-            let reach_m = found.map_or(self.range.range_m[1], |found| metres(found.distance_q16));
-            RingRay { azimuth_rad, reach_m, hit: found.map(|found| found.hit) }
+        let column = Prism { polygon_m: Vec::new(), z_m: [0.0, height_m] };
+        let own = grid.position_q16(at.pose().position_m)[2] >> 16;
+        let layers = column.layers_above(&at.pose(), grid, own);
+        let range_m = self.range.range_m[1];
+        // Rays are in the order of columns, an azimuth each.
+        let rings = self.elevations_rad.len();
+        let clear = |(column, &azimuth_rad): (usize, &f64)| {
+            let free = RingRay { azimuth_rad, reach_m: range_m, hit: None };
+            self.elevations_rad.iter().enumerate().fold(free, |least, (ring, elevation)| {
+                let ray = column * rings + ring;
+                let way = RayDirection::new(&from, rays.dirs_q15[ray]);
+                match look::look(obstacles, &rays, &from, way, ray as u32) {
+                    Some(found) if layers.contains(&found.hit[2].into()) => {
+                        let metres = f64::from(found.distance_q16) / 65_536.0 * grid.voxel_size_m;
+                        let reach_m = metres * libm::cos(*elevation);
+                        let nearer = RingRay { azimuth_rad, reach_m, hit: Some(found.hit) };
+                        if reach_m < least.reach_m { nearer } else { least }
+                    }
+                    _ => least,
+                }
+            })
         };
-        Ok(self.azimuths_rad.iter().copied().zip(rays.dirs_q15.iter().zip(0..)).map(cast).collect())
+        Ok(self.azimuths_rad.iter().enumerate().map(clear).collect())
     }
 
     fn field_height_m(&self) -> Option<f64> {
