@@ -7,7 +7,7 @@ use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_study::input::Study;
 use perirobot_study::world::{Contour, ContourRay, ContourRule};
-use perirobot_sweep::results::files::write_whole;
+use perirobot_sweep::results::files::{OutputFolder, write_whole};
 
 use super::stop::end_tidily;
 use super::study::StudyArgs;
@@ -36,8 +36,8 @@ pub(super) struct Args {
     /// Write the reference contour instead: where the rays meet the environment, without margin
     #[arg(long)]
     reference: bool,
-    /// The .csv file to write; one that is there is replaced [default: beside the study, its name and -field.csv or
-    /// -reference.csv]
+    /// The .csv file to write; its folder is made if needed, an older file is replaced [default: beside the study, its
+    /// name and -field.csv or -reference.csv]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -67,6 +67,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let sensor = args.find_sensor(&study)?;
     let candidate = args.find_pose(&study, sensor)?;
     let contour = Contour::new(&study, &worlds, [sensor, candidate], &rule)?;
+    // A folder that was made here is removed again if nothing can be written.
+    let inside = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let _folder = inside.map(OutputFolder::open).transpose()?;
     write_whole(&out, contour.to_csv().as_bytes())?;
     let title =
         format!("{}:{}", study.sensors[sensor].name, study.sensors[sensor].candidates[candidate].name);
