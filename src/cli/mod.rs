@@ -20,6 +20,7 @@ mod completions;
 mod contents;
 mod devices;
 mod export;
+mod field;
 #[cfg(feature = "report")]
 mod figures;
 mod flags;
@@ -118,7 +119,7 @@ perirobot: its message says what to report.";
 /// The commands by what they are for, in the order of a first hour.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "plan", "check", "sensors"]),
-    ("Look", &["render", "voxelize", "compare"]),
+    ("Look", &["render", "voxelize", "compare", "field"]),
     ("Run", &["sweep", "merge", "choose"]),
     ("Explain", &["summary", "judge", "why", "approach", "report", "figures", "export", "score"]),
     ("Clusters", &["cluster"]),
@@ -166,6 +167,7 @@ enum Command {
     Bench(bench::Args),
     Devices(devices::Args),
     Voxelize(voxelize::Args),
+    Field(field::Args),
     Sensors(sensors::Args),
     Schema(schema::Args),
     Completions(completions::CompletionArgs),
@@ -215,6 +217,7 @@ fn run_command() -> Result<ExitCode> {
         Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Voxelize(args) => voxelize::run(&args),
+        Command::Field(args) => field::run(&args),
         Command::Sensors(args) => sensors::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Completions(args) => completions::completions(&args),

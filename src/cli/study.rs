@@ -139,6 +139,11 @@ impl StudyArgs {
         Path::new("out").join(name)
     }
 
+    /// The folder of the study.
+    pub(super) fn folder(&self) -> &Path {
+        self.study.parent().unwrap_or(Path::new(""))
+    }
+
     /// Reads only the study.
     pub(super) fn read(&self) -> Result<Study> {
         let overrides = self.overrides();

@@ -13,6 +13,7 @@ mod bad_urdf;
 mod carried;
 mod check;
 mod corpus;
+mod field;
 mod first_hour;
 mod generated_meshes;
 mod own_catalogue;

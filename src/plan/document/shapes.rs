@@ -118,6 +118,10 @@ fn set_corners(source: &mut Source, sensor: &Path, key: &str, corners: &Corners)
 fn set_field(source: &mut Source, sensor: &Path, polygon_m: &[[f64; 2]]) -> Result<()> {
     check_lengths("field.polygon_m", polygon_m.as_flattened())?;
     let at = sensor.key("field").key("polygon_m");
+    if source.get(&sensor.key("field").key("polygon")).is_some() {
+        return Err(Error::input("field.polygon", "its corners are in a table")
+            .with_advice("change them there, or write them as polygon_m"));
+    }
     if source.get(&at).is_none() {
         return Err(
             Error::input("field", "is not written in the study").with_advice("write it into the file")

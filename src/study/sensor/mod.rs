@@ -3,6 +3,7 @@
 
 pub mod calibration;
 pub mod camera;
+pub mod contour;
 mod cost;
 pub mod field_of_view;
 pub mod keypoints;
@@ -21,6 +22,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
+use self::contour::Scanner;
 use self::prism::Prism;
 use self::range::Range;
 pub use calibration::Calibration;
@@ -306,6 +308,11 @@ pub trait Kind: Debug + Send + Sync {
     /// The voxels of the environment that alone trip it, so that it never changes; none where it works.
     fn stuck_by(&self, _: &Station) -> BitGrid {
         BitGrid::nowhere()
+    }
+
+    /// The same as a scanner, if it may guard a field with a level ring.
+    fn as_scanner(&self) -> Option<&dyn Scanner> {
+        None
     }
 
     /// What it says, in each representation.

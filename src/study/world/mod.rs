@@ -4,6 +4,7 @@
 mod baselines;
 mod bodies;
 mod carried;
+mod contour;
 mod cut;
 mod dead;
 mod described;
@@ -28,6 +29,7 @@ use std::sync::Arc;
 use crate::input::Study;
 use crate::sensor::{self, Setting, Station};
 pub use baselines::Baselines;
+pub use contour::{Contour, ContourRay, ContourRule};
 pub use cut::cut_warnings;
 pub use described::{Described, DescribedRegion};
 pub use floor::{Floor, FloorSource};

@@ -19,16 +19,14 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
     let mut moments = 0;
     for (snapshot, world) in worlds.iter().enumerate() {
         let truth = world.truth();
-        let (window, before) = (truth.grid.window(), moments);
-        for (candidate, &setting) in world.settings[sensor].iter().enumerate() {
-            let moment = [world.scene, world.snapshot];
-            let (truth, rays, truly) = (&*truth, None, None);
-            let by = kind.stuck_by(&Station { moment, truth, window, setting, rays, truly, draws: 0 });
+        let before = moments;
+        for candidate in 0..world.settings[sensor].len() {
+            let by = kind.stuck_by(&exact_station(world, &truth, [sensor, candidate]));
             if by.is_empty() {
                 continue;
             }
             moments = before + 1;
-            earliest.get_or_insert_with(|| (candidate, snapshot, what(truth, &by)));
+            earliest.get_or_insert_with(|| (candidate, snapshot, what(&truth, &by)));
             stuck.insert(candidate);
         }
     }
@@ -50,17 +48,25 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
 /// The same of one candidate at one moment: what trips it, if anything does.
 pub(super) fn tripped_by(study: &Study, world: &World, [sensor, candidate]: [usize; 2]) -> Option<String> {
     let truth = world.truth();
-    let station = Station {
+    let by = study.sensors[sensor].kind.stuck_by(&exact_station(world, &truth, [sensor, candidate]));
+    (!by.is_empty()).then(|| what(&truth, &by))
+}
+
+/// A sensor at a candidate, over the whole grid, where it is believed to be; `truth` is the world's.
+pub(super) fn exact_station<'a>(
+    world: &World,
+    truth: &'a Truth,
+    [sensor, candidate]: [usize; 2],
+) -> Station<'a> {
+    Station {
         moment: [world.scene, world.snapshot],
-        truth: &truth,
+        truth,
         window: truth.grid.window(),
         setting: world.settings[sensor][candidate],
         rays: None,
         truly: None,
         draws: 0,
-    };
-    let by = study.sensors[sensor].kind.stuck_by(&station);
-    (!by.is_empty()).then(|| what(&truth, &by))
+    }
 }
 
 /// The object with most of some voxels, and the first of its voxels there.

@@ -118,3 +118,12 @@ fn a_curtain_of_the_catalogue_gets_a_zone() {
     assert_eq!((key.as_str(), zone.as_str()), ("zone", "{ min_m = [0.05, -1, 0], max_m = [1.05, 1, 1.5] }"));
     assert!(known.models.iter().all(|one| one.keys.is_empty() || one.name == model.name));
 }
+
+#[test]
+fn a_field_of_a_table_stays_there() {
+    let study = STUDY.replacen("polygon_m = [", "polygon = \"field.csv\"\nother = [", 1);
+    let mut document = Document::new(study);
+    let moved = set("scanner", SensorShape::Field { polygon_m: vec![[0.0; 2]; 3] });
+    let error = document.apply(&moved, None, &Known::default()).unwrap_err().to_string();
+    assert!(error.starts_with("sensor \"scanner\": field.polygon: its corners are in a table"), "{error}");
+}

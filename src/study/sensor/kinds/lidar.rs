@@ -2,7 +2,9 @@
 //! guards.
 
 mod angles;
+mod corners;
 mod field;
+mod ring;
 
 use std::sync::Arc;
 
@@ -12,7 +14,8 @@ use toml::Table;
 
 use self::angles::{azimuths, elevations, left_out};
 use self::field::FieldFile;
-pub(crate) use self::field::ProtectiveField;
+pub(crate) use self::field::{FARTHEST_M, MAX_CORNERS, ProtectiveField, bound_area};
+use self::ring::environment;
 use super::shared::range::{CalibrationFile, NoiseFile, RangeKeys, refuse_former};
 use super::shared::{Silence, each_once};
 use super::{Checked, Context, KindFile};
@@ -20,6 +23,7 @@ use super::{Checked, Context, KindFile};
 use super::{EvidenceWords, POINTS, Page};
 use crate::diagnostics::Place;
 use crate::keys::{OneOrTwo, exactly, exactly_if_given};
+use crate::sensor::contour::Scanner;
 use crate::sensor::range::Range;
 use crate::sensor::{
     Approached, Claim, Extent, FieldOfView, Kind, MAX_RAYS, MEASURES, RayScale, SWITCHES, Stance, Station,
@@ -106,7 +110,7 @@ impl KindFile for LidarFile {
         keys: "`fov_deg` (`[around the spin axis, across the rings]`; or `fov_deg?` around it alone, 360, with \
         `elevation_deg` or `rings_deg`), `resolution_deg` (the step) or `beams` and `rings` (numbers), \
         `range_m`, `mount?` (upright), `representations?`, `field = { polygon_m, height_m, otherwise? }?` \
-        (free)",
+        (free; `polygon` names a CSV with columns x_m, y_m instead of `polygon_m`)",
         evidence: &[
             POINTS,
             EvidenceWords {
@@ -166,7 +170,7 @@ impl KindFile for LidarFile {
         let usual = if self.field.is_some() { Representation::Field } else { Representation::Points };
         let scored = self.representations.unwrap_or_else(|| vec![usual]);
         each_once(at, &scored, "representations = [\"points\"]")?;
-        let field = self.field.map(|field| field.check(&at.key("field"))).transpose()?;
+        let field = self.field.map(|field| field.check(&at.key("field"), context.sources)).transpose()?;
         let scores_field = scored.contains(&Representation::Field);
         if scores_field && field.is_none() {
             return Err(
@@ -309,9 +313,7 @@ impl Kind for Lidar {
         let voxels = field.voxels(self, at);
         let scale = RayScale::new(at.truth.grid.voxel_size_m, false);
         // The returns of the environment alone, without noise.
-        let mut fixed = BitGrid::clone(&at.truth.blockers);
-        fixed.remove(&at.truth.human);
-        fixed.remove(&at.truth.robot);
+        let fixed = environment(at.truth);
         let mut rays = self.range.to_noiseless().rays(self.dirs_q15(), &scale);
         if let Some(own) = at.rays {
             rays.gates.shade_ranges_q16 = own.gates.shade_ranges_q16;
@@ -322,6 +324,10 @@ impl Kind for Lidar {
         let mut hit = BitGrid::new(fixed.window());
         tripping.for_each(|found| hit.set(found.hit));
         hit
+    }
+
+    fn as_scanner(&self) -> Option<&dyn Scanner> {
+        Some(self)
     }
 
     fn claims(&self, at: &Station) -> Vec<Claim> {

@@ -1,10 +1,13 @@
 //! A protective field, by which a scanner is a switch.
 
+use std::path::{Path, PathBuf};
+
 use glam::DVec2;
 use serde::Deserialize;
 
 use super::Lidar;
-use crate::diagnostics::Place;
+use super::corners::read_corners;
+use crate::diagnostics::{Place, only_one};
 use crate::sensor::Station;
 use crate::sensor::kinds::shared::{Silence, length};
 use crate::sensor::prism::Prism;
@@ -12,9 +15,12 @@ use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::BitGrid;
 use perirobot_march::voxel::solid::is_simple;
+use perirobot_scene::source::Sources;
 
 /// Most corners of a field; scanners allow some dozens.
-const MAX_CORNERS: usize = 1000;
+pub(crate) const MAX_CORNERS: usize = 1000;
+/// The farthest coordinate of a corner, in metres.
+pub(crate) const FARTHEST_M: f64 = 1e3;
 
 /// A protective field.
 #[derive(Deserialize)]
@@ -22,7 +28,9 @@ const MAX_CORNERS: usize = 1000;
 #[serde(deny_unknown_fields)]
 pub(super) struct FieldFile {
     /// Corners [x, y] in metres, x ahead and y left; its sides must not cross.
-    polygon_m: Vec<[f64; 2]>,
+    polygon_m: Option<Vec<[f64; 2]>>,
+    /// Instead of polygon_m: a table of corners with the columns x_m,y_m, as `perirobot field` writes it.
+    polygon: Option<PathBuf>,
     /// Height of the volume above it, in metres.
     height_m: f64,
     /// What a field without returns says about its volume. Default "free".
@@ -40,28 +48,62 @@ pub(crate) struct ProtectiveField {
 }
 
 impl FieldFile {
-    pub(super) fn check(self, at: &Place) -> Result<ProtectiveField> {
+    pub(super) fn check(self, at: &Place, sources: &Sources) -> Result<ProtectiveField> {
         let height_m = length(at, "height_m", self.height_m)?;
-        let corners = self.polygon_m.len();
-        if corners > MAX_CORNERS {
-            return Err(at.wrong(
-                "polygon_m",
-                format!("({corners} corners)"),
-                &format!("must have at most {MAX_CORNERS}"),
-            ));
-        }
-        let reach = "must be [x, y] in metres within 1000 of the scanner";
-        if let Some(corner) = self.polygon_m.iter().flatten().find(|value| !(-1e3..=1e3).contains(*value)) {
-            return Err(at.wrong("polygon_m", corner, reach));
-        }
-        // Sides are tested in hundredths of a millimetre, independent of the voxel size.
-        let fine = |value: f64| (value * 1e5).round() as i64;
-        let corners: Vec<_> = self.polygon_m.iter().map(|corner| corner.map(fine)).collect();
-        is_simple(&corners).map_err(|e| at.wrap(Issue::says(e.to_string()).with_place("polygon_m")))?;
-        let polygon_m = self.polygon_m.into_iter().map(DVec2::from_array).collect();
+        let inline = self.polygon_m.map(CornerSource::Inline);
+        let table = self.polygon.map(|path| CornerSource::Table(at.folder().join(path)));
+        let polygon_m = match only_one(at, "polygon", vec![("polygon_m", inline), ("polygon", table)])? {
+            CornerSource::Inline(corners) => inline_corners(at, corners)?,
+            CornerSource::Table(path) => {
+                table_corners(&path, sources).map_err(|e| at.wrap(e.with_place("polygon")))?
+            }
+        };
         let volume = Prism { polygon_m, z_m: [0.0, height_m] };
         Ok(ProtectiveField { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })
     }
+}
+
+/// Where the corners of a field are written.
+enum CornerSource {
+    /// In the study.
+    Inline(Vec<[f64; 2]>),
+    /// In a table.
+    Table(PathBuf),
+}
+
+fn inline_corners(at: &Place, corners: Vec<[f64; 2]>) -> Result<Vec<DVec2>> {
+    if corners.len() > MAX_CORNERS {
+        let count = format!("({} corners)", corners.len());
+        return Err(at.wrong("polygon_m", count, &format!("must have at most {MAX_CORNERS}")));
+    }
+    let reach = "must be [x, y] in metres within 1000 of the scanner";
+    if let Some(corner) = corners.iter().flatten().find(|value| !is_near(value)) {
+        return Err(at.wrong("polygon_m", corner, reach));
+    }
+    bound_area(&corners).map_err(|issue| at.wrap(issue.with_place("polygon_m")))?;
+    Ok(corners.into_iter().map(DVec2::from_array).collect())
+}
+
+fn table_corners(path: &Path, sources: &Sources) -> Result<Vec<DVec2>> {
+    let corners = read_corners(path, sources)?;
+    bound_area(&corners).map_err(|issue| issue.with_place(path))?;
+    Ok(corners.into_iter().map(DVec2::from_array).collect())
+}
+
+/// Whether a coordinate is one of a field's corner.
+pub(super) fn is_near(value: &f64) -> bool {
+    (-FARTHEST_M..=FARTHEST_M).contains(value)
+}
+
+/// Checks that corners bound one area.
+///
+/// # Errors
+/// With the sides that meet, or the number of corners.
+pub(crate) fn bound_area(corners_m: &[[f64; 2]]) -> Result<(), Issue> {
+    // Sides are tested in hundredths of a millimetre, independent of the voxel size.
+    let fine = |value: f64| (value * 1e5).round() as i64;
+    let corners: Vec<_> = corners_m.iter().map(|corner| corner.map(fine)).collect();
+    is_simple(&corners).map_err(|e| Issue::says(e.to_string()))
 }
 
 impl ProtectiveField {

@@ -1,0 +1,168 @@
+//! `perirobot field`: the largest field of a scanner that the environment does not trip.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use perirobot_march::Result;
+use perirobot_march::error::Issue;
+use perirobot_study::input::Study;
+use perirobot_study::world::{Contour, ContourRay, ContourRule};
+use perirobot_sweep::results::files::{OutputFolder, write_whole};
+
+use super::stop::end_tidily;
+use super::study::StudyArgs;
+
+/// Draw the largest scanner field that walls do not trip
+///
+/// Casts the level ring of a safety scanner at one pose against the environment alone, without people and robots, at
+/// every moment of every scene, and writes the contour that is always clear as corners x_m,y_m in the scanner's
+/// frame. The study reads it by `polygon` in the sensor's field. Rays whose field the environment would trip are
+/// shortened until none does.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// The scanner [default: the study's only sensor of kind "lidar"]
+    #[arg(long, value_name = "NAME")]
+    sensor: Option<String>,
+    /// Its pose, group/candidate, as `perirobot check` lists it [default: its only one]
+    #[arg(long, value_name = "POSE")]
+    pose: Option<String>,
+    /// How far the field ends before what the rays meet, in metres
+    #[arg(long, value_name = "METRES", default_value_t = 0.1, conflicts_with = "reference")]
+    margin: f64,
+    /// How far it reaches at most, in metres [default: the scanner's range]
+    #[arg(long, value_name = "METRES")]
+    at_most: Option<f64>,
+    /// Write the reference contour instead: where the rays meet the environment, without margin
+    #[arg(long)]
+    reference: bool,
+    /// The .csv file to write; its folder is made if needed, an older file is replaced [default: beside the study, its
+    /// name and -field.csv or -reference.csv]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    study: StudyArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  perirobot field scenes/sensors.toml --sensor scanner --pose floor/bench \\
+    --at-most 3 --out out/field.csv
+      the largest field of a scanner on the floor
+  perirobot field scenes/sensors.toml --sensor scanner --pose floor/bench \\
+    --reference --out out/reference.csv
+      the contour of the walls, to watch that the scanner was not moved
+
+In the study:
+  field = { polygon = \"field.csv\", height_m = 1.8 }";
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    end_tidily()?;
+    let rule = args.rule()?;
+    let out = args.out.clone().unwrap_or_else(|| args.usual_out());
+    if out.extension().is_none_or(|extension| extension != "csv") {
+        return Err(Issue::says(format!("--out {}: must end in .csv", out.display())).into());
+    }
+    let (study, worlds) = args.study.load()?;
+    let sensor = args.find_sensor(&study)?;
+    let candidate = args.find_pose(&study, sensor)?;
+    let contour = Contour::new(&study, &worlds, [sensor, candidate], &rule)?;
+    // A folder that was made here is removed again if nothing can be written.
+    let inside = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let _folder = inside.map(OutputFolder::open).transpose()?;
+    write_whole(&out, contour.to_csv().as_bytes())?;
+    let title =
+        format!("{}:{}", study.sensors[sensor].name, study.sensors[sensor].candidates[candidate].name);
+    super::print(&describe(&contour, &rule, &title, worlds.len()))?;
+    super::print(&format!("{} corners in {}\n", contour.corners_mm.len(), out.display()))?;
+    if !rule.is_reference {
+        let named = out.strip_prefix(args.study.folder()).unwrap_or(&out).display().to_string();
+        let height_m = contour.height_m;
+        super::print(&format!("in the study: field = {{ polygon = {named:?}, height_m = {height_m} }}\n"))?;
+    }
+    let words = ["perirobot", "check"].map(String::from);
+    super::print_next(&[words.as_slice(), &args.study.words()].concat())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The contour in words.
+fn describe(contour: &Contour, rule: &ContourRule, title: &str, moments: usize) -> String {
+    let what = if rule.is_reference { "reference contour" } else { "field" };
+    let over = if moments == 1 { String::new() } else { format!(" over {moments} moments") };
+    let mut text = format!("{what} of {title}{over}: {:.2} m²\n", contour.area_m2());
+    let ray = |ray: &ContourRay| {
+        let ended = ray.limit.as_ref().map_or("by range".into(), |name| format!("by {name:?}"));
+        format!("{:.3} m at {:.1}°, limited {ended}\n", ray.reach_m, ray.azimuth_deg + 0.0)
+    };
+    text += &format!("  shortest ray {}", ray(&contour.shortest));
+    text += &format!("  longest ray  {}", ray(&contour.longest));
+    if !rule.is_reference {
+        let what = "rays shortened because the environment tripped the field";
+        text += &format!("  {what}: {}\n", contour.shortened);
+    }
+    if contour.every > 1 {
+        text += &format!("  one corner for each {} rays\n", contour.every);
+    }
+    text
+}
+
+impl Args {
+    fn rule(&self) -> Result<ContourRule> {
+        if !(0.0..=100.0).contains(&self.margin) {
+            return Err(Issue::says(format!("--margin {}: must be from 0 to 100 metres", self.margin)).into());
+        }
+        if let Some(wrong) = self.at_most.filter(|most| !(0.05..=1000.0).contains(most)) {
+            return Err(Issue::says(format!("--at-most {wrong}: must be from 0.05 to 1000 metres")).into());
+        }
+        Ok(ContourRule { margin_m: self.margin, at_most_m: self.at_most, is_reference: self.reference })
+    }
+
+    fn usual_out(&self) -> PathBuf {
+        let ending = if self.reference { "-reference.csv" } else { "-field.csv" };
+        let name = self.study.usual_out(ending);
+        self.study.folder().join(name.file_name().map(Path::new).unwrap_or(&name))
+    }
+
+    fn find_sensor(&self, study: &Study) -> Result<usize> {
+        let scanners: Vec<usize> =
+            (0..study.sensors.len()).filter(|&s| study.sensors[s].kind.as_scanner().is_some()).collect();
+        let known: Vec<&str> = scanners.iter().map(|&sensor| study.sensors[sensor].name.as_str()).collect();
+        let found = match (&self.sensor, &scanners[..]) {
+            (Some(name), _) => study.sensors.iter().position(|sensor| sensor.name == *name),
+            (None, [only]) => Some(*only),
+            (None, []) => {
+                return Err(Issue::says("the study has no scanner: add a sensor of kind \"lidar\"").into());
+            }
+            (None, _) => {
+                let what = format!("the study has several scanners: choose one by --sensor, of {known:?}");
+                return Err(Issue::says(what).into());
+            }
+        };
+        found.ok_or_else(|| one_of("--sensor", self.sensor.as_deref(), &known))
+    }
+
+    fn find_pose(&self, study: &Study, sensor: usize) -> Result<usize> {
+        let candidates = &study.sensors[sensor].candidates;
+        let known: Vec<&str> = candidates.iter().map(|candidate| candidate.name.as_str()).collect();
+        let found = match (&self.pose, candidates.len()) {
+            (Some(name), _) => known.iter().position(|known| known == name),
+            (None, 1) => Some(0),
+            (None, count) => {
+                let name = &study.sensors[sensor].name;
+                let few = &known[..count.min(FEW)];
+                let what = format!("sensor {name:?} has {count} poses: choose one by --pose, as of {few:?}");
+                return Err(Issue::says(what).into());
+            }
+        };
+        found.ok_or_else(|| one_of("--pose", self.pose.as_deref(), &known))
+    }
+}
+
+/// Names that a message lists.
+const FEW: usize = 10;
+
+fn one_of(flag: &str, wrong: Option<&str>, known: &[&str]) -> perirobot_march::Error {
+    let (wrong, few) = (wrong.unwrap_or_default(), &known[..known.len().min(FEW)]);
+    let more = if known.len() > FEW { format!(" and {} more", known.len() - FEW) } else { String::new() };
+    Issue::says(format!("{flag} {wrong:?}: unknown name; expected one of {few:?}{more}")).into()
+}
