@@ -16,10 +16,7 @@ const CONVERTERS: [(&[&str], &str); 25] = [
         "it holds curved surfaces and no triangles: export a .glb or .stl in FreeCAD (File > Export) or in the CAD \
          program; CAD programs mostly write millimetres, then add unit = \"mm\"",
     ),
-    (
-        &["sldprt", "sldasm"],
-        "only SOLIDWORKS reads it: save as .stl (then add unit = \"mm\"), or as STEP and convert that",
-    ),
+    (&["sldprt", "sldasm"], "only SOLIDWORKS reads it: save as .stl (then add unit = \"mm\"), or as STEP"),
     (
         &["ipt", "iam", "catpart", "catproduct", "prt", "asm", "3dm", "skp", "max", "c4d"],
         "only the program that made it reads it: export .glb, .stl, .obj or .dae there",

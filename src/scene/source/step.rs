@@ -10,8 +10,8 @@ use std::sync::{Arc, PoisonError};
 
 use super::folder::{TemporaryFolder, output_end};
 use super::{MOST_BYTES_OF_DATA, Sources, ending, formats, sha256};
+use perirobot_march::Result;
 use perirobot_march::error::{Argument, Issue, Words};
-use perirobot_march::{Error, Result};
 
 /// The glTF of each file.
 pub(super) type Converted = BTreeMap<PathBuf, Arc<[u8]>>;
@@ -75,7 +75,7 @@ fn convert(python: &Path, step: &[u8]) -> Result<Vec<u8>, Issue> {
     let status = command.stdin(Stdio::null()).stdout(output).stderr(errors).status();
     let install = format!("run `{} -m pip install cascadio numpy`", python.display());
     let status = status.map_err(|e| match e.kind() {
-        ErrorKind::NotFound => Issue::says(format!("the program {} is not on the path", python.display()))
+        ErrorKind::NotFound => Issue::says(format!("the program {} cannot be found", python.display()))
             .with_advice("install Python 3 and its packages cascadio and numpy"),
         _ => Issue::says(format!("the program {} cannot be run: {e}", python.display())),
     })?;
