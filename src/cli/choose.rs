@@ -46,7 +46,7 @@ use super::swept::{self, StudyPlace};
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false).required_unless_present("verify")))]
 #[command(mut_args(|arg| match arg.get_id().as_str() {
-    "voxel_size" | "noiseless" | "packages" | "allow_outside" | "xacro" => arg.requires("study"),
+    "voxel_size" | "noiseless" | "packages" | "allow_outside" | "xacro" | "step" => arg.requires("study"),
     _ => arg,
 }))]
 pub(super) struct Args {

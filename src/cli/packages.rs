@@ -1,5 +1,6 @@
-//! `--package`, `--allow-outside` and `--xacro`: what a study may bring in from outside of its folder.
+//! `--package`, `--allow-outside`, `--xacro` and `--step`: what a study may bring in from outside of its folder.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use perirobot_scene::objects::spec::SceneSpec;
@@ -18,6 +19,10 @@ pub(super) struct PackageArgs {
     /// Expand robots that are .xacro files with the program xacro of your path, which does whatever they say
     #[arg(long)]
     xacro: bool,
+    /// Convert meshes that are .step or .stp files with the package cascadio of python3 on your path, or of
+    /// PERIROBOT_PYTHON: `pip install cascadio numpy`
+    #[arg(long)]
+    step: bool,
 }
 
 impl PackageArgs {
@@ -26,14 +31,16 @@ impl PackageArgs {
         let beside = Sources::from_main(file);
         let sources = self.packages.iter().fold(beside, |all, (name, folder)| all.with_package(name, folder));
         let sources = if self.allow_outside { sources.allow_outside() } else { sources };
-        if self.xacro { sources.allow_xacro() } else { sources }
+        let sources = if self.xacro { sources.allow_xacro() } else { sources };
+        if self.step { sources.allow_step(&python()) } else { sources }
     }
 
     /// The same as arguments of a command.
     pub(super) fn words(&self) -> Vec<String> {
         let of =
             |(name, folder): &(String, PathBuf)| ["--package".into(), format!("{name}={}", folder.display())];
-        let allowed = [(self.allow_outside, "--allow-outside"), (self.xacro, "--xacro")];
+        let allowed =
+            [(self.allow_outside, "--allow-outside"), (self.xacro, "--xacro"), (self.step, "--step")];
         let allowed = allowed.iter().filter(|(is_given, _)| *is_given).map(|(_, flag)| (*flag).to_string());
         self.packages.iter().flat_map(of).chain(allowed).collect()
     }
@@ -43,6 +50,12 @@ impl PackageArgs {
         let packages = self.packages.iter().map(|(name, folder)| (name.as_str(), Path::new(folder)));
         scenes.iter_mut().for_each(|scene| scene.use_packages(packages.clone()));
     }
+}
+
+/// The interpreter that has cascadio. The Python package names its own.
+fn python() -> PathBuf {
+    let usual = || OsString::from(if cfg!(windows) { "python" } else { "python3" });
+    std::env::var_os("PERIROBOT_PYTHON").filter(|python| !python.is_empty()).unwrap_or_else(usual).into()
 }
 
 fn package(text: &str) -> Result<(String, PathBuf), String> {

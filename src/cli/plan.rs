@@ -37,7 +37,7 @@ use super::study::StudyArgs;
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false)))]
 #[command(mut_args(|arg| match arg.get_id().as_str() {
-    "voxel_size" | "noiseless" | "packages" | "allow_outside" | "xacro" | "read_only" => arg.requires("study"),
+    "voxel_size" | "noiseless" | "packages" | "allow_outside" | "xacro" | "step" | "read_only" => arg.requires("study"),
     _ => arg,
 }))]
 pub(super) struct Args {

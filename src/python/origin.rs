@@ -18,6 +18,8 @@ pub(crate) struct FileOrigin {
     allow_outside: bool,
     /// Whether the user's `xacro` may be run.
     xacro: bool,
+    /// The interpreter that may convert STEP files.
+    step_python: Option<PathBuf>,
     /// Files that are in memory only, by their paths.
     pub(crate) files: Vec<(PathBuf, Vec<u8>)>,
 }
@@ -39,13 +41,15 @@ impl FileOrigin {
         packages: Vec<(String, PathBuf)>,
         allow_outside: bool,
         xacro: bool,
+        step_python: Option<PathBuf>,
     ) -> FileOrigin {
-        FileOrigin { path, overrides, packages, allow_outside, xacro, files: Vec::new() }
+        FileOrigin { path, overrides, packages, allow_outside, xacro, step_python, files: Vec::new() }
     }
 
     /// Keys as JSON, beside files in memory that are named from a folder.
     pub(crate) fn memory(keys: &str, folder: &Path, files: Vec<(PathBuf, MemoryFile)>) -> Result<FileOrigin> {
-        let mut origin = FileOrigin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false, false);
+        let mut origin =
+            FileOrigin::file(folder.join(STUDY), Overrides::default(), Vec::new(), false, false, None);
         origin.files.push((origin.path.clone(), text("keys", keys)?));
         for (name, file) in files {
             let bytes = match file {
@@ -66,6 +70,10 @@ impl FileOrigin {
             self.files.iter().fold(sources, |all, (path, bytes)| all.with_file(path, bytes.clone()));
         let sources = if self.allow_outside { sources.allow_outside() } else { sources };
         let sources = if self.xacro { sources.allow_xacro() } else { sources };
+        let sources = match &self.step_python {
+            Some(python) => sources.allow_step(python),
+            None => sources,
+        };
         let mut study = Study::read(&self.path, &self.overrides, sources)?;
         study.scenes.iter_mut().for_each(|scene| scene.use_packages(named.clone()));
         Ok(study)

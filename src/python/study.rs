@@ -72,10 +72,15 @@ impl Study {
         packages: Vec<(String, PathBuf)>,
         allow_outside: bool,
         xacro: bool,
+        step: bool,
         texts: Vec<(PathBuf, String)>,
     ) -> PyResult<Study> {
+        // STEP files are converted by the packages of this interpreter.
+        let executable = || py.import("sys")?.getattr("executable")?.extract::<Option<PathBuf>>();
+        let step_python = if step { executable()?.or(Some("python3".into())) } else { None };
         let overrides = Overrides { voxel_size_m, noiseless };
-        let mut origin = FileOrigin::file(path.clone(), overrides, packages, allow_outside, xacro);
+        let mut origin =
+            FileOrigin::file(path.clone(), overrides, packages, allow_outside, xacro, step_python);
         let folder = path.parent().unwrap_or(Path::new(""));
         origin.files.extend(texts.into_iter().map(|(name, text)| (folder.join(name), text.into_bytes())));
         Study::read_checked(py, || Ok(origin))

@@ -1,8 +1,10 @@
 //! Reads all files that a study names: only regular ones, only from the folders that it may read, none above
 //! a size, and records the hash of each.
 
+mod folder;
 mod formats;
 mod limit;
+mod step;
 mod table;
 mod text;
 mod xacro;
@@ -22,6 +24,7 @@ pub use formats::{accepted_formats, ending, is_other_format};
 pub(crate) use limit::MemoryLimit;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
+pub(crate) use step::is_step;
 pub use table::{decimal_commas, refuse_other_separators, refuse_width, table_issue};
 pub(crate) use text::{lines, strip_mark};
 
@@ -42,6 +45,8 @@ pub struct Sources {
     outside: bool,
     /// Whether xacros may be expanded, which may run what they say.
     xacro: bool,
+    /// The Python that may convert STEP files.
+    step_python: Option<PathBuf>,
     /// Files that are in memory only, by the paths under which they are named.
     given: BTreeMap<PathBuf, Arc<[u8]>>,
     record: Arc<Mutex<Record>>,
@@ -67,6 +72,7 @@ struct Record {
     /// By the place on the disk, since a file may have several names.
     by_place: HashMap<PathBuf, String>,
     expanded: xacro::Expanded,
+    converted: step::Converted,
     remarks: Vec<String>,
 }
 
@@ -74,8 +80,9 @@ impl Sources {
     /// The file itself and what lies in its folder or below.
     pub fn from_main(main: &Path) -> Sources {
         let (given, record, failed) = Default::default();
-        let packages = Vec::new();
-        Sources { main: main.into(), packages, outside: false, xacro: false, given, record, failed }
+        let (packages, step_python) = (Vec::new(), None);
+        let (outside, xacro) = (false, false);
+        Sources { main: main.into(), packages, outside, xacro, step_python, given, record, failed }
     }
 
     /// And a file that is in memory only, whatever is on the disk under its path.

@@ -183,8 +183,8 @@ fn things_that_are_missing_or_twice() {
         (
             SCENE,
             "sphere = {",
-            "mesh = \"cell.STEP\"\n#",
-            "mesh = \"cell.STEP\": must be a .glb, .gltf, .stl, .obj or .dae file; a .step file is not read: STEP holds curved",
+            "mesh = \"cell.IGS\"\n#",
+            "mesh = \"cell.IGS\": must be a .glb, .gltf, .stl, .obj, .dae or .step file; a .igs file is not read: it holds curved",
         ),
         (
             SCENE,

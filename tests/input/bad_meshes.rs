@@ -135,7 +135,7 @@ fn missing_files() {
         "mesh",
         "part.ply",
         None,
-        &["part.ply", "must be a .glb, .gltf, .stl, .obj or .dae file", "Blender"],
+        &["part.ply", "must be a .glb, .gltf, .stl, .obj, .dae or .step file", "Blender"],
     );
     check("mesh", "part.bt", None, &["write octomap = instead"]);
     check("mesh", "", None, &["must be a .glb"]);

@@ -167,7 +167,7 @@ fn keys_of_a_urdf_without_one() {
 #[test]
 fn meshes_that_cannot_be_read() {
     refused_mesh("gone.stl", None, &["gone.stl: cannot be read"]);
-    refused_mesh("hand.step", Some(b"x"), &["must be a .glb, .gltf, .stl, .obj or .dae file"]);
+    refused_mesh("hand.igs", Some(b"x"), &["must be a .glb, .gltf, .stl, .obj, .dae or .step file"]);
     refused_mesh("hand.obj", Some(&BOX_OBJ.as_bytes()[..42]), &["hand.obj: has no face with an area"]);
     refused_mesh(
         "hand.obj",

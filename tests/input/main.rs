@@ -22,6 +22,7 @@ mod regions;
 mod robots;
 mod schemas;
 mod snapshots;
+mod step;
 #[cfg(target_os = "linux")]
 mod strangers;
 mod templates;

@@ -188,7 +188,10 @@ fn shapes_that_cannot_be() {
 #[test]
 fn meshes_that_cannot_be_regions() {
     wrong("mesh = \"gone.stl\"", &[".mesh = ", "gone.stl: cannot be read"]);
-    wrong("mesh = \"zone.ply\"", &["mesh = \"zone.ply\": must be a .glb, .gltf, .stl, .obj or .dae file"]);
+    wrong(
+        "mesh = \"zone.ply\"",
+        &["mesh = \"zone.ply\": must be a .glb, .gltf, .stl, .obj, .dae or .step file"],
+    );
     wrong("mesh = \"zone.dae\"\nup = \"y\"", &["unit and up do not belong to a .dae mesh"]);
     wrong(
         "mesh = \"open.stl\"",

@@ -123,10 +123,6 @@ fn gltf_files() {
 #[test]
 fn formats_that_are_not_read() {
     for (keys, expected) in [
-        (
-            "mesh = \"arm.stp\"",
-            "cascadio.step_to_glb('arm.stp', 'arm.glb')\"`, which leaves z up: add up = \"z\"",
-        ),
         ("mesh = \"hall.IFC\"", "IfcConvert --y-up hall.IFC hall.glb"),
         ("mesh = \"arm.sldprt\"", "SOLIDWORKS"),
         ("mesh = \"plan.dxf\"", "FreeCAD"),

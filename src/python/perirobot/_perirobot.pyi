@@ -46,6 +46,7 @@ class Study:
         packages: list[tuple[str, str | PathLike[str]]],
         allow_outside: bool,
         xacro: bool,
+        step: bool,
         texts: list[tuple[str, str]],
     ) -> Study: ...
     @staticmethod

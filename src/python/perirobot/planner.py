@@ -21,15 +21,16 @@ from .study import Study
 _PATIENCE_S = 600.0
 
 
-#: How a study file is read: edge of a voxel, without noise, packages, files elsewhere, xacro.
-_Options = tuple[Optional[float], bool, list[tuple[str, str]], bool, bool]
+#: How a study file is read: edge of a voxel, without noise, packages, files elsewhere, xacro, STEP.
+_Options = tuple[Optional[float], bool, list[tuple[str, str]], bool, bool, bool]
 
 
 def _flags(options: _Options) -> list[str]:
     """The same for the command line."""
-    voxel_size_m, noiseless, packages, allow_outside, xacro = options
+    voxel_size_m, noiseless, packages, allow_outside, xacro, step = options
     flags = [] if voxel_size_m is None else ["--voxel-size", str(voxel_size_m)]
     flags += ["--noiseless"] * noiseless + ["--allow-outside"] * allow_outside + ["--xacro"] * xacro
+    flags += ["--step"] * step
     for name, folder in packages:
         flags += ["--package", f"{name}={folder}"]
     return flags
@@ -131,7 +132,7 @@ def plan(
     :raises ValueError: if the file cannot be read, or another planner has it open.
     """
     folder = None
-    read: _Options = (None, False, [], False, False)
+    read: _Options = (None, False, [], False, False, False)
     if isinstance(study, Study):
         kind, (first, *rest) = study._origin
         if kind == "load":
@@ -139,7 +140,7 @@ def plan(
             *options, texts = rest
             if texts:
                 raise ValueError(f"{path}: the study has changes that are not in its file: save them in the planner first")
-            read = (options[0], options[1], options[2], options[3], options[4])
+            read = (options[0], options[1], options[2], options[3], options[4], options[5])
         else:
             folder = tempfile.TemporaryDirectory(prefix="perirobot-")
             path = study.save(folder.name)

@@ -1,5 +1,6 @@
 """The command `perirobot`, the same as the one that cargo installs."""
 
+import os
 import signal
 import sys
 
@@ -10,4 +11,7 @@ def main() -> None:
     """Runs the command line in ``sys.argv`` and exits with its code."""
     # The program answers Ctrl-C itself: the batch under way is finished first.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # STEP files are converted by the packages of this interpreter.
+    if sys.executable:
+        os.environ.setdefault("PERIROBOT_PYTHON", sys.executable)
     sys.exit(_perirobot.run(["perirobot", *sys.argv[1:]]))

@@ -77,6 +77,7 @@ class Study(Looks):
         packages: Mapping[str, str | PathLike[str]] | None = None,
         allow_outside: bool = False,
         xacro: bool = False,
+        step: bool = False,
     ) -> Study:
         """Reads and checks a study file (TOML) and the scene files that it names.
 
@@ -88,10 +89,11 @@ class Study(Looks):
         :param packages: folders of ROS packages by their names, for the meshes of robots.
         :param allow_outside: read files from other folders, too.
         :param xacro: run the program ``xacro`` for scenes that name ``.xacro`` files, which may run whatever they say.
+        :param step: convert meshes that are ``.step`` or ``.stp`` files: ``pip install cascadio``.
         :raises ValueError: what is wrong, by file and key.
         """
         named = [(name, os.fspath(folder)) for name, folder in (packages or {}).items()]
-        return cls._read(os.fspath(path), voxel_size_m, noiseless, named, allow_outside, xacro, [])
+        return cls._read(os.fspath(path), voxel_size_m, noiseless, named, allow_outside, xacro, step, [])
 
     @classmethod
     def _read(
@@ -102,14 +104,16 @@ class Study(Looks):
         named: list[tuple[str, str]],
         allow_outside: bool,
         xacro: bool,
+        step: bool,
         texts: list[tuple[str, str]],
     ) -> Study:
         """Reads a study file; texts are in the place of files, by their paths from its folder."""
         study = cls.__new__(cls)
         study._keys = None
-        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, [*named], allow_outside, xacro, texts)
+        study._native = _perirobot.Study.load(path, voxel_size_m, noiseless, [*named], allow_outside, xacro, step, texts)
         there = [(name, os.path.abspath(folder)) for name, folder in named]
-        study._origin = ("load", (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro, texts))
+        words = (os.path.abspath(path), voxel_size_m, noiseless, there, allow_outside, xacro, step, texts)
+        study._origin = ("load", words)
         return study
 
     def with_scenes(self, scenes: Mapping[str, Cell | Mapping[str, Any]]) -> Study:

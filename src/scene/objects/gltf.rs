@@ -22,7 +22,7 @@ use self::animation::Moved;
 pub use self::animation::{Clip, WhichClip};
 use self::container::Container;
 use super::Mesh;
-use crate::source::{MemoryLimit, Sources};
+use crate::source::{MemoryLimit, Sources, is_step};
 use crate::spelling::plural;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -36,7 +36,8 @@ pub struct Gltf {
 /// The triangles of one node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeMesh {
-    /// Names of the nodes from the root down to this one; nodes without a name are left out.
+    /// Names of the nodes from the root down to this one; nodes without a name are left out. That of the part comes last
+    /// in a STEP file.
     pub names: Vec<String>,
     /// In metres, z up; equal positions share a vertex.
     pub mesh: Mesh,
@@ -100,7 +101,13 @@ impl Gltf {
             let mesh = surface::read_mesh(container, mesh.value(), node, weights, &placed, &mut budget)
                 .map_err(|issue| issue.with_place(format!("nodes[{}]", node.index)))?;
             if !mesh.triangles.is_empty() {
-                let names = nodes::names(&placed, node, &mut budget)?;
+                let mut names = nodes::names(&placed, node, &mut budget)?;
+                if is_step(&self.path) {
+                    // Many CAD programs name the places of parts NAUO1, NAUO2, …: the mesh has the part's name.
+                    let mesh = container.root.meshes.get(node.json.mesh.map_or(0, |mesh| mesh.value()));
+                    let part = mesh.and_then(|mesh| mesh.name.clone());
+                    names.extend(part.filter(|part| names.last() != Some(part)));
+                }
                 meshes.push(NodeMesh { names, mesh });
             }
         }

@@ -6,11 +6,11 @@ use glam::DVec3;
 
 use super::gltf::Gltf;
 use super::{Mesh, Up, collada, obj, stl};
-use crate::source::{Sources, accepted_formats};
+use crate::source::{Sources, accepted_formats, is_step};
 use perirobot_march::{Error, Result};
 
 /// The endings of all that can be read, for messages.
-pub const ENDINGS: &str = "a .glb, .gltf, .stl, .obj or .dae file";
+pub const ENDINGS: &str = "a .glb, .gltf, .stl, .obj, .dae or .step file";
 
 /// What a file is, by the ending of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +23,8 @@ pub enum MeshFormat {
     Obj,
     /// `.dae`: states both.
     Collada,
+    /// `.step`, `.stp` or `.p21`: states its unit, and is converted to glTF without a turn.
+    Step,
 }
 
 /// A file, and what the user says about it.
@@ -47,13 +49,13 @@ impl MeshFormat {
             "stl" => Some(MeshFormat::Stl),
             "obj" => Some(MeshFormat::Obj),
             "dae" => Some(MeshFormat::Collada),
-            _ => None,
+            _ => is_step(path).then_some(MeshFormat::Step),
         }
     }
 }
 
 impl MeshFile {
-    /// Reads the file: metres, z up. Of a glTF, all nodes as they stand in it.
+    /// Reads the file: metres, z up. Of a glTF or STEP file, all nodes as they stand in it.
     ///
     /// # Errors
     /// Those of [`load_mesh`].
@@ -61,19 +63,20 @@ impl MeshFile {
         let (mesh, up) = load_mesh(&self.path, sources)?;
         let (mut mesh, up) = (mesh.scale(self.scale), up.unwrap_or(self.up));
         mesh.vertices.iter_mut().for_each(|vertex| *vertex = z_up(*vertex, up));
-        if self.breaks_up_rule(sources) {
+        if self.format == MeshFormat::Gltf && self.is_glb_z_up(sources) {
             mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
         }
         Ok(mesh)
     }
 
-    /// Whether it is a glTF that is z up as it is written; a remark tells of it.
-    pub(super) fn breaks_up_rule(&self, sources: &Sources) -> bool {
-        let is = self.format == MeshFormat::Gltf && self.up == Up::Z;
-        if is {
+    /// Whether it is a glTF that is z up as it is written, or a STEP file that is. A glTF breaks a rule with that, which a
+    /// remark reports.
+    pub(super) fn is_glb_z_up(&self, sources: &Sources) -> bool {
+        let is_z_up = self.up == Up::Z && matches!(self.format, MeshFormat::Gltf | MeshFormat::Step);
+        if is_z_up && self.format == MeshFormat::Gltf {
             sources.remark(&self.path, "is taken as z up by up = \"z\", against the rules of glTF");
         }
-        is
+        is_z_up
     }
 }
 
@@ -85,6 +88,11 @@ impl MeshFile {
 pub(crate) fn load_mesh(path: &Path, sources: &Sources) -> Result<(Mesh, Option<Up>)> {
     match MeshFormat::from_path(path) {
         Some(MeshFormat::Gltf) => Ok((Gltf::load(path, sources)?.whole()?, Some(Up::Z))),
+        Some(MeshFormat::Step) => {
+            let mut mesh = Gltf::load(path, sources)?.whole()?;
+            mesh.vertices.iter_mut().for_each(|vertex| *vertex = undo_z_up(*vertex));
+            Ok((mesh, None))
+        }
         Some(MeshFormat::Stl) => Ok((stl::load(path, sources)?, None)),
         Some(MeshFormat::Obj) => Ok((obj::load(path, sources)?, None)),
         Some(MeshFormat::Collada) => {
@@ -134,6 +142,7 @@ mod tests {
             ["a.stl", "a.Obj", "a.dae"].map(of),
             [MeshFormat::Stl, MeshFormat::Obj, MeshFormat::Collada].map(Some)
         );
-        assert_eq!(["a", "a.step", "stl", ""].map(of), [None; 4]);
+        assert_eq!(["a.STEP", "b.stp", "c.p21"].map(of), [Some(MeshFormat::Step); 3]);
+        assert_eq!(["a", "a.igs", "stl", ""].map(of), [None; 4]);
     }
 }

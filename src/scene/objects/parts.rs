@@ -47,9 +47,9 @@ fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<O
             keypoints = Some(person);
             mannequin::body(&person, sag_m)
         }
-        SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => {
+        SurfaceSpec::Mesh(file) if matches!(file.format, MeshFormat::Gltf | MeshFormat::Step) => {
             let mut nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?;
-            let is_z_up = file.breaks_up_rule(sources);
+            let is_z_up = file.is_glb_z_up(sources);
             for NodeMesh { mesh, .. } in &mut nodes {
                 *mesh = std::mem::take(mesh).scale(file.scale);
                 if is_z_up {

@@ -137,10 +137,12 @@ pub enum SurfaceSpec {
 }
 
 impl SurfaceSpec {
-    /// The glTF file that it is in; only that has nodes with names, and animations.
+    /// The glTF file that it is in, or the STEP file that becomes one: only these have nodes with names.
     pub fn gltf(&self) -> Option<&MeshFile> {
         match self {
-            SurfaceSpec::Mesh(file) if file.format == MeshFormat::Gltf => Some(file),
+            SurfaceSpec::Mesh(file) if matches!(file.format, MeshFormat::Gltf | MeshFormat::Step) => {
+                Some(file)
+            }
             _ => None,
         }
     }
@@ -153,9 +155,9 @@ impl SurfaceSpec {
         }
     }
 
-    /// Whether `unit` may be written beside its file: COLLADA contains its unit.
+    /// Whether `unit` may be written beside its file: COLLADA and STEP contain their unit.
     pub fn takes_unit(&self) -> bool {
-        self.mesh_file().is_some_and(|file| file.format != MeshFormat::Collada)
+        self.mesh_file().is_some_and(|file| !matches!(file.format, MeshFormat::Collada | MeshFormat::Step))
     }
 
     /// Whether it is a solid whose lengths are in the scene file.

@@ -9,17 +9,14 @@ const CONVERTERS: [(&[&str], &str); 25] = [
     (
         &["step", "stp", "p21"],
         "STEP holds curved surfaces and no triangles: `pip install cascadio numpy`, then `python -c \"import cascadio; \
-         cascadio.step_to_glb('{file}', '{stem}.glb')\"`, which leaves z up: add up = \"z\"; or FreeCAD (File > Export)",
+         cascadio.step_to_glb('{file}', '{stem}.glb', 1.0)\"`, which leaves z up: add up = \"z\"; or FreeCAD (File > Export)",
     ),
     (
         &["iges", "igs", "brep", "brp", "x_t", "x_b", "sat", "fcstd"],
         "it holds curved surfaces and no triangles: export a .glb or .stl in FreeCAD (File > Export) or in the CAD \
          program; CAD programs mostly write millimetres, then add unit = \"mm\"",
     ),
-    (
-        &["sldprt", "sldasm"],
-        "only SOLIDWORKS reads it: save as .stl (then add unit = \"mm\"), or as STEP and convert that",
-    ),
+    (&["sldprt", "sldasm"], "only SOLIDWORKS reads it: save as .stl (then add unit = \"mm\"), or as STEP"),
     (
         &["ipt", "iam", "catpart", "catproduct", "prt", "asm", "3dm", "skp", "max", "c4d"],
         "only the program that made it reads it: export .glb, .stl, .obj or .dae there",
@@ -91,20 +88,22 @@ pub fn is_other_format(path: &Path, accepted: &[&str]) -> bool {
 
 /// What a file must be, and what converts this one into that, if it is of a known format.
 pub fn accepted_formats(path: &Path, endings: &str) -> Words {
+    match converter(path) {
+        Some(how) => format!("must be {endings}; a .{} file is not read: {how}", ending(path)).into(),
+        None => format!("must be {endings}").into(),
+    }
+}
+
+/// What converts a file of a known format into one that is read.
+pub(super) fn converter(path: &Path) -> Option<String> {
     let ending = ending(path);
-    let converter = CONVERTERS.iter().find(|(known, _)| known.contains(&ending.as_str()));
+    let (_, how) = CONVERTERS.iter().find(|(known, _)| known.contains(&ending.as_str()))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     // A name that a shell might take for more than a name does not come into a command.
     let is_plain = !name.starts_with('-') && name.chars().all(|c| c.is_alphanumeric() || "._-".contains(c));
     let stem = if is_plain { &*name } else { "NAME" };
-    match converter {
-        Some((_, how)) => {
-            let written = path.extension().unwrap_or_default().to_string_lossy();
-            let how = how.replace("{file}", &format!("{stem}.{written}")).replace("{stem}", stem);
-            format!("must be {endings}; a .{ending} file is not read: {how}").into()
-        }
-        None => format!("must be {endings}").into(),
-    }
+    let written = path.extension().unwrap_or_default().to_string_lossy();
+    Some(how.replace("{file}", &format!("{stem}.{written}")).replace("{stem}", stem))
 }
 
 #[cfg(test)]
@@ -114,7 +113,7 @@ mod tests {
     #[test]
     fn each_known_format_has_its_converter() {
         for (file, expected) in [
-            ("in/a.STEP", "cascadio.step_to_glb('a.STEP', 'a.glb')"),
+            ("in/a.STEP", "cascadio.step_to_glb('a.STEP', 'a.glb', 1.0)"),
             ("a.igs", "FreeCAD"),
             ("a.SLDPRT", "SOLIDWORKS"),
             ("a.dxf", "FreeCAD"),

@@ -6,12 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::PoisonError;
 
+use super::folder::{TemporaryFolder, output_end};
 use super::{MOST_BYTES_OF_TEXT, Sources, sha256, utf8};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
-
-/// Most of what the program says of a failure that is told.
-const MOST_SAID: usize = 2000;
 
 /// What a xacro was expanded to, by its path, its arguments and the folders of packages.
 pub(super) type Expanded = BTreeMap<(PathBuf, Vec<String>, Vec<(String, PathBuf)>), String>;
@@ -72,33 +70,14 @@ fn name_by_package(text: String, packages: &[(String, PathBuf)]) -> String {
     })
 }
 
-/// A folder with [`AMENT_INDEX`] where Python looks for it, which goes when it is dropped.
-struct AmentIndex(PathBuf);
-
-impl AmentIndex {
-    fn new() -> std::io::Result<AmentIndex> {
-        // The name must be new: a folder of that name may be another user's, or left by a run that was killed.
-        let made = (0..1000).find_map(|number| {
-            let folder = std::env::temp_dir().join(format!("perirobot-{}-{number}", std::process::id()));
-            match std::fs::create_dir(&folder) {
-                Err(e) if e.kind() == ErrorKind::AlreadyExists => None,
-                made => Some(made.map(|()| folder)),
-            }
-        });
-        let index = AmentIndex(made.unwrap_or_else(|| Err(ErrorKind::AlreadyExists.into()))?);
-        let module = index.0.join("ament_index_python");
-        std::fs::create_dir(&module)?;
-        std::fs::write(module.join("__init__.py"), "")?;
-        std::fs::write(module.join("packages.py"), AMENT_INDEX)?;
-        Ok(index)
-    }
-}
-
-impl Drop for AmentIndex {
-    fn drop(&mut self) {
-        // What stays behind in the folder for temporary files does no harm.
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// A folder with [`AMENT_INDEX`] where Python looks for it.
+fn ament_index() -> std::io::Result<TemporaryFolder> {
+    let index = TemporaryFolder::new()?;
+    let module = index.path().join("ament_index_python");
+    std::fs::create_dir(&module)?;
+    std::fs::write(module.join("__init__.py"), "")?;
+    std::fs::write(module.join("packages.py"), AMENT_INDEX)?;
+    Ok(index)
 }
 
 /// What the program writes.
@@ -108,10 +87,11 @@ fn run(path: &Path, args: &[String], packages: &[(String, PathBuf)]) -> Result<V
     let place = path.canonicalize().map_err(|e| Error::io(path, "cannot be read", e))?;
     let mut command = Command::new("xacro");
     command.arg(place).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let index = AmentIndex::new().map_err(|e| failed(format!("no temporary folder can be made: {e}")))?;
+    let index = ament_index().map_err(|e| failed(format!("no temporary folder can be made: {e}")))?;
     let before = std::env::var_os("PYTHONPATH").unwrap_or_default();
-    let modules = std::env::join_paths([index.0.clone()].into_iter().chain(std::env::split_paths(&before)))
-        .map_err(|e| failed(format!("PYTHONPATH cannot be set: {e}")))?;
+    let modules =
+        std::env::join_paths([index.path().to_path_buf()].into_iter().chain(std::env::split_paths(&before)))
+            .map_err(|e| failed(format!("PYTHONPATH cannot be set: {e}")))?;
     let packages: Vec<String> =
         packages.iter().map(|(name, folder)| format!("{name}={}", folder.display())).collect();
     command.env("PYTHONPATH", modules).env("PERIROBOT_PACKAGES", packages.join("\n"));
@@ -140,9 +120,8 @@ fn run(path: &Path, args: &[String], packages: &[(String, PathBuf)]) -> Result<V
     match status {
         Ok(status) if status.success() => Ok(out),
         _ => {
-            let said = String::from_utf8_lossy(&said.unwrap_or_default()).trim().to_string();
-            let begin = said.char_indices().rev().take(MOST_SAID).last().map_or(0, |(at, _)| at);
-            Err(failed(format!("the program failed and says: {}", &said[begin..])))
+            let said = output_end(&said.unwrap_or_default());
+            Err(failed(format!("the program failed and says: {said}")))
         }
     }
 }

@@ -28,11 +28,11 @@ pub(super) struct RegionFile {
     pub(super) separation: Option<SeparationFile>,
     /// All that the robot or the people fill at some moment of the scene.
     pub(super) swept: Option<SweptFile>,
-    /// The inside of a watertight .glb, .gltf, .stl, .obj or .dae file.
+    /// The inside of a watertight .glb, .gltf, .stl, .obj, .dae or .step file.
     pub(super) mesh: Option<PathBuf>,
-    /// The unit of the mesh's numbers. Default "m"; a .dae file states its own.
+    /// The unit of the mesh's numbers. Default "m"; .dae and .step files state their own.
     pub(super) unit: Option<Unit>,
-    /// The axis that points up in an .stl or .obj file (default "z"), or in a glTF that is z up against the rules of the
+    /// The axis that points up in an .stl, .obj or .step file (default "z"), or in a glTF that is z up against the rules of the
     /// format (default "y").
     pub(super) up: Option<UpFile>,
     /// Where the mesh is, [x, y, z] in metres. Default the origin.

@@ -66,9 +66,9 @@ struct ObjectFile {
     /// How it is turned, instead of rpy_deg.
     quaternion: Option<QuaternionKeys>,
     /// The unit of a file's numbers: "m", "cm", "mm", "in", or how many metres it is. Default "m", which glTF
-    /// prescribes, but not every exporter keeps to; a .dae file states its own, and a .bvh file needs one.
+    /// prescribes, but not every exporter keeps to; .dae and .step files state their own, and a .bvh file needs one.
     unit: Option<Unit>,
-    /// The axis that points up in an .stl or .obj file (default "z"), in a .bvh file (default "y"), or in a glTF that is
+    /// The axis that points up in an .stl, .obj or .step file (default "z"), in a .bvh file (default "y"), or in a glTF that is
     /// z up against the rules of the format (default "y").
     up: Option<UpFile>,
     /// A solid box.
@@ -83,7 +83,8 @@ struct ObjectFile {
     cylinder: Option<CylinderFile>,
     /// A cylinder about z with round ends.
     capsule: Option<CapsuleFile>,
-    /// A .glb, .gltf, .stl, .obj or .dae file.
+    /// A .glb, .gltf, .stl, .obj, .dae or .step file; the package cascadio of Python converts the last
+    /// if it is allowed to.
     mesh: Option<PathBuf>,
     /// An OctoMap .bt or .ot file.
     octomap: Option<PathBuf>,
@@ -112,7 +113,7 @@ struct ObjectFile {
     joints_deg: Option<BTreeMap<String, f64>>,
     /// Travels of a robot's sliding joints by their names, in metres.
     joints_m: Option<BTreeMap<String, f64>>,
-    /// Rules for parts of a .glb or .gltf file, or for models and links of an sdf.
+    /// Rules for parts of a .glb, .gltf or .step file, or for models and links of an sdf.
     #[serde(default)]
     nodes: Vec<NodeRule>,
     /// What changes from one snapshot to the next.

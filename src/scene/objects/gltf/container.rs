@@ -11,7 +11,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde::Deserialize;
 use serde_json::{Value, error::Category};
 
-use crate::source::{Sources, resolve_backslashes, strip_mark};
+use crate::source::{Sources, is_step, resolve_backslashes, strip_mark};
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 
@@ -28,7 +28,10 @@ pub(super) struct Container {
 impl Container {
     pub(super) fn open(path: &Path, sources: &Sources) -> Result<Container> {
         let place = |issue: Issue| issue.with_place(path);
-        let bytes = strip_mark(sources.bytes(path)?).map_err(place)?;
+        let bytes = match is_step(path) {
+            true => sources.convert_step(path)?.to_vec(),
+            false => strip_mark(sources.bytes(path)?).map_err(place)?,
+        };
         let (json, blob) = match bytes.starts_with(b"glTF") {
             true => split_glb(&bytes).map_err(place)?,
             false => (&bytes[..], None),

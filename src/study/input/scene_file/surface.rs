@@ -121,7 +121,7 @@ pub(super) fn refuse_strange_keys(at: &Place, entry: &ObjectFile, surface: &Surf
     let has_nodes = surface.gltf().is_some() || matches!(surface, SurfaceSpec::Sdf(_));
     match has_nodes || entry.nodes.is_empty() {
         true => Ok(()),
-        false => Err(at.says("nodes belong to a .glb or .gltf mesh or to an sdf")),
+        false => Err(at.says("nodes belong to a .glb, .gltf or .step mesh or to an sdf")),
     }
 }
 
@@ -135,6 +135,10 @@ pub(crate) fn unit_and_up_belong(
     match file.map(|file| file.format) {
         _ if unit.is_none() && up.is_none() => Ok(()),
         Some(MeshFormat::Stl | MeshFormat::Obj | MeshFormat::Gltf) => Ok(()),
+        Some(MeshFormat::Step) if unit.is_none() => Ok(()),
+        Some(MeshFormat::Step) => Err(at
+            .says("unit does not belong to a STEP mesh")
+            .with_advice("the file contains its unit, and is converted to metres: take unit away")),
         Some(MeshFormat::Collada) => Err(at.says("unit and up do not belong to a .dae mesh").with_advice(
             "COLLADA says both itself and is turned to z up; if it was exported lying, \
                 turn it with rpy_deg",
