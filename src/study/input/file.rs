@@ -42,8 +42,8 @@ pub(super) struct StudyFile {
     /// The unit of all costs, a word of 1 to 8 characters such as "EUR". Default none.
     #[cfg_attr(test, schemars(length(min = 1, max = 8), regex(pattern = r"^\S+$")))]
     pub(super) currency: Option<String>,
-    /// A catalogue of your own devices, which sensors then name in `model`: a TOML file with [[model]], each with a name
-    /// and the keys of a sensor.
+    /// A catalogue of your own devices, which sensors then name in `model`: a TOML file with a list `[[model]]`, each
+    /// with a name and the keys of a sensor.
     pub(super) catalogue: Option<PathBuf>,
     /// The voxels.
     #[serde(default)]
