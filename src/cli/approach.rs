@@ -26,7 +26,7 @@ use super::swept::StudyPlace;
 /// of one choice of poses, and says how near that is to the robot (or to a region) and by which way: with
 /// nobody else in the scene and with its people as cover, in each snapshot and in all of them at once. Writes
 /// approach.csv, approach.json with the same values, the ways as paths.ply, and floor plans. Instead of the study
-/// it takes a folder of results, with what was swept or chosen there. A planning aid: it knows what is in the study, and nothing else.
+/// it takes a folder of results, with what was swept or chosen there. A planning aid: it knows only what is in the study.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {

@@ -59,7 +59,7 @@ impl<'a> Look<'a> {
         nearest_ways(&ground, self.scene_worlds(&self.worlds), &Watchers::new(&self.study, self.choice))
     }
 
-    /// Of some worlds those of the scene.
+    /// The worlds of the scene, among others.
     fn scene_worlds<'w>(&self, worlds: &'w [World]) -> &'w [World] {
         let scene = self.world().scene;
         worlds.chunk_by(|one, next| one.scene == next.scene).find(|all| all[0].scene == scene).unwrap_or(&[])

@@ -155,6 +155,21 @@ fn a_latch_detects_who_came_in() {
 }
 
 #[test]
+fn a_curtain_that_is_always_muted_is_told() {
+    let said = |line: &str| {
+        let folder = folder(&[("study.toml", "latch = true", line)]);
+        let outcome =
+            perirobot(&["check", text(&folder.path("study.toml")), "--backend", "cpu", "--poses", "0"]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        format!("{}{}", outcome.stdout, outcome.stderr)
+    };
+    let always = said("muted_at = [0, 1]");
+    assert!(always.contains("sensor \"curtain\": is muted at every moment of the scene"), "{always}");
+    let once = said("muted_at = [1]");
+    assert!(!once.contains("is muted at every moment"), "{once}");
+}
+
+#[test]
 fn muting_that_cannot_be() {
     let wrong = |line: &str, expected: &str| {
         let edit = ("study.toml", "latch = true", line);

@@ -60,10 +60,9 @@ pub struct ObjectSpec {
     pub optical: Optical,
     /// The share of light that it reflects, if the file says so.
     pub reflectance: Option<f64>,
-    /// Its number among the dark ones of the study ([`perirobot_march::backend::Shades`]), and that of its parts that are
-    /// people; 0 until the study is known.
+    /// The shade of its parts that are no people ([`perirobot_march::backend::Shades`]); 0 until the study is known.
     pub shade: u8,
-    /// See above.
+    /// The shade of its parts that are people, alike.
     pub person_shade: u8,
     /// Gives its role without adding truth.
     pub tag_only: bool,

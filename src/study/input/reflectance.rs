@@ -6,7 +6,7 @@ use perirobot_march::Result;
 use perirobot_scene::objects::spec::SceneSpec;
 
 /// The share of light that people reflect unless their object says otherwise: that of the black test piece which safety laser
-/// scanners must detect (IEC 61496-3). Clothes are rarely darker.
+/// scanners must detect (IEC 61496-3).
 pub const PERSON_REFLECTANCE: f64 = 0.018;
 
 /// More different shares than two bits distinguish from none.

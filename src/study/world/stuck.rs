@@ -1,4 +1,4 @@
-//! Warns of switches that the environment alone trips: which object does, where and at which moment.
+//! Warns of switches that the environment alone trips, by which object, where and when, and of those that are always muted.
 
 use std::collections::HashSet;
 
@@ -42,6 +42,29 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
         study.sensors[sensor].name,
         stuck.len(),
         study.sensors[sensor].candidates.len()
+    ))
+}
+
+/// That a candidate of a sensor is muted at every moment of the scene.
+pub(super) fn muted_warning(
+    study: &Study,
+    places: &Places,
+    sensor: usize,
+    worlds: &[World],
+) -> Option<String> {
+    let is_muted = |world: &World, candidate: usize| {
+        let (truth, setting) = (world.truth(), world.settings[sensor][candidate]);
+        let (moment, window) = ([world.scene, world.snapshot], truth.grid.window());
+        let (rays, truly) = (None, None);
+        let station = Station { moment, truth: &truth, window, setting, rays, truly, draws: 0 };
+        study.sensors[sensor].kind.is_muted(&station)
+    };
+    let always = |candidate: &usize| worlds.iter().all(|world| is_muted(world, *candidate));
+    let candidate = (0..study.sensors[sensor].candidates.len()).find(always)?;
+    let first = first_of(study, places, sensor, &[candidate])?;
+    Some(format!(
+        "sensor {:?}: is muted at every moment of the scene ({first}), so that it detects nothing: correct muted_by or muted_at",
+        study.sensors[sensor].name
     ))
 }
 

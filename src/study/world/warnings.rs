@@ -71,6 +71,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
         let all =
             all.chain(once_warning(study, sensor)).chain(range_warning(&spec.name, &*spec.kind, across_m));
         let all = all.chain(stuck::warning(study, &places, sensor, worlds));
+        let all = all.chain(stuck::muted_warning(study, &places, sensor, worlds));
         all.chain(warn_outside(study, &places, sensor, outside)).collect::<Vec<_>>()
     };
     let explained = |sensor: usize, candidate: usize| {

@@ -75,7 +75,7 @@ impl KindFile for GateFile {
     }
 }
 
-/// Refuses muting by objects and at moments that no scene has, by people, at all moments, or of a curtain that latches.
+/// Refuses muting by people, by objects or at moments that no scene has, and of a curtain that latches.
 fn check_muting(at: &Place, file: &GateFile, context: &Context) -> Result<()> {
     let is_muted = !file.muted_by.is_empty() || !file.muted_at.is_empty();
     if file.latch && is_muted {
