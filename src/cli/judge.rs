@@ -68,7 +68,8 @@ Examples:
 How to read it:
   Values are compared with limits as fractions of whole numbers, never rounded.
   A choice without a value (nobody is in the region, say) misses the
-  requirement.";
+  requirement. How fast the robot may run changes no exit code: to require a
+  speed, require approach_margin_m, or a score in a region of that speed.";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
@@ -107,7 +108,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     judged.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     judging.write(folder, &judged)?;
     let sets = &judged.sets;
-    let picture = |set: &JudgedSet, judgement: &Judgement| args.picture(&study, &results, set, judgement);
+    let picture = |set: &JudgedSet, judgement: &Judgement| {
+        let number =
+            sets.iter().flat_map(|set| &set.judgements).position(|one| std::ptr::eq(one, judgement))?;
+        args.picture(&study, &results, set, judgement, number + 1)
+    };
     if let Some(path) = &args.junit {
         let told = |set: &JudgedSet, judgement: &Judgement| {
             let line = terminal::judge::line(&results, set, judgement);
@@ -169,13 +174,15 @@ fn at_speeds(
 }
 
 impl Args {
-    /// The command that draws the worst moment of a judgement, or finds the way of who comes nearest.
+    /// The command that draws the worst moment of a judgement, or finds the path of the body that comes nearest.
+    /// `number` names the picture.
     fn picture(
         &self,
         study: &Study,
         results: &Results,
         set: &JudgedSet,
         judgement: &Judgement,
+        number: usize,
     ) -> Option<String> {
         let mut words = vec!["perirobot".to_string()];
         let part = judgement.worst.part?;
@@ -183,10 +190,13 @@ impl Args {
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
         words.extend(self.swept.folder_words());
         // Without a combination, its poses name the set.
-        if results.combinations.iter().any(|known| known.name == set.combination) {
+        let known = results.combinations.iter().find(|known| known.name == set.combination);
+        if known.is_some() {
             words.extend(["--combination".into(), set.combination.clone()]);
         }
-        words.extend(["--representation".into(), set.representation.clone()]);
+        if known.is_none_or(|known| known.representations[0] != set.representation) {
+            words.extend(["--representation".into(), set.representation.clone()]);
+        }
         let repeat = match part {
             CasePart::Moment(moment) => {
                 let Moment { scene, snapshot, repeat } = set.conditions.moments[moment];
@@ -214,7 +224,7 @@ impl Args {
             Alteration::Posture(name) => words.extend(["--posture".into(), name.clone()]),
         }
         if let CasePart::Moment(_) = part {
-            words.extend(["--out".into(), "worst.png".into()]);
+            words.extend(["--out".into(), format!("worst-{number}.png")]);
         }
         Some(shell::command(&words))
     }

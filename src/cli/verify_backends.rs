@@ -16,7 +16,7 @@ use super::study::StudyArgs;
 ///
 /// Counts, bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
 /// reference; counts in the batches that a sweep makes. Exits 1 on any difference and names the first: scene,
-/// pose, ray, voxel.
+/// pose, ray, voxel. Times below half a second are not compared: `perirobot bench` measures speed.
 #[derive(clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]
@@ -93,6 +93,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
+/// The oracle's time is too short below this to be compared.
+const COMPARED_S: f64 = 0.5;
+
 fn table(lines: &[ComparedLine]) -> String {
     let mut text = format!(
         "{:<14} {:<24} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10} {:>8}\n",
@@ -112,8 +115,12 @@ fn table(lines: &[ComparedLine]) -> String {
         if line.backend == "oracle" {
             oracle_s = seconds;
         }
+        let ratio = match oracle_s < COMPARED_S {
+            true => "–".to_string(),
+            false => format!("{:.2}", oracle_s / seconds.max(1e-9)),
+        };
         text += &format!(
-            "{:<14} {:<24} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10.1} {:>8.2}\n",
+            "{:<14} {:<24} {:<8} {:>6} {:>12} {:>12} {:>12} {:>10.1} {:>8}\n",
             line.scene,
             line.what,
             line.backend,
@@ -122,7 +129,7 @@ fn table(lines: &[ComparedLine]) -> String {
             line.voxels,
             line.differences,
             1e3 * seconds / line.poses as f64,
-            oracle_s / seconds.max(1e-9)
+            ratio
         );
     }
     text

@@ -351,8 +351,8 @@ fn refused(out: &Path, expected: &[&str]) {
     assert!(words, "not all of {expected:?} in {}", outcome.stderr);
 }
 
-const NEAR: &str = "How near somebody comes unnoticed, as perirobot approach has found";
-const WHAT_IF: &str = "What if: how near somebody comes unnoticed";
+const NEAR: &str = "How near a person gets unnoticed, as perirobot approach has found";
+const WHAT_IF: &str = "What if: how near a person gets unnoticed";
 const PLAN: &str = "<img src=\"data:image/svg+xml;base64,";
 
 #[test]

@@ -133,7 +133,7 @@ fn the_three_largest_gains_are_listed_in_order() {
         }
     });
     assert!(
-        changes[0].starts_with("0.38 m</strong>: see behind shelf, or block the way there: "),
+        changes[0].starts_with("0.38 m</strong>: see behind shelf, or block the path there: "),
         "{changes:?}"
     );
     assert!(changes[0].contains("1.25 m are needed"), "{changes:?}");

@@ -45,7 +45,7 @@ fn a_shelf_60_cm_wide_lets_a_person_in_unless_a_second_camera_looks_behind_it() 
     let asked = ["deepest_squared", "deepest_m", "path_m", "x_m", "shadowed_by"];
     let known = ["441", "1.05000", "1.15000", "0.45000", "shelf"];
     assert_eq!(row(&folder, ["0", "absent", "standing"], asked), known);
-    for said in ["standing from door: comes to 1.05 m unnoticed, by a way of 1.15 m", "behind \"shelf\""] {
+    for said in ["standing from door: gets to 1.05 m unnoticed, on a path of 1.15 m", "behind \"shelf\""] {
         assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
     }
     // 1.95 m are needed at 1 m/s, and 1.0025 at 0.25.
@@ -124,7 +124,7 @@ fn who_is_first_noticed_near_the_robot_is_too_near() {
     folder.edit("study.toml", "[grid]", "fusion = \"octomap\"\n[grid]");
     let (outcome, found) = asked(FRONT);
     assert_eq!(found, ["open", "441", "36", "0.30000", "-1.65000"], "{}", outcome.stdout);
-    let said = "comes to 1.05 m unnoticed, by a way of 0.00 m\n    this decides: at other places of the entry it is first \
+    let said = "gets to 1.05 m unnoticed, on a path of 0.00 m\n    this decides: at other places of the entry it is first \
                 noticed 0.30 m from the hazard\n    too near at 1 m/s: 1.95 m are needed, 1.65 m more;";
     assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
     assert!(outcome.stderr.contains("log-odds may outvote a single sensor's hits"), "{}", outcome.stderr);
@@ -380,13 +380,10 @@ fn a_picture_of_what_is_altered_has_the_entries_as_planned() {
                 ["absent", "cover"].map(|people| row(&folder, ["0", people, body], ["deepest_m"]).concat());
             // Nothing where it is noticed.
             let nearest = near.iter().filter(|deepest_m| !deepest_m.is_empty()).min();
-            let said = nearest.map(|deepest_m| format!("{body} comes unnoticed to {deepest_m:.4} m"));
-            let line = drawn.lines().find(|line| line.starts_with(&format!("{body} comes")));
-            assert_eq!(
-                line.map(|line| line.split(" from").next().unwrap().into()),
-                said,
-                "{altered:?}: {drawn}"
-            );
+            let said = nearest.map(|deepest_m| format!("gets to {deepest_m:.4} m unnoticed"));
+            let line = drawn.lines().find(|line| line.starts_with(&format!("{body} from")));
+            let told = line.map(|line| line[line.find("gets to").unwrap()..].to_string());
+            assert_eq!(told, said, "{altered:?}: {drawn}");
         }
     }
 }
@@ -415,7 +412,7 @@ fn beyond_the_range_of_a_camera_nothing_is_named_as_shadow() {
     folder.edit("study.toml", "range_m = [0.1, 6.0]", "range_m = [0.1, 0.3]");
     let outcome = approach(&folder, FRONT);
     assert_eq!(row(&folder, ["0", "absent", "standing"], ["shadowed_by"]), [""]);
-    let said = "where fewer than 3 of its voxels are watched: to be noticed at ";
+    let said = "where fewer than 3 of its voxels are watched: ";
     assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
 }
 
@@ -485,7 +482,7 @@ fn pictures_show_the_way_of_who_comes_nearest() {
         (outcome.stdout, fs::read(out).unwrap())
     };
     let (said, drawn) = draw("way.svg", &["--approach"]);
-    let known = "standing comes unnoticed to 1.05 m from door";
+    let known = "standing from door gets to 1.05 m unnoticed";
     assert!(said.contains(known), "{said}");
     let drawn = String::from_utf8(drawn).unwrap();
     assert!(

@@ -184,7 +184,7 @@ fn a_limit_is_met_at_its_value_and_no_nearer() {
     let one = judge(&folder, "camera:wall/front", &[]);
     assert_eq!(one.code, Some(4), "{}", one.stderr);
     for said in [
-        "PASS  met (as planned): nearest_unnoticed_m is 1.050, at least 1.05 is required (the worst of all ways in); \
+        "PASS  met (as planned): nearest_unnoticed_m is 1.050, at least 1.05 is required (the worst of all bodies and entries); \
          worst of standing from door; between centres of voxels, with sizes rounded: the gap may be 0.12 m less\n",
         "FAIL  missed (as planned): nearest_unnoticed_m is 1.050, at least 1.050000001 is required",
         "perirobot approach ",
@@ -231,7 +231,7 @@ fn a_speed_is_fast_enough_only_if_nobody_comes_too_near_unnoticed() {
         assert_eq!(folder.sweep(&["--restart"]).code, Some(0));
         let outcome = judge(&folder, "camera:wall/front", &[]);
         assert_eq!(outcome.code, Some(4), "{}", outcome.stderr);
-        let asked = "by the requirements in separation regions and by how near somebody comes unnoticed";
+        let asked = "by the requirements in separation regions and by how near a person gets unnoticed";
         let line = format!("how fast may it run, {asked}: {fastest} of the listed 0.25, 0.5, 1 m/s\n");
         assert!(outcome.stdout.contains(&line), "{line}: {}", outcome.stdout);
         assert!(outcome.stdout.contains("not counted in this: much (as planned)\n"), "{}", outcome.stdout);

@@ -155,8 +155,10 @@ fn drawn(folder: &Folder, printed: &str) -> usize {
     for command in &commands {
         let picture = folder.path("worst.png");
         let words: Vec<&str> = command.split_whitespace().map(|word| word.trim_matches('\'')).collect();
-        let words: Vec<&str> =
-            words.into_iter().map(|word| if word == "worst.png" { text(&picture) } else { word }).collect();
+        let words: Vec<&str> = words
+            .into_iter()
+            .map(|word| if word.ends_with(".png") { text(&picture) } else { word })
+            .collect();
         let drawn = perirobot(&words);
         assert_eq!(drawn.code, Some(0), "{command}: {}", drawn.stderr);
         assert!(fs::metadata(&picture).unwrap().len() > 1000);
@@ -390,7 +392,7 @@ fn draws_that_are_not_possible_are_told_and_nothing_is_left_of_a_judgement_that_
             .filter(|file| file.exists())
             .count()
     };
-    let told = "; in 4 of 4 draws, no place but the planned one was found for pad:floor/0/0; worst draw ";
+    let told = "; in 4 of 4 draws, no place but the planned one was found for pad:floor/0/0; the same in all 4 cases";
     let outcome = both();
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     assert!(outcome.stdout.contains(told), "{}", outcome.stdout);

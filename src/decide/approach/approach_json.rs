@@ -75,7 +75,7 @@ pub struct ApproachRow {
     pub noticed_m: Option<f64>,
     /// The same, squared, in voxels.
     pub noticed_squared: Option<u32>,
-    /// How long the way to the deepest place is.
+    /// Length of the path to the nearest place.
     pub path_m: Option<f64>,
     /// How far people must be at the highest listed speed of the robot; `None` without `[stopping]`.
     pub needed_m: Option<f64>,

@@ -60,7 +60,7 @@ pub fn paths_ply(asked: &[(Ground, Vec<ApproachAnswer>)]) -> Vec<u8> {
         }
     }
     let header = format!(
-        "ply\nformat ascii 1.0\ncomment middles of bodies on their ways, in metres; row: of approach.csv, from 0\n\
+        "ply\nformat ascii 1.0\ncomment centres of bodies along their paths, in metres; row: of approach.csv, from 0\n\
          element vertex {vertex}\nproperty float x\nproperty float y\nproperty float z\nproperty uint row\n\
          element edge {steps}\nproperty int vertex1\nproperty int vertex2\nend_header\n"
     );
@@ -80,8 +80,8 @@ enum FloorCell {
 impl FloorCell {
     /// All of them, with the colour and what it means; colours that colour-blind people tell apart.
     const ALL: [(FloorCell, &'static str, &'static str); 5] = [
-        (FloorCell::Joined, "#d55e00", "unnoticed, on a way from an entry"),
-        (FloorCell::Apart, "#f0c48a", "unnoticed, on no way from an entry"),
+        (FloorCell::Joined, "#d55e00", "unnoticed, reached from an entry"),
+        (FloorCell::Apart, "#f0c48a", "unnoticed, not reached from any entry"),
         (FloorCell::Noticed, "#cfe8dd", "noticed"),
         (FloorCell::Narrow, "#e4e4e4", "no room"),
         (FloorCell::Solid, "#777777", "solid"),
@@ -184,7 +184,7 @@ pub fn floor_plan(ground: &Ground, answers: &[ApproachAnswer], plan: &BodyPlan) 
     let at_once = if last.is_none() { ", all snapshots at once" } else { "" };
     let heading = format!("{}: {}, {people}{at_once}", ground.worlds[0].name, body.name);
     let areas = format!(
-        "unnoticed with its middle on {:.2} m², {:.2} m² of it on ways from entries",
+        "unnoticed on {:.2} m² (its centre), {:.2} m² of it on paths from entries",
         area(&plan.open),
         area(&joined)
     );
@@ -202,7 +202,7 @@ pub fn floor_plan(ground: &Ground, answers: &[ApproachAnswer], plan: &BodyPlan) 
         );
     }
     for (colour, meaning) in
-        [(HAZARD, "what bodies must not come near to"), (PATH, "the way to the deepest place")]
+        [(HAZARD, "what bodies must not come near to"), (PATH, "path to the nearest place")]
     {
         let at = next();
         let _ = writeln!(

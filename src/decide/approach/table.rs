@@ -128,7 +128,7 @@ pub fn describe(ground: &Ground, answers: &[ApproachAnswer]) -> String {
         match &answer.found.deepest {
             Some(deepest) => {
                 text += &format!(
-                    "comes to {} m unnoticed, by a way of {:.2} m\n",
+                    "gets to {} m unnoticed, on a path of {:.2} m\n",
                     away(deepest.squared),
                     deepest.length_m(grid)
                 );
@@ -165,14 +165,14 @@ pub fn describe(ground: &Ground, answers: &[ApproachAnswer]) -> String {
                 None => format!("where fewer than {} of its voxels are watched", body.min_voxels),
             };
             text += &format!(
-                "    narrowest at x {:.2}, y {:.2}, z {:.2} m, {shadow}: to be noticed at {} places\n",
+                "    narrowest at x {:.2}, y {:.2}, z {:.2} m, {shadow}: {} positions to watch there\n",
                 at.x, at.y, at.z, narrowest.front
             );
         }
         if body.on_floor {
             let area = |places: u64| places as f64 * grid.voxel_size_m * grid.voxel_size_m;
             text += &format!(
-                "    unnoticed with its middle on {:.2} m² of floor, {:.2} m² of it on ways from here\n",
+                "    unnoticed on {:.2} m² of floor (its centre), {:.2} m² of it on paths from here\n",
                 area(answer.unnoticed),
                 area(answer.found.reached.count())
             );

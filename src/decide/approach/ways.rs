@@ -37,10 +37,10 @@ impl Way {
     pub fn words(&self) -> String {
         let people = if self.company == Company::Cover { ", people as cover" } else { "" };
         format!(
-            "{} comes unnoticed to {} m from {}{people}",
+            "{} from {}{people} gets to {} m unnoticed",
             self.body,
-            rounded_down(self.nearest_m, 2),
-            self.entry
+            self.entry,
+            rounded_down(self.nearest_m, 2)
         )
     }
 }

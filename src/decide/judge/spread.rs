@@ -75,6 +75,13 @@ pub struct ScoreSpread {
     pub of: usize,
 }
 
+impl ScoreSpread {
+    /// Whether there are several values and all are equal: none is the worst.
+    pub fn is_even(&self) -> bool {
+        self.of > 1 && self.values == self.of && self.best == self.worst
+    }
+}
+
 /// What each score is in each region under each condition, and how near bodies come; scores without a value are left
 /// out.
 pub fn spreads(conditions: &Conditions) -> Vec<ScoreSpread> {

@@ -34,6 +34,8 @@ pub struct Judgement<'a> {
     pub value: Option<Value>,
     /// Which case and part of it that is.
     pub worst: Where,
+    /// Whether there are several cases, and all moments of all have the same value: none is the worst.
+    pub all_equal: bool,
     /// What no choice of the listed poses can exceed, where that misses the limit.
     pub out_of_reach: Option<Value>,
 }
@@ -112,7 +114,13 @@ fn judgement<'a>(
         }
     }
     let part = worst_part(requirement, parts(&cases[worst]));
-    let all: Vec<_> = cases.iter().flat_map(parts).collect();
+    let all: Vec<_> = cases.iter().flat_map(parts).map(|(_, value)| value).collect();
+    let is_as_bad = |value: &Option<Value>| match (value, &all[0]) {
+        (Some(one), Some(first)) => {
+            !requirement.limit.is_worse(one, first) && !requirement.limit.is_worse(first, one)
+        }
+        (one, first) => one.is_none() && first.is_none(),
+    };
     // Mounts that are off may see what no listed pose does, and other people may be easier to see.
     let is_bound = !matches!(condition, Condition::MountingError | Condition::Postures);
     let bound = is_bound.then(|| best_possible(requirement, baselines)).flatten();
@@ -122,11 +130,12 @@ fn judgement<'a>(
         is_met: failed == 0,
         failed,
         cases: cases.len(),
-        values: all.iter().filter(|(_, value)| value.is_some()).count(),
+        values: all.iter().filter(|value| value.is_some()).count(),
         of: all.len(),
         kept: cases.iter().filter(|case| !case.kept.is_empty()).count(),
         value: values[worst].clone(),
         worst: Where { case: worst, part },
+        all_equal: cases.len() > 1 && requirement.counted_score().is_some() && all.iter().all(is_as_bad),
         out_of_reach: bound.filter(|bound| !bound.meets(&requirement.limit)),
     }
 }

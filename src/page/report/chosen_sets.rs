@@ -15,6 +15,15 @@ pub(super) struct Spelling {
     pub(super) over: fn(Across) -> &'static str,
     /// The least that a score must be.
     pub(super) least: fn(Score, f64) -> String,
+    /// A value of a score.
+    pub(super) value: fn(Score, f64) -> String,
+    /// A difference of two values, with its sign.
+    pub(super) change: fn(Score, f64) -> String,
+}
+
+/// Files and screens have four digits.
+pub(super) fn four(_: Score, value: f64) -> String {
+    format!("{value:.4}")
 }
 
 /// What was asked, in a sentence or two.
@@ -83,7 +92,7 @@ pub(super) fn reading_guide(chosen: &Chosen) -> String {
 }
 
 /// Whether a better set exists if sensors might disturb each other, and which of its sensors do.
-pub(super) fn describe_disturb(chosen: &Chosen) -> String {
+pub(super) fn describe_disturb(chosen: &Chosen, spelling: &Spelling) -> String {
     let report = &chosen.report;
     match (report.bound_by_disturb(), &report.if_disturbed) {
         (Some(DisturbedReport { set, disturbed, .. }), _) => {
@@ -91,7 +100,7 @@ pub(super) fn describe_disturb(chosen: &Chosen) -> String {
             format!(
                 "disturb binds: if sensors might disturb each other, {} would have {}; in it {} do\n",
                 set.name(),
-                describe_score(chosen, set),
+                describe_score(chosen, spelling, set),
                 pairs.join(", ")
             )
         }
@@ -118,30 +127,37 @@ fn all_proven(chosen: &Chosen) -> bool {
 }
 
 /// The front, a row for each step.
-pub(super) fn front(chosen: &Chosen) -> Table {
+pub(super) fn front(chosen: &Chosen, spelling: &Spelling) -> Table {
     let priced = is_priced(chosen);
     let cost: &[&str] = if priced { &["cost"] } else { &[] };
-    let score = chosen.asked.objective.title();
+    let objective = chosen.asked.objective;
+    let score = (spelling.score)(objective);
     let possible: &[&str] = if all_proven(chosen) { &[] } else { &["<best possible"] };
-    let mut table = Table::new(&[&["at most"], cost, &[score], possible, &["gain", "<set"]].concat());
+    let mut table =
+        Table::new(&[&["at most"], cost, &[score.as_str()], possible, &["gain", "<set"]].concat());
     for step in &chosen.report.steps {
         let cost = step.best.cost.map(|cost| cost.to_text(currency(chosen))).filter(|_| priced);
-        let gain = step.gain.map_or(String::new(), |gain| format!("{gain:+.4}"));
-        let score = [step.at_most.to_string()].into_iter().chain(cost).chain([four(step.best.score)]);
-        let possible = (!possible.is_empty()).then(|| bound(step));
+        let gain = step.gain.map_or(String::new(), |gain| (spelling.change)(objective, gain));
+        let value = (spelling.value)(objective, step.best.score);
+        let score = [step.at_most.to_string()].into_iter().chain(cost).chain([value]);
+        let possible = (!possible.is_empty()).then(|| bound(step, objective, spelling));
         table.row(score.chain(possible).chain([gain, step.best.name()]));
     }
     table
 }
 
 /// What no set of a step is above, in words.
-fn bound(step: &StepReport) -> String {
+fn bound(step: &StepReport, objective: Score, spelling: &Spelling) -> String {
     match step.no_set_is_above {
         Some(_) if step.proven => "proven".into(),
         // Rounded up, since it is a bound.
         Some(bound) => {
             let up = |value: f64| (value * 1e4).ceil() / 1e4;
-            format!("{} ({:+.4})", four(up(bound)), up(bound - step.best.score))
+            format!(
+                "{} ({})",
+                (spelling.value)(objective, up(bound)),
+                (spelling.change)(objective, up(bound - step.best.score))
+            )
         }
         None => "no bound".into(),
     }
@@ -163,12 +179,12 @@ pub(super) fn places(chosen: &Chosen) -> Table {
 }
 
 /// The best set in a sentence, and whether a better one may exist.
-pub(super) fn sentence(chosen: &Chosen, best: &StepReport) -> String {
+pub(super) fn sentence(chosen: &Chosen, spelling: &Spelling, best: &StepReport) -> String {
     let (asked, set) = (&chosen.asked, &best.best);
     let cost = set.cost.map(|cost| format!(" for {}", cost.to_text(currency(chosen))));
     let possible = match best.no_set_is_above {
         Some(_) if best.proven => "no allowed set has more, which is proven".to_string(),
-        Some(_) => format!("at most {} is possible", bound(best)),
+        Some(_) => format!("at most {} is possible", bound(best, asked.objective, spelling)),
         None => "it is not known how much more is possible".into(),
     };
     format!(
@@ -176,26 +192,29 @@ pub(super) fn sentence(chosen: &Chosen, best: &StepReport) -> String {
         count(set.poses.len(), "sensor"),
         cost.unwrap_or_default(),
         if set.poses.len() == 1 { "has" } else { "have" },
-        asked.objective.title(),
-        four(set.score),
+        (spelling.score)(asked.objective),
+        (spelling.value)(asked.objective, set.score),
         asked.region
     )
 }
 
 /// A set in words: its score and its cost.
-pub(super) fn describe_score(chosen: &Chosen, set: &SetReport) -> String {
+pub(super) fn describe_score(chosen: &Chosen, spelling: &Spelling, set: &SetReport) -> String {
+    let objective = chosen.asked.objective;
     let cost = set.cost.map(|cost| format!(", cost {}", cost.to_text(currency(chosen))));
-    format!("{} {}{}", chosen.asked.objective.title(), four(set.score), cost.unwrap_or_default())
+    let (score, value) = ((spelling.score)(objective), (spelling.value)(objective, set.score));
+    format!("{score} {value}{}", cost.unwrap_or_default())
 }
 
 /// A set sensor by sensor: what each is worth, and where it is.
-pub(super) fn set(chosen: &Chosen, set: &SetReport) -> Table {
+pub(super) fn set(chosen: &Chosen, spelling: &Spelling, set: &SetReport) -> Table {
+    let objective = chosen.asked.objective;
     let cost: &[&str] = if set.cost.is_some() { &["cost"] } else { &[] };
-    let without = format!("{} without it", chosen.asked.objective.title());
+    let without = format!("{} without it", (spelling.score)(objective));
     let mut table = Table::new(&[&["<sensor", "<pose"], cost, &[&without, "<place"]].concat());
     for one in &set.sensors {
         let cost = one.cost.map(|cost| cost.to_text(currency(chosen))).filter(|_| set.cost.is_some());
-        let without = one.score_without.map_or(NONE.into(), four);
+        let without = one.score_without.map_or(NONE.into(), |score| (spelling.value)(objective, score));
         let names = [one.sensor.clone(), one.pose.clone()];
         table.row(names.into_iter().chain(cost).chain([without, one.place.clone()]));
     }
@@ -203,14 +222,18 @@ pub(super) fn set(chosen: &Chosen, set: &SetReport) -> Table {
 }
 
 /// What was found around the best set of a size, in words.
-pub(super) fn refined_words(chosen: &Chosen, refined: &RefinedReport) -> String {
-    let score = chosen.asked.objective.title();
+pub(super) fn refined_words(chosen: &Chosen, spelling: &Spelling, refined: &RefinedReport) -> String {
+    let objective = chosen.asked.objective;
     let RefinedReport { at_most, score_before, rounds, cast, stays, .. } = refined;
     let found = match (&refined.best, refined.gain) {
         (Some(best), Some(gain)) => {
-            format!("{}, {gain:+.4} by finer poses, not proven", describe_score(chosen, best))
+            let gain = (spelling.change)(objective, gain);
+            format!("{}, {gain} by finer poses, not proven", describe_score(chosen, spelling, best))
         }
-        _ => format!("{score} {}, nothing gained by finer poses", four(*score_before)),
+        _ => {
+            let (score, value) = ((spelling.score)(objective), (spelling.value)(objective, *score_before));
+            format!("{score} {value}, nothing gained by finer poses")
+        }
     };
     let stay = match stays.as_slice() {
         [] => String::new(),
@@ -218,8 +241,4 @@ pub(super) fn refined_words(chosen: &Chosen, refined: &RefinedReport) -> String 
         poses => format!("; {} stay as listed", poses.join(", ")),
     };
     format!("refined, at most {at_most}: {found} ({cast} poses cast in {rounds} rounds{stay})")
-}
-
-fn four(value: f64) -> String {
-    format!("{value:.4}")
 }

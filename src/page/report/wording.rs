@@ -1,7 +1,7 @@
 //! What scores are over, under which condition, and where the worst is, in words.
 
 use perirobot_decide::approach::Company;
-use perirobot_decide::judge::{CasePart, JudgedSet, Moment, Passage, Where};
+use perirobot_decide::judge::{CasePart, JudgedSet, Judgement, Moment, Passage, Where};
 use perirobot_march::metrics::Across;
 use perirobot_study::input::Condition;
 use perirobot_sweep::results::{Results, Subject};
@@ -41,6 +41,14 @@ pub fn words(condition: Condition) -> &'static str {
         Condition::TwoSensorsDead => "two sensors dead",
         Condition::MountingError => "mounting error",
         Condition::Postures => "postures",
+    }
+}
+
+/// Where a requirement is closest to being missed, as far as there are several places.
+pub(super) fn worst_case(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String {
+    match judgement.all_equal {
+        true => format!("; the same in all {} cases", judgement.cases),
+        false => whereabouts(subject, set, judgement.condition, &judgement.worst),
     }
 }
 

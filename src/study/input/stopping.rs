@@ -154,10 +154,12 @@ impl Formula {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Formula::Iso13855In2010 => "S = K·T + C, as public pages describe ISO 13855:2010",
-            Formula::Iso13855In2024 => "S = K·T + D_DS + Z, as public pages describe ISO 13855:2024",
+            Formula::Iso13855In2010 => "S = K·(T_r + T_s) + C, as public pages describe ISO 13855:2010",
+            Formula::Iso13855In2024 => {
+                "S = K·(T_r + T_s) + D_DS + Z, as public pages describe ISO 13855:2024"
+            }
             Formula::SpeedAndSeparation => {
-                "S = human + robot + stopping + C + Z_d + Z_r, as public pages describe ISO/TS 15066:2016"
+                "S = K·(T_r + T_s) + v·T_r + B + C + Z_d + Z_r, as public pages describe ISO/TS 15066:2016"
             }
         }
     }
@@ -198,8 +200,8 @@ impl Stopping {
     pub fn assumptions(&self) -> Vec<String> {
         let FormulaTerms { human_speed_m_s, reaction_s, brakes, added } = &self.terms;
         let mut said = vec![format!(
-            "How far people must be from the robot is {}; the program knows no standard, so check the formula and \
-             its values against yours.",
+            "People must be as far from the robot as {}. Check the formula and its values against your edition of \
+             the standard.",
             self.formula.words()
         )];
         let each =
@@ -208,23 +210,24 @@ impl Stopping {
         let brakes = match brakes {
             Brakes::After(times) => {
                 let times: Vec<String> = times.iter().map(f64::to_string).collect();
-                format!("it stands {} s after the command, and keeps its speed until then", times.join(", "))
+                format!("T_s is {} s, and it keeps its speed until then", times.join(", "))
             }
             Brakes::At(deceleration) => format!("it brakes evenly with {deceleration} m/s²"),
         };
         let moves = match self.formula {
-            Formula::SpeedAndSeparation => "it may come nearer until it stands",
-            _ => "how far it moves itself until it stands is not in the formula",
+            Formula::SpeedAndSeparation => "v is its speed, and it moves by B until it stands",
+            _ => "its own motion until it stands is not in the formula",
         };
         said.push(format!(
-            "The robot is commanded to stop {reaction_s:.3} s after a sensor could notice somebody; {brakes}; {moves}."
+            "K is the speed of a person; the robot is commanded to stop T_r = {reaction_s:.3} s after a sensor could \
+             detect one, and stands T_s later: {brakes}; {moves}."
         ));
         let added: Vec<String> = added.iter().map(|(key, metres)| format!("{key} = {metres}")).collect();
         let comes = match human_speed_m_s {
             Some(speed) => format!("{speed} m/s"),
             None => format!("{HUMAN_SPEED_M_S} m/s, up to {ARMS_UP_TO_M} m with {ARM_SPEED_M_S} m/s"),
         };
-        said.push(format!("People come with {comes}; added are {}.", added.join(", ")));
+        said.push(format!("K is {comes}; added are {}.", added.join(", ")));
         said.extend(self.to_be_checked());
         said.push(
             "Distances are between centres of voxels, and sizes are rounded: surfaces may be nearer by up to the \
@@ -319,8 +322,10 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
         added.push((key, at.number(key, metres, 0.0..=100.0, "a length in metres from 0 to 100")?));
     }
     let terms = FormulaTerms { human_speed_m_s, reaction_s, brakes, added };
-    let at_speed =
-        |(number, speed_m_s)| AtSpeed { speed_m_s, needed_m: terms.needed_m(formula, number, speed_m_s) };
+    let at_speed = |(number, speed_m_s)| AtSpeed {
+        speed_m_s,
+        needed_m: whole_nm(terms.needed_m(formula, number, speed_m_s)),
+    };
     let by_default = FormulaTerms { human_speed_m_s: None, ..terms.clone() };
     let is_less = |(number, speed_m_s): &(usize, f64)| {
         terms.needed_m(formula, *number, *speed_m_s) < by_default.needed_m(formula, *number, *speed_m_s)
@@ -339,6 +344,11 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
     }
     let speeds = speeds.into_iter().enumerate().map(at_speed).collect();
     Ok(Stopping { formula, speeds, terms, defaults, warnings })
+}
+
+/// Metres rounded up to whole nanometres, without the noise of additions: 1.288, not 1.2880000000000003.
+fn whole_nm(metres: f64) -> f64 {
+    (metres * 1e9 - 1e-3).ceil() / 1e9
 }
 
 /// Which sensors ask for less than the farthest intrusion, in words.

@@ -5,7 +5,7 @@ use maud::{Markup, PreEscaped, html};
 use super::device::describe_device;
 use super::sketch::Sketch;
 use super::sketch::compass::compass;
-use super::surroundings::{Surroundings, WAYS};
+use super::surroundings::{LowerObject, Surroundings, WAYS};
 use crate::letters::letter;
 use perirobot_study::input::Study;
 use perirobot_study::sensor::turned::Turned;
@@ -111,8 +111,15 @@ fn sheet(
                         None => "nothing".into(),
                     };
                     let around = surroundings.measure(p);
-                    let lengths = WAYS.iter().zip(around.map(found));
-                    lines.extend(lengths.map(|(way, next)| text(way, next)));
+                    let mut lengths = around.map(found);
+                    for (length, lower) in lengths.iter_mut().zip(surroundings.measure_lower(p, &around)) {
+                        let Some(LowerObject { away_m, below_m, object }) = lower else { continue };
+                        *length += &format!(
+                            "; {away_m:.3} m to {}, which ends {below_m:.3} m lower",
+                            objects[object]
+                        );
+                    }
+                    lines.extend(WAYS.iter().zip(lengths).map(|(way, next)| text(way, next)));
                     let sketch = Sketch {
                         letter: &letter,
                         pose: &pose,

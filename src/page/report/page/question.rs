@@ -1,7 +1,7 @@
 //! What was asked, in a sentence or two, and the title of the page.
 
 use crate::report::apart::Writing;
-use crate::report::chosen_sets::{self, Spelling, describe_limits};
+use crate::report::chosen_sets::{self, Spelling, describe_limits, four};
 use crate::report::page::{ReportedSweep, measure};
 use crate::report::wording::{count, describe_moments};
 use perirobot_decide::cheapest::{PurchaseQuestion, PurchaseReport};
@@ -71,12 +71,20 @@ fn purchase_question(report: &PurchaseReport, spelling: &Spelling) -> String {
 }
 
 /// Scores as the page calls them.
-const IN_WORDS: Spelling = Spelling {
+pub(super) const IN_WORDS: Spelling = Spelling {
     score: measure::title,
     over: describe_moments,
     least: |score, least| match measure::is_share(score) {
         true => Writing::Percent.exactly(least),
         false => least.to_string(),
+    },
+    value: |score, value| match measure::is_share(score) {
+        true => measure::percent(value, 2),
+        false => four(score, value),
+    },
+    change: |score, change| match measure::is_share(score) {
+        true => format!("{:+.2} points", 100.0 * change),
+        false => format!("{change:+.4}"),
     },
 };
 

@@ -137,7 +137,7 @@ fn recommend_judged(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judge
     Some((series, choice.choice, region, score, why))
 }
 
-fn region_of(sweep: &ReportedSweep, region: &str) -> Option<usize> {
+pub(super) fn region_of(sweep: &ReportedSweep, region: &str) -> Option<usize> {
     sweep.results.regions.iter().position(|name| name == region)
 }
 

@@ -11,13 +11,19 @@ use super::sketch::things::{Thing, things};
 use crate::render::plan::short_name;
 use perirobot_march::Result;
 use perirobot_scene::objects::build::build;
-use perirobot_scene::objects::{Mesh, Role, Scene, Surface};
+use perirobot_scene::objects::{Mesh, Object, Role, Scene, Surface};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, names_of_walls, room_m};
 
 /// A surface as near as this touches the place, and counts as below or before it, never as above or behind.
 const TOUCHING_M: f64 = 1e-6;
+
+/// A lower object is named if it is at least this high: a fence, a shelf or a cabinet, but not a pallet.
+const HIGH_M: f64 = 1.0;
+
+/// A lower object is measured this far below its top.
+const BELOW_TOP_M: f64 = 0.001;
 
 /// A surface of the room at most this far from its end is its wall, floor or ceiling.
 const SIDE_M: f64 = 0.6;
@@ -27,6 +33,17 @@ pub(super) const WAYS: [&str; 6] = ["towards −x", "towards +x", "towards −y"
 
 /// For each way, how far it is in metres, and to which object by its index; `None` where nothing is.
 pub(super) type Around = [Option<(f64, usize)>; 6];
+
+/// An object that ends below a place, in one of the first four ways.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LowerObject {
+    /// How far it is, level.
+    pub(super) away_m: f64,
+    /// How far its top is below the place.
+    pub(super) below_m: f64,
+    /// Its index.
+    pub(super) object: usize,
+}
 
 /// The surfaces of a scene's first snapshot, and what stands there.
 #[derive(Debug)]
@@ -83,24 +100,12 @@ impl Surroundings {
 
     /// What is around a place.
     pub(super) fn measure(&self, at: DVec3) -> Around {
-        let mut around = [None; 6];
-        let objects = self.scene.objects.iter().enumerate();
-        for (index, object) in
-            objects.filter(|(_, object)| object.role == Role::Environment && !object.tag_only)
-        {
+        let mut around: Around = [None; 6];
+        for (index, object) in self.environment() {
             for axis in 0..3 {
-                let mut hit = |metres: f64| {
-                    let beyond = metres - at[axis];
-                    let way = 2 * axis + usize::from(beyond > TOUCHING_M);
-                    let nearest: &mut Option<(f64, usize)> = &mut around[way];
-                    if nearest.is_none_or(|(known, _)| beyond.abs() < known) {
-                        *nearest = Some((beyond.abs(), index));
-                    }
-                };
-                match &object.surface {
-                    Surface::Mesh(mesh) => hit_triangles(mesh, at, axis, &mut hit),
-                    Surface::Voxels { resolution_m, keys } => {
-                        hit_voxels(keys, at / *resolution_m, axis, &mut |edges| hit(edges * resolution_m));
+                for (way, away_m) in hits(&object.surface, at, axis) {
+                    if around[way].is_none_or(|(known, _)| away_m < known) {
+                        around[way] = Some((away_m, index));
                     }
                 }
             }
@@ -112,6 +117,60 @@ impl Surroundings {
             }
         }
         around
+    }
+
+    /// The next object in each of the first four ways that ends below a place and is nearer than what is around it: a
+    /// fence under a sensor that is mounted above it.
+    pub(super) fn measure_lower(&self, at: DVec3, around: &Around) -> [Option<LowerObject>; 4] {
+        let mut lower: [Option<LowerObject>; 4] = [None; 4];
+        for (object, it) in self.environment().filter(|(object, _)| !self.are_rooms[*object]) {
+            let Some([low, high]) = heights_m(&it.surface) else { continue };
+            if high >= at.z || high - low < HIGH_M {
+                continue;
+            }
+            let below = DVec3 { z: high - BELOW_TOP_M, ..at };
+            for (way, away_m) in (0..2).flat_map(|axis| hits(&it.surface, below, axis)) {
+                let is_nearer = around[way].is_none_or(|(known, _)| away_m < known);
+                if is_nearer && lower[way].is_none_or(|known| away_m < known.away_m) {
+                    lower[way] = Some(LowerObject { away_m, below_m: at.z - high, object });
+                }
+            }
+        }
+        lower
+    }
+
+    /// What is measured: neither people nor robots.
+    fn environment(&self) -> impl Iterator<Item = (usize, &Object)> {
+        let objects = self.scene.objects.iter().enumerate().map(|(index, object)| (index, &**object));
+        objects.filter(|(_, object)| object.role == Role::Environment && !object.tag_only)
+    }
+}
+
+/// What a line through a place along an axis meets: the way, and how far.
+fn hits(surface: &Surface, at: DVec3, axis: usize) -> Vec<(usize, f64)> {
+    let mut met = Vec::new();
+    let mut hit = |metres: f64| {
+        let beyond = metres - at[axis];
+        met.push((2 * axis + usize::from(beyond > TOUCHING_M), beyond.abs()));
+    };
+    match surface {
+        Surface::Mesh(mesh) => hit_triangles(mesh, at, axis, &mut hit),
+        Surface::Voxels { resolution_m, keys } => {
+            hit_voxels(keys, at / *resolution_m, axis, &mut |edges| hit(edges * resolution_m));
+        }
+    }
+    met
+}
+
+/// The lowest and the highest place of a surface, in metres.
+fn heights_m(surface: &Surface) -> Option<[f64; 2]> {
+    let join = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    match surface {
+        Surface::Mesh(mesh) => mesh.vertices.iter().map(|corner| [corner.z, corner.z]).reduce(join),
+        Surface::Voxels { resolution_m, keys } => {
+            let low = |key: &[i32; 3]| f64::from(key[2]) * resolution_m;
+            keys.iter().map(|key| [low(key), low(key) + resolution_m]).reduce(join)
+        }
     }
 }
 
@@ -162,7 +221,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use perirobot_scene::objects::{Interior, Object, Optical};
+    use perirobot_scene::objects::{Interior, Optical};
 
     fn object(name: &str, role: Role, surface: Surface) -> Arc<Object> {
         let (interior, optical) = (Interior::Free, Optical::Opaque);
@@ -238,6 +297,27 @@ mod tests {
         let around = cell().measure(DVec3::new(0.5, -0.5, 0.0));
         assert_eq!(around, [None, None, None, None, Some((0.0, 1)), None]);
         assert_eq!(cell().objects()[1], "floor");
+    }
+
+    #[test]
+    fn a_fence_below_a_sensor_is_measured_and_a_pallet_is_not() {
+        let mut cell = cell();
+        let post = |x: i32, high: i32| Surface::Voxels {
+            resolution_m: 0.25,
+            keys: (0..high).map(|z| [x, 0, z]).collect(),
+        };
+        cell.scene.objects.push(object("pallet", Role::Environment, post(3, 2)));
+        cell.scene.objects.push(object("fence", Role::Environment, post(5, 6)));
+        cell.scene.objects.push(object("arm", Role::Robot, post(2, 6)));
+        cell.are_rooms = vec![false; 7];
+        let lower = |z: f64| {
+            let at = DVec3::new(0.125, 0.125, z);
+            cell.measure_lower(at, &cell.measure(at))
+        };
+        let fence = LowerObject { away_m: 1.125, below_m: 0.5, object: 5 };
+        assert_eq!(lower(2.0), [None, Some(fence), None, None]);
+        // Level with a fence, the fence itself is around it.
+        assert_eq!(lower(1.4), [None; 4]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 
 use crate::report::apart::Writing;
 use crate::report::page::{ReportedSweep, measure};
-use crate::report::wording::{describe_moments, whereabouts, words};
+use crate::report::wording::{describe_moments, words, worst_case};
 use perirobot_decide::judge::{
     ConditionScore, Conditions, JsonNumber, JudgedSet, Judgement, RequirementVerdict, Summed, Value,
     tables_sha256,
@@ -172,7 +172,7 @@ fn judgement_verdict(sweep: &ReportedSweep, set: &JudgedSet, judgement: &Judgeme
         tail += &format!("; only {values} of {of} moments have a value");
     }
     if !(requirement.is_of_nearness() && judgement.value == Some(Value::Endless)) {
-        tail += &whereabouts(sweep.results, set, condition, &judgement.worst);
+        tail += &worst_case(sweep.results, set, judgement);
     }
     shown_verdict(sweep, requirement, condition, (judgement.word(), found), &tail)
 }
@@ -261,10 +261,10 @@ fn describe_score(requirement: &Requirement) -> String {
         Measure::Counted(counted) => return measure::title(counted.score),
         Measure::Nearness(Nearness { score, body, entry }) => {
             let words = match score {
-                ApproachScore::NearestUnnoticedM => "how near somebody comes unnoticed",
+                ApproachScore::NearestUnnoticedM => "how near a person gets unnoticed",
                 ApproachScore::ApproachMarginM => "how much farther than they must people stay",
                 ApproachScore::UnnoticedM2 => "floor on which somebody stands unnoticed",
-                ApproachScore::JoinedM2 => "floor to which somebody comes unnoticed",
+                ApproachScore::JoinedM2 => "floor that a person reaches unnoticed",
             };
             let body = body.as_ref().map_or(String::new(), |body| format!(", {body}"));
             let entry = entry.as_ref().map_or(String::new(), |entry| format!(", from {entry}"));

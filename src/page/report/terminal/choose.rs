@@ -1,14 +1,20 @@
 //! The best sets of sensors: the question, the front, and each set sensor by sensor.
 
 use crate::report::chosen_sets::{
-    Spelling, describe_disturb, describe_score, front, question, reading_guide, refined_words, sentence, set,
+    Spelling, describe_disturb, describe_score, four, front, question, reading_guide, refined_words,
+    sentence, set,
 };
 use perirobot_decide::choose::Chosen;
 use perirobot_march::metrics::Across;
 
 /// Scores by their names in files.
-const AS_IN_FILES: Spelling =
-    Spelling { score: |score| score.title().into(), over: Across::name, least: |_, least| least.to_string() };
+const AS_IN_FILES: Spelling = Spelling {
+    score: |score| score.title().into(),
+    over: Across::name,
+    least: |_, least| least.to_string(),
+    value: four,
+    change: |_, change| format!("{change:+.4}"),
+};
 
 /// How the poses that refining found get into a study.
 const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them as [[sensor.poses]] name = \"refined\", \
@@ -19,9 +25,9 @@ pub fn overview(chosen: &Chosen) -> String {
     format!(
         "asked: {}\n\n{}{}{}\n",
         question(chosen, &AS_IN_FILES),
-        front(chosen).text(),
+        front(chosen, &AS_IN_FILES).text(),
         reading_guide(chosen),
-        describe_disturb(chosen)
+        describe_disturb(chosen, &AS_IN_FILES)
     )
 }
 
@@ -29,14 +35,18 @@ pub fn overview(chosen: &Chosen) -> String {
 pub fn render(chosen: &Chosen) -> String {
     let mut text = String::new();
     if let Some(best) = chosen.report.best() {
-        text += &format!("{}\n\n{}\n", sentence(chosen, best), set(chosen, &best.best).text());
+        text += &format!(
+            "{}\n\n{}\n",
+            sentence(chosen, &AS_IN_FILES, best),
+            set(chosen, &AS_IN_FILES, &best.best).text()
+        );
     }
     text += overview(chosen).trim_end();
     text.push('\n');
     for refined in chosen.report.refined.iter().flatten() {
-        text += &format!("\n{}\n", refined_words(chosen, refined));
+        text += &format!("\n{}\n", refined_words(chosen, &AS_IN_FILES, refined));
         if let Some(best) = &refined.best {
-            text += &set(chosen, best).text();
+            text += &set(chosen, &AS_IN_FILES, best).text();
         }
     }
     if chosen.report.refined.iter().flatten().any(|refined| refined.best.is_some()) {
@@ -45,8 +55,8 @@ pub fn render(chosen: &Chosen) -> String {
     for tie in &chosen.report.ties {
         text += &format!(
             "\nnearly as good elsewhere: {}\n{}",
-            describe_score(chosen, tie),
-            set(chosen, tie).text()
+            describe_score(chosen, &AS_IN_FILES, tie),
+            set(chosen, &AS_IN_FILES, tie).text()
         );
     }
     text

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::report::PLAIN_MEANS;
 use crate::report::apart::Writing;
 use crate::report::table::{NONE, Table};
-use crate::report::wording::{describe_moments, whereabouts, words};
+use crate::report::wording::{describe_moments, whereabouts, words, worst_case};
 use perirobot_decide::judge::{JudgedSet, Judgement, Summed, Value, spreads};
 use perirobot_study::input::{Counted, Limit, Measure, Nearness, Requirement};
 use perirobot_sweep::results::Subject;
@@ -62,7 +62,9 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
             let which = if set.conditions.moments.len() > 1 { describe_moments(*over) } else { "" };
             (format!("{} in region {region}", score.title()), which)
         }
-        Measure::Nearness(Nearness { score, .. }) => (score.name().into(), "the worst of all ways in"),
+        Measure::Nearness(Nearness { score, .. }) => {
+            (score.name().into(), "the worst of all bodies and entries")
+        }
         Measure::Controller(score) => {
             let of_all =
                 if set.conditions.moments.len() > 1 { describe_moments(requirement.scope()) } else { "" };
@@ -109,7 +111,7 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
         );
     }
     if !is_nowhere {
-        text += &whereabouts(subject, set, condition, &judgement.worst);
+        text += &worst_case(subject, set, judgement);
         text += &gap(set, &requirement.measure);
     }
     text
@@ -148,8 +150,13 @@ fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
         let writing = Writing::new(spread.of_what);
         let [best, mean, twentieth, worst] = [spread.best, spread.mean, spread.twentieth, spread.worst]
             .map(|value| writing.to_table_text(value));
-        let at = whereabouts(subject, set, spread.condition, &spread.at);
-        let at = at.strip_prefix("; worst ").unwrap_or(NONE).to_string();
+        let at = match spread.is_even() {
+            true => "all equal".into(),
+            false => {
+                let at = whereabouts(subject, set, spread.condition, &spread.at);
+                at.strip_prefix("; worst ").unwrap_or(NONE).to_string()
+            }
+        };
         let region = spread.of_what.region().map_or(NONE.into(), |region| subject.regions[region].clone());
         let names = [words(spread.condition).into(), spread.of_what.name().to_string(), region];
         table.row(names.into_iter().chain([best, mean, twentieth, worst, at]));

@@ -46,7 +46,7 @@ fn speed_demands(speeds: &Speeds) -> Vec<&'static str> {
     let any = |counted: bool| speeds.judgements.iter().any(|(_, judgement)| is_counted(judgement) == counted);
     let both = [
         (any(true), "the requirements in separation regions"),
-        (any(false), "how near somebody comes unnoticed"),
+        (any(false), "how near a person gets unnoticed"),
     ];
     both.into_iter().filter_map(|(is_asked, what)| is_asked.then_some(what)).collect()
 }

@@ -166,7 +166,7 @@ fn what_was_assumed_names_each_default_and_each_distance() {
         "formula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [0.5, 1]\n{TIMES}robot_stopping_s = 0.3\n"
     );
     let said = check_text(&text).unwrap().assumptions().join("\n");
-    for part in ["1.570 m at 0.5 m/s, 1.570 m at 1 m/s", "ISO 13855:2010", "stop 0.150 s after"] {
+    for part in ["1.570 m at 0.5 m/s, 1.570 m at 1 m/s", "ISO 13855:2010", "stop T_r = 0.150 s after"] {
         assert!(said.contains(part), "{part}: {said}");
     }
     assert_eq!(said.matches("To be checked").count(), 2, "{said}");

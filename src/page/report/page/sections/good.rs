@@ -47,7 +47,8 @@ impl Good {
     pub(super) fn new(findings: &Findings) -> Result<Good> {
         let mut good = findings.recommended.map(|one| good(findings, one)).transpose()?.unwrap_or_default();
         let refused = findings.refused.as_ref();
-        good.notes.extend(refused.map(|why| format!("By which way bodies come nearest is not drawn: {why}")));
+        good.notes
+            .extend(refused.map(|why| format!("The paths of the nearest approach are not drawn: {why}")));
         Ok(good)
     }
 
@@ -201,7 +202,7 @@ fn good(findings: &Findings, recommended: &Recommended) -> Result<Good> {
     if !study.requirements.is_empty() {
         good.commands.push(("judge it also with a sensor dead or a mount knocked".into(), words("judge")));
     }
-    good.commands.push(("ask how near somebody comes unnoticed".into(), words("approach")));
+    good.commands.push(("ask how near a person gets unnoticed".into(), words("approach")));
     Ok(good)
 }
 

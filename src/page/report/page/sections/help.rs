@@ -74,8 +74,8 @@ fn short_ways(findings: &Findings) -> Result<Vec<(String, String)>> {
 fn describe_way(margin: f64, row: &ApproachRow) -> (String, String) {
     let ApproachRow { body, entry, shadowed_by, deepest_m, noticed_m, needed_m, .. } = row;
     let place = match shadowed_by {
-        Some(object) => format!("see behind {object}, or block the way there"),
-        None => "see the way there, or block it".into(),
+        Some(object) => format!("see behind {object}, or block the path there"),
+        None => "watch the path there, or block it".into(),
     };
     let near = [*deepest_m, *noticed_m].into_iter().flatten().reduce(f64::min);
     let near = near.map_or(String::new(), |near| format!(" comes as near as {} m", rounded_down(near, 2)));

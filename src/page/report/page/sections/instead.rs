@@ -8,6 +8,7 @@ use maud::{Markup, html};
 use super::list;
 use crate::report::page::Findings;
 use crate::report::page::plain_table::{Titled, plain};
+use crate::report::page::question::IN_WORDS;
 use crate::report::{PLAIN_MEANS, chosen_sets};
 use perirobot_decide::choose::Chosen;
 use perirobot_march::Result;
@@ -59,17 +60,21 @@ impl<'a> Instead<'a> {
 fn best_sets(chosen: &Chosen) -> Vec<Titled> {
     let mut sets = Vec::new();
     if let Some(best) = chosen.report.best() {
-        let title = format!("The best set: {}", chosen_sets::describe_score(chosen, &best.best));
-        sets.push((title, chosen_sets::set(chosen, &best.best)));
+        let title = format!("The best set: {}", chosen_sets::describe_score(chosen, &IN_WORDS, &best.best));
+        sets.push((title, chosen_sets::set(chosen, &IN_WORDS, &best.best)));
     }
     for refined in chosen.report.refined.iter().flatten() {
         if let Some(best) = &refined.best {
-            sets.push((chosen_sets::refined_words(chosen, refined), chosen_sets::set(chosen, best)));
+            sets.push((
+                chosen_sets::refined_words(chosen, &IN_WORDS, refined),
+                chosen_sets::set(chosen, &IN_WORDS, best),
+            ));
         }
     }
     for tie in &chosen.report.ties {
-        let title = format!("Nearly as good elsewhere: {}", chosen_sets::describe_score(chosen, tie));
-        sets.push((title, chosen_sets::set(chosen, tie)));
+        let title =
+            format!("Nearly as good elsewhere: {}", chosen_sets::describe_score(chosen, &IN_WORDS, tie));
+        sets.push((title, chosen_sets::set(chosen, &IN_WORDS, tie)));
     }
     sets
 }

@@ -3,6 +3,7 @@
 mod cost_plot;
 mod maxima_chart;
 mod purchase_front;
+mod spot;
 
 use maud::{Markup, html};
 
@@ -47,7 +48,7 @@ impl<'a> Money<'a> {
             first: &[Score::F1],
         };
         let full = most_sensors(results).map(|full| results.combinations[full].name.as_str());
-        let cost_plot = sweep.chosen.map(CostPlot::new);
+        let cost_plot = sweep.chosen.map(|chosen| CostPlot::new(findings, chosen));
         let purchase = ShownPurchase::from_findings(findings)?;
         let is_empty = cost_plot.is_none() && purchase.is_none() && maxima.is_empty();
         Ok((!is_empty).then_some(Money { cost_plot, purchase, charts, maxima, full }))

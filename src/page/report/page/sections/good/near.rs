@@ -1,4 +1,4 @@
-//! How near somebody comes unnoticed: what `approach` has written into the folder, as far as it is of the choice that
+//! How near a person gets unnoticed: what `approach` has written into the folder, as far as it is of the choice that
 //! is shown.
 
 use std::fs;
@@ -60,11 +60,11 @@ pub(super) fn read_approach(folder: &Path, own: &[String; 3]) -> Result<Near> {
              {representation}."
         ));
     } else if approaches.case.is_empty() {
-        let title = "How near somebody comes unnoticed, as perirobot approach has found";
+        let title = "How near a person gets unnoticed, as perirobot approach has found";
         near.tables.push((title.into(), table(&COLUMNS, &approaches.rows, cells)));
         near.plans = plans(folder, &approaches.rows)?;
     } else {
-        let title = "What if: how near somebody comes unnoticed where not all is as planned";
+        let title = "What if: how near a person gets unnoticed where not all is as planned";
         let columns: Vec<&str> = ["case"].into_iter().chain(COLUMNS).collect();
         let with_case = |row: &ApproachRow| [vec![approaches.case.clone()], cells(row)].concat();
         near.tables.push((title.into(), table(&columns, &approaches.rows, with_case)));

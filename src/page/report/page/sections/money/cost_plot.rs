@@ -3,12 +3,18 @@
 
 use maud::{Markup, PreEscaped, html};
 
+use super::spot::Spot;
 use crate::report::charts::axis::AxisScale;
 use crate::report::charts::sheet::Sheet;
 use crate::report::chosen_sets;
 use crate::report::colours;
+use crate::report::page::Findings;
+use crate::report::page::measure;
 use crate::report::page::plain_table::{Titled, plain};
-use perirobot_decide::choose::{Chosen, StepReport};
+use crate::report::page::question::IN_WORDS;
+use crate::report::page::recommended::{region_of, series_of};
+use perirobot_decide::choose::{Chosen, SetReport, StepReport};
+use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 
 /// Size of the picture, and the room for its axes; on a phone its words are larger.
 const SIZE: [f64; 2] = [520.0, 330.0];
@@ -30,13 +36,13 @@ pub(super) struct CostPlot {
 }
 
 impl CostPlot {
-    pub(super) fn new(chosen: &Chosen) -> CostPlot {
+    pub(super) fn new(findings: &Findings, chosen: &Chosen) -> CostPlot {
         CostPlot {
             notes: chosen_sets::reading_guide(chosen).lines().map(String::from).collect(),
-            picture: draw(chosen),
+            picture: draw(chosen, &|set| shown_set(findings, chosen, set)),
             front: (
                 "The front: the best set of each size and step of cost".into(),
-                chosen_sets::front(chosen),
+                chosen_sets::front(chosen, &IN_WORDS),
             ),
             places: ("Where the sensors are".into(), chosen_sets::places(chosen)),
         }
@@ -49,8 +55,9 @@ impl CostPlot {
                 figure {
                     (PreEscaped(&self.picture))
                     figcaption {
-                        "A point is the best set of as many sensors or fewer, full where it is proven; the line from it, \
-                         dashed where it is not proven, is what no set of at most as many for that cost or less is above."
+                        "A point is the best set of at most that many sensors, filled if it is proven: click on it to select \
+                         the set. ✓ and ✗: whether it meets all requirements, as judge found. No set of at most as many \
+                         sensors for that cost or less is above the line from it, which is dashed if it is not proven."
                     }
                 }
                 ul { @for note in &self.notes { li { (note) } } }
@@ -61,6 +68,17 @@ impl CostPlot {
     }
 }
 
+/// What a click on a set selects, and whether it meets all requirements, where `judge` decided that.
+fn shown_set(findings: &Findings, chosen: &Chosen, set: &SetReport) -> Option<(Spot, Option<bool>)> {
+    let Findings { sweep, rankings, judged, .. } = findings;
+    let poses = set.poses.join(&BETWEEN_MEMBERS.to_string());
+    let combination = sweep.results.combinations.iter().position(|one| one.name_of(0) == poses)?;
+    let series = series_of(rankings, combination, 0)?;
+    let region = region_of(sweep, &chosen.asked.region)?;
+    let own = judged.iter().find(|one| one.choice.is_some_and(|choice| choice.combination == combination));
+    Some((Spot { series, region, opens: "cell".into() }, own.map(|one| one.passes())))
+}
+
 /// What a step is drawn at: its cost, or how many sensors it has where there are no costs.
 fn step_x(step: &StepReport, priced: bool) -> f64 {
     match step.best.cost.filter(|_| priced) {
@@ -69,13 +87,20 @@ fn step_x(step: &StepReport, priced: bool) -> f64 {
     }
 }
 
-fn draw(chosen: &Chosen) -> String {
-    let (steps, score) = (&chosen.report.steps, chosen.asked.objective.title());
+fn draw(chosen: &Chosen, shown_set: &dyn Fn(&SetReport) -> Option<(Spot, Option<bool>)>) -> String {
+    let (steps, objective) = (&chosen.report.steps, chosen.asked.objective);
+    let (score, whole) = match measure::is_share(objective) {
+        true => (format!("{}, %", measure::title(objective)), 100.0),
+        false => (measure::title(objective), 1.0),
+    };
     let priced = !steps.is_empty() && steps.iter().all(|step| step.best.cost.is_some());
     let xs = || steps.iter().map(|step| step_x(step, priced));
     let ends = steps.iter().filter_map(|step| step.budget).map(|budget| budget.amount()).filter(|_| priced);
     let highest = xs().chain(ends).fold(0.0, f64::max);
-    let ys = || steps.iter().flat_map(|step| step.no_set_is_above.into_iter().chain([step.best.score]));
+    let ys = || {
+        let each = steps.iter().flat_map(|step| step.no_set_is_above.into_iter().chain([step.best.score]));
+        each.map(|value| whole * value)
+    };
     let (low, high) = (ys().fold(0.0, f64::min), ys().fold(0.0, f64::max));
     let [left, top, right, bottom] = [LEFT, ABOVE, SIZE[0] - RIGHT, SIZE[1] - BELOW];
     let room = |value: f64| if value > 0.0 { 1.06 * value } else { 1.0 };
@@ -90,7 +115,7 @@ fn draw(chosen: &Chosen) -> String {
         (false, _) => "sensors",
     };
     let mut sheet = Sheet::new(&format!("{name} against {score}"));
-    sheet.words("", [6.0, 16.0], score);
+    sheet.words("", [6.0, 16.0], &score);
     up.draw_beside(&mut sheet, [left, right]);
     sheet.y = bottom;
     across.draw_below(&mut sheet, top, name);
@@ -102,16 +127,25 @@ fn draw(chosen: &Chosen) -> String {
             None if priced => across.ends[1],
             None => value + 0.4,
         };
-        let [x, y] = [across.position(value), up.position(step.best.score)];
+        let [x, y] = [across.position(value), up.position(whole * step.best.score)];
         let (fill, dashes) = if step.proven { ("proven", "none") } else { ("open", "6 4") };
         let colour = colours::series(step.at_most - 1);
         if let Some(bound) = step.no_set_is_above {
-            let path = format!("M{x} {y}V{}H{}", up.position(bound), across.position(until));
+            let path = format!("M{x} {y}V{}H{}", up.position(whole * bound), across.position(until));
             sheet.line("bound", (colour, dashes), &path);
         }
-        let words = format!("{}: {}", chosen_sets::describe_score(chosen, &step.best), step.best.name());
+        let words =
+            format!("{}: {}", chosen_sets::describe_score(chosen, &IN_WORDS, &step.best), step.best.name());
+        let (spot, passes) = shown_set(&step.best).unzip();
+        sheet.add(&spot.as_ref().map_or(String::new(), Spot::opening));
         sheet.point(fill, [x, y], colour, &words);
-        sheet.words("mid over", [x, y - 9.0], &step.at_most.to_string());
+        sheet.add(spot.map_or("", |_| Spot::CLOSING));
+        let sign = match passes.flatten() {
+            Some(true) => " ✓",
+            Some(false) => " ✗",
+            None => "",
+        };
+        sheet.words("mid over", [x, y - 9.0], &format!("{}{sign}", step.at_most));
     }
     sheet.finish("chart broad", SIZE[0])
 }

@@ -5,6 +5,7 @@ mod speed_chart;
 
 use maud::{Markup, PreEscaped, html};
 
+use super::spot::Spot;
 use crate::report::page::Findings;
 use crate::report::page::mount::{MountSheet, sheets};
 use crate::report::page::recommended::{purchased_set, series_of, worst_moments};
@@ -40,9 +41,7 @@ struct PurchaseRow {
 /// What a click on a set selects, and what it opens.
 #[derive(Clone, Debug)]
 struct SetLink {
-    series: usize,
-    region: usize,
-    opens: String,
+    spot: Spot,
     /// PASS if it meets all that the study requires, FAIL if it misses something, else OPEN; and the verdicts in a line.
     verdict: &'static str,
     overall: String,
@@ -135,7 +134,7 @@ impl PurchaseRow {
                 td data-name="proof" { (self.bound) }
                 td {
                     @match &self.set {
-                        Some(link) => (link.button(&self.poses)),
+                        Some(link) => (link.spot.button(&self.poses)),
                         None => ul { @for one in &self.reasons { li { strong { (one.requirement) } ": " (one.why) } } },
                     }
                 }
@@ -174,16 +173,6 @@ fn link_of(set: &PurchasedSet, sets: &[ShownSet]) -> Option<SetLink> {
     sets.iter().find(|shown| shown.poses == poses).map(|shown| shown.link.clone())
 }
 
-impl SetLink {
-    /// Selects the set and opens what the page tells of it.
-    fn button(&self, words: &str) -> Markup {
-        html! {
-            button.choose type="button" data-series=(self.series) data-choice="0" data-region=(self.region)
-                data-opens=(self.opens) { (words) }
-        }
-    }
-}
-
 impl ShownSet {
     /// `None` of a set that was not swept.
     fn new(findings: &Findings, set: &PurchasedSet, opens: String) -> Result<Option<ShownSet>> {
@@ -202,7 +191,11 @@ impl ShownSet {
         let (_, plan) = draw_plan(sweep, (choice, region), (scene, moments[scene]), None);
         let [name, poses, _] = names;
         Ok(Some(ShownSet {
-            link: SetLink { series, region, opens, verdict: good.verdict(), overall: good.overall() },
+            link: SetLink {
+                spot: Spot { series, region, opens },
+                verdict: good.verdict(),
+                overall: good.overall(),
+            },
             name,
             poses,
             speed: own.and_then(|one| one.verdicts.allowed_speed).map(describe_speed),
@@ -214,7 +207,7 @@ impl ShownSet {
 
     fn view(&self) -> Markup {
         html! {
-            details.aside id=(self.link.opens) {
+            details.aside id=(self.link.spot.opens) {
                 summary { (self.name) ": " (self.poses) }
                 p.overall.(self.good.verdict()) {
                     "By what the study requires, " b { (self.good.overall()) }
@@ -222,7 +215,7 @@ impl ShownSet {
                     "."
                 }
                 (self.good.view_verdicts())
-                p { "In three dimensions: " (SetLink { opens: "cell".into(), ..self.link.clone() }.button("what it sees")) }
+                p { "In three dimensions: " (Spot { opens: "cell".into(), ..self.link.spot.clone() }.button("what it sees")) }
                 (self.plan.view())
                 div.sheets { @for one in &self.sheets { (one.view()) } }
             }

@@ -1,7 +1,8 @@
 //! Cost by speed of the robot: a point for each speed, by its shape and colour whether a set passes there.
 
+use super::super::spot::Spot;
 use super::{SetLink, verdict};
-use crate::render::svg::{escape, tenth};
+use crate::render::svg::tenth;
 use crate::report::charts::axis::AxisScale;
 use crate::report::charts::sheet::{Sheet, width_of};
 use crate::report::purchased::describe_bound;
@@ -58,15 +59,9 @@ pub(super) fn speed_chart(
             None => cross([x, y]),
         };
         let link = point.set.as_ref().and_then(link_of);
-        if let Some(SetLink { series, region, opens, .. }) = &link {
-            let opens = escape(opens);
-            sheet.add(&format!(
-                "<g class=\"spot\" data-series=\"{series}\" data-choice=\"0\" data-region=\"{region}\" \
-                 data-opens=\"{opens}\">"
-            ));
-        }
+        sheet.add(&link.as_ref().map_or(String::new(), |link| link.spot.opening()));
         sheet.mark(class, &outline, &describe(report, speed, point));
-        sheet.add(if link.is_some() { "</g>" } else { "" });
+        sheet.add(link.map_or("", |_| Spot::CLOSING));
         let label = point.set.as_ref().map_or("no set".into(), |set| report.amount(set.cost));
         let half = PHONE * width_of(&label) / 2.0;
         // Of points that are close to each other the first has its number; all have it under the mouse.
