@@ -57,6 +57,36 @@ fn a_front_has_one_row_for_each_set_in_a_region() {
     }
 }
 
+/// Each point of the front selects the set that its words name.
+#[test]
+fn a_click_on_a_point_of_the_front_selects_its_set() {
+    let folder = priced("\n[choose]\nobjective = \"human_seen\"\nregion = \"robot\"\nat_most = 3\n");
+    assert_eq!(choose(&folder, "out", &[]).code, Some(0));
+    let page = page(&folder);
+    let data: Value = serde_json::from_slice(&unpacked(&page, "data")).unwrap();
+    let front = between(&page, "<div id=\"front\">", "</figure>")[0];
+    let sets = data["combinations"].as_array().unwrap();
+    let points = between(front, "<g class=\"spot\"", "</g>");
+    assert_eq!((points.len(), points.len() >= 3), (front.matches("<circle").count(), true), "{front}");
+    for point in points {
+        let series: usize = between(point, "data-series=\"", "\"")[0].parse().unwrap();
+        let combination = data["series"][series]["combination"].as_u64().unwrap() as usize;
+        let mut names: Vec<String> = Vec::new();
+        for member in sets[combination]["members"].as_array().unwrap() {
+            let sensor = &data["sensors"][member["sensor"].as_u64().unwrap() as usize];
+            let candidate = member["candidates"][0].as_u64().unwrap() as usize;
+            let name = sensor["poses"][candidate]["name"].as_str().unwrap();
+            names.push(format!("{}:{name}", sensor["name"].as_str().unwrap()));
+        }
+        let poses = between(point, "<title>", "</title>")[0].rsplit_once(": ").unwrap().1;
+        assert_eq!(poses, names.join(";"));
+    }
+    // A share is percent in its tables and on its axis.
+    assert!(front.contains("human seen, %"), "{front}");
+    let table = between(&page, "<div id=\"front\">", "</table>")[0].split_once("</figure>").unwrap().1;
+    assert!(table.contains("\u{a0}%</td>") && !table.contains(">0."), "{table}");
+}
+
 #[test]
 fn shares_are_percent_everywhere_and_f1_is_a_number() {
     let page = front();
