@@ -16,6 +16,7 @@ mod corpus;
 mod field;
 mod first_hour;
 mod generated_meshes;
+mod joint_limits;
 mod own_catalogue;
 mod people;
 mod regions;

@@ -6,7 +6,8 @@ use glam::{DQuat, DVec3};
 use super::loaded::{SceneFiles, with_key};
 use super::parts::parts;
 use super::spec::{ObjectSpec, SurfaceSpec, UrdfSpec};
-use super::{Mesh, Surface, urdf};
+use super::urdf::{self, AxisLimits, Envelope};
+use super::{Mesh, Surface};
 use crate::source::Sources;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -53,6 +54,24 @@ pub fn read_link_surface(robot: &UrdfSpec, link: &str, sources: &Sources) -> Res
     let number = model.link_number(link)?;
     let meshes = model.meshes(robot.geometry, &robot.packages, sources, SAG_M).map_err(with_key("urdf"))?;
     Ok(meshes.into_iter().nth(number).unwrap_or_default())
+}
+
+/// All that a robot reaches within the limits of its joints, in the frame of its root; a tool of any direction adds
+/// to the last links.
+///
+/// # Errors
+/// When a file cannot be read, or a limit is not one of the robot's joints.
+pub fn read_envelope(
+    robot: &UrdfSpec,
+    limits: &AxisLimits,
+    tool_m: f64,
+    step_m: f64,
+    sources: &Sources,
+) -> Result<Envelope> {
+    let model =
+        urdf::load(&robot.path, &robot.xacro_args, &robot.packages, sources).map_err(with_key("urdf"))?;
+    let meshes = model.meshes(robot.geometry, &robot.packages, sources, SAG_M).map_err(with_key("urdf"))?;
+    Ok(model.envelope(&meshes, limits, tool_m, step_m)?)
 }
 
 impl ObjectSpec {

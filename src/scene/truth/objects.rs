@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::objects::keypoints::Keypoints;
 use crate::objects::{Role, is_part_of};
+use crate::pose::Pose;
 use perirobot_march::backend::Shades;
 use perirobot_march::voxel::{BitGrid, Grid};
 
@@ -73,4 +74,6 @@ pub struct RobotReach {
     pub base_m: DVec3,
     /// The farthest it gets from there, whatever its joints.
     pub radius_m: f64,
+    /// Where its root link stands.
+    pub world_from_root: Pose,
 }

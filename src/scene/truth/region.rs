@@ -6,7 +6,7 @@
 //! | [`RegionShape::HalfSphere`] | `half_sphere = { center_m, radius_m, normal = [0, 0, 1] }` | those of the sphere on the normal's side of the plane through its centre, or on that plane |
 //! | [`RegionShape::Box`] | `box = { min_m, max_m }` | centres in the half-open box |
 //! | [`RegionShape::HumanBox`] | `human_box = { object, margin_m }` | the bounding box of a human's voxels and a margin |
-//! | [`RegionShape::RobotReach`] | `robot_reach = { object, tool_m }` | a sphere around a robot's base, as large as its reach and a tool |
+//! | [`RegionShape::RobotReach`] | `robot_reach = { object, tool_m }` | a sphere around a robot's base, as large as its reach and a tool; or, with `joint_limits = true`, what its links reach within the limits of its joints |
 //! | [`RegionShape::Separation`] | `separation = { from, speed_m_s }` | those nearer to a voxel of the robot, or of all that it fills at some moment, than people must be by `[stopping]`, between centres |
 //! | [`RegionShape::Swept`] | `swept = "robot"` or `"human"` | those that the robot or the people fill at some moment |
 //! | [`RegionShape::Mesh`] | `mesh = "zone.stl"` (`unit`, `up`, `position_m`, `rpy_deg`) | centres inside a watertight mesh |
@@ -15,6 +15,7 @@
 
 mod mesh;
 mod near;
+mod reached;
 mod rows;
 
 use perirobot_march::lengths::describe_length;
@@ -29,6 +30,7 @@ use perirobot_march::voxel::BitGrid;
 use perirobot_march::voxel::grid::{Grid, MAX_VOXELS_PER_AXIS, ONE_Q16, Window, length_q16, point_q16};
 use perirobot_march::voxel::solid::{self, Ball, MAX_RADIUS_Q16};
 use perirobot_march::{Error, Result};
+pub use reached::ReachedVoxels;
 use rows::{CutPlane, RowShape};
 
 /// A plane behind which a robot does not get.
@@ -75,12 +77,14 @@ pub enum RegionShape {
         /// How far it grows above, on each axis.
         margin_max_m: DVec3,
     },
-    /// A sphere around a robot's base.
+    /// A sphere around a robot's base, or what its links reach.
     RobotReach {
         /// Name of the object, or `None` for the one robot whose reach is known.
         object: Option<String>,
         /// What the robot holds beyond its own reach.
         tool_m: f64,
+        /// What its links and the tool reach within the limits of its joints; `None` for the sphere.
+        within_limits: Option<Arc<ReachedVoxels>>,
         /// The planes that its safety controller keeps it from passing.
         planes: Vec<SafetyPlane>,
     },
@@ -182,8 +186,8 @@ fn rows_of(shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<RowS
     };
     Ok(match shape {
         RegionShape::Sphere { center_m, radius_m } => RowShape::Ball(ball(*center_m, *radius_m, truth)?),
-        RegionShape::HalfSphere { center_m, radius_m, normal } => RowShape::CutBall {
-            ball: ball(*center_m, *radius_m, truth)?,
+        RegionShape::HalfSphere { center_m, radius_m, normal } => RowShape::Cut {
+            part: Box::new(RowShape::Ball(ball(*center_m, *radius_m, truth)?)),
             planes: vec![cut_plane(&SafetyPlane { point_m: *center_m, normal: *normal }, grid)],
         },
         RegionShape::Box { min_m, max_m } => cuboid(grid.position_q16(*min_m), grid.position_q16(*max_m))?,
@@ -196,10 +200,14 @@ fn rows_of(shape: &RegionShape, truth: &Truth, swept_by: SweptBy) -> Result<RowS
                 std::array::from_fn(|r| bounds.end()[r] as i64 * ONE_Q16 + above[r]),
             )?
         }
-        RegionShape::RobotReach { object, tool_m, planes } => {
-            let RobotReach { base_m, radius_m } = reach(object.as_deref(), truth)?;
-            RowShape::CutBall {
-                ball: ball(base_m, radius_m + tool_m, truth)?,
+        RegionShape::RobotReach { object, tool_m, within_limits, planes } => {
+            let RobotReach { base_m, radius_m, world_from_root } = reach(object.as_deref(), truth)?;
+            let part = match within_limits {
+                None => RowShape::Ball(ball(base_m, radius_m + tool_m, truth)?),
+                Some(reached) => RowShape::Voxels(BitGrid::clone(&*reached.voxels(&world_from_root, grid)?)),
+            };
+            RowShape::Cut {
+                part: Box::new(part),
                 planes: planes.iter().map(|plane| cut_plane(plane, grid)).collect(),
             }
         }

@@ -156,10 +156,11 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
         triangles: lattice.triangles.len(),
         watertight,
         bounds_m,
-        reach: object
-            .linkage
-            .as_ref()
-            .map(|robot| RobotReach { base_m: robot.base_m, radius_m: robot.reach_m }),
+        reach: object.linkage.as_ref().map(|robot| RobotReach {
+            base_m: robot.base_m,
+            radius_m: robot.reach_m,
+            world_from_root: robot.links[0].1,
+        }),
         voxels: to_grid_frame(voxels, in_grid),
         keypoints: object.keypoints,
         warnings,

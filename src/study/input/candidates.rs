@@ -87,7 +87,10 @@ pub(super) fn warnings(regions: &[(String, RegionSpec)]) -> impl Iterator<Item =
             )
         }
         RegionSpec::Mesh { .. } => true,
-        RegionSpec::Separation { .. } | RegionSpec::Union(_) | RegionSpec::Difference(_) => false,
+        RegionSpec::JointLimits { .. }
+        | RegionSpec::Separation { .. }
+        | RegionSpec::Union(_)
+        | RegionSpec::Difference(_) => false,
     };
     regions.iter().filter(move |(_, spec)| stays(spec)).map(|(name, _)| {
         format!(

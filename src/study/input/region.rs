@@ -14,6 +14,7 @@ use crate::diagnostics::{Place, only_one};
 use perirobot_march::Result;
 use perirobot_scene::objects::Role;
 use perirobot_scene::objects::mesh_file::MeshFile;
+use perirobot_scene::objects::urdf::AxisLimits;
 use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::truth::{RegionShape, SafetyPlane};
 
@@ -31,6 +32,13 @@ pub enum RegionSpec {
         /// How it is turned.
         rotation: DQuat,
     },
+    /// What a robot reaches within the limits of its joints, which is known once its files are read.
+    JointLimits {
+        /// The robot, its tool and its planes.
+        shape: RegionShape,
+        /// Which limits are narrower than the robot's own.
+        limits: AxisLimits,
+    },
     /// All that is nearer to the robot than people may be at a speed.
     Separation {
         /// From where the distance counts.
@@ -44,6 +52,18 @@ pub enum RegionSpec {
     Union(Vec<usize>),
     /// The first of these regions without the others, by their index; all come before this one.
     Difference(Vec<usize>),
+}
+
+impl RegionSpec {
+    /// The reach of a robot, as a sphere or within the limits of its joints.
+    pub(crate) fn robot_reach(&self) -> Option<&RegionShape> {
+        match self {
+            RegionSpec::RegionShape(shape) | RegionSpec::JointLimits { shape, .. } => {
+                matches!(shape, RegionShape::RobotReach { .. }).then_some(shape)
+            }
+            _ => None,
+        }
+    }
 }
 
 /// Which region a key names.
@@ -89,7 +109,16 @@ pub(super) fn check(
             Ok(SafetyPlane { point_m: at.vector("point_m", plane.point_m)?, normal })
         };
         let planes = r.planes.iter().enumerate().map(plane).collect::<Result<_>>()?;
-        Ok(RegionShape::RobotReach { object: r.object.clone(), tool_m, planes })
+        let shape = RegionShape::RobotReach { object: r.object.clone(), tool_m, within_limits: None, planes };
+        let limits = AxisLimits { limits_deg: r.limits_deg.clone(), limits_m: r.limits_m.clone() };
+        match r.joint_limits {
+            true => Ok(RegionSpec::JointLimits { shape, limits }),
+            false if limits == AxisLimits::default() => Ok(RegionSpec::RegionShape(shape)),
+            false => {
+                let what = "limits_deg and limits_m belong to a region within the limits of joints";
+                Err(at.says(what).with_advice("add joint_limits = true"))
+            }
+        }
     });
     let separation =
         entry.separation.as_ref().map(|file| separation(&at.key("separation"), file, &entry.name, stopping));
@@ -107,7 +136,7 @@ pub(super) fn check(
         ("half_sphere", shape(half)),
         ("box", shape(cuboid)),
         ("human_box", shape(human)),
-        ("robot_reach", shape(reach)),
+        ("robot_reach", reach.map(|spec| spec.map(one))),
         ("separation", separation),
         ("swept", shape(swept)),
         ("mesh", entry.mesh.as_ref().map(|path| volume(at, path, &entry).map(one))),

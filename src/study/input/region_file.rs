@@ -1,5 +1,6 @@
 //! The shapes of regions, as TOML: keys, units in their names, and defaults.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Deserialize;
@@ -22,7 +23,7 @@ pub(super) struct RegionFile {
     pub(super) r#box: Option<BoxFile>,
     /// The box around a person.
     pub(super) human_box: Option<HumanBoxFile>,
-    /// The ball that a robot of the scene reaches.
+    /// What a robot of the scene reaches.
     pub(super) robot_reach: Option<RobotReachFile>,
     /// All that is nearer to the robot than people may be at a speed, by `[stopping]`.
     pub(super) separation: Option<SeparationFile>,
@@ -88,6 +89,15 @@ pub(super) struct RobotReachFile {
     /// How far a tool reaches beyond its last link. Default 0.
     #[serde(default)]
     pub(super) tool_m: f64,
+    /// Whether the region is what the links reach within the limits of the joints, instead of a ball. Default false.
+    #[serde(default)]
+    pub(super) joint_limits: bool,
+    /// Limits of the robot's safety controller for joints that turn, in degrees; others keep those of the URDF.
+    #[serde(default)]
+    pub(super) limits_deg: BTreeMap<String, [f64; 2]>,
+    /// The same for joints that slide, in metres.
+    #[serde(default)]
+    pub(super) limits_m: BTreeMap<String, [f64; 2]>,
     /// Planes that the robot's safety controller keeps it from passing.
     #[serde(default)]
     pub(super) planes: Vec<SafetyPlaneFile>,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::World;
-use crate::input::{RegionSpec, Study};
+use crate::input::Study;
 use perirobot_march::voxel::flood::enclosed_voxels;
 use perirobot_march::voxel::{BitGrid, Distances, rounded_up};
 use perirobot_scene::objects::spec::ObjectSpec;
@@ -112,8 +112,8 @@ fn placement(
 
 /// Regions of a robot's reach that what it carries may leave.
 fn short_reach(study: &Study, object: &ObjectSpec, on: &MountLink, beyond_m: f64) -> Option<String> {
-    study.regions.iter().find_map(|(name, spec)| match spec {
-        RegionSpec::RegionShape(RegionShape::RobotReach { object: robot, tool_m, .. })
+    study.regions.iter().find_map(|(name, spec)| match spec.robot_reach() {
+        Some(RegionShape::RobotReach { object: robot, tool_m, .. })
             if robot.as_ref().is_none_or(|robot| *robot == on.object) && beyond_m > tool_m + 1e-6 =>
         {
             let needed = rounded_up(beyond_m, 2);

@@ -87,7 +87,7 @@ impl ReadScene<'_> {
         let snapshots = build_or_all(spec, &study.sources, study.voxel_size_m)?;
         let surfaces = voxelize::scene_extent(&snapshots, study.voxel_size_m);
         // What is wrong with a region is told after what is wrong with the scene.
-        let shapes = shapes::shapes(study).map_err(|e| study.sources.classify(vec![e]));
+        let shapes = shapes::shapes(study, spec).map_err(|e| study.sources.classify(vec![e]));
         // Those about objects are theirs already.
         let remarks = study.sources.take_remarks();
         Ok(ReadScene { study, scene, begin, snapshots, surfaces, shapes, remarks })

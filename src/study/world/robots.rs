@@ -1,7 +1,7 @@
 //! Warns of robots that float: a robot stands on something or hangs from something.
 
 use super::World;
-use crate::input::{RegionSpec, Study};
+use crate::input::Study;
 use perirobot_march::voxel::Distances;
 use perirobot_scene::objects::{Role, Scene};
 use perirobot_scene::truth::{ObjectVoxels, RegionShape, SafetyPlane, Truth};
@@ -51,7 +51,7 @@ pub(super) fn planes_before_robots(study: &Study, world: &World) -> Vec<String> 
     let truth = world.truth();
     let mut lines = Vec::new();
     for (name, spec) in &study.regions {
-        let RegionSpec::RegionShape(RegionShape::RobotReach { object, planes, .. }) = spec else { continue };
+        let Some(RegionShape::RobotReach { object, planes, .. }) = spec.robot_reach() else { continue };
         let is_meant = |robot: &ObjectVoxels| object.as_ref().is_none_or(|object| robot.name == *object);
         for robot in truth.objects.iter().filter(|robot| is_meant(robot)) {
             let Some(reach) = robot.reach else { continue };

@@ -175,7 +175,7 @@ impl RobotModel {
         Ok(())
     }
 
-    fn movable(&self) -> String {
+    pub(super) fn movable(&self) -> String {
         let movable = |joint: &&Joint| joint.motion != JointMotion::Fixed && joint.follows.is_none();
         let names: Vec<&str> = (self.links.iter())
             .filter_map(|link| Some(link.joint.as_ref().filter(movable)?.name.as_str()))
@@ -270,7 +270,7 @@ fn is_within(value: f64, limits: [f64; 2], slack: f64) -> bool {
 }
 
 /// Degrees for a message, without the last digits that a product with π leaves.
-fn degrees(angle_rad: f64) -> f64 {
+pub(super) fn degrees(angle_rad: f64) -> f64 {
     (angle_rad.to_degrees() * 1e4).round() / 1e4
 }
 

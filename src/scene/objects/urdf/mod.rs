@@ -7,6 +7,7 @@
 //! simulator adds are passed over.
 
 mod document;
+mod envelope;
 mod geometry;
 mod kinematics;
 mod model;
@@ -19,6 +20,7 @@ use glam::DAffine3;
 
 use crate::source::Sources;
 use crate::spelling::plural;
+pub use envelope::{AxisLimits, Envelope};
 pub(super) use geometry::merge;
 pub use kinematics::JointValues;
 pub use packages::Packages;

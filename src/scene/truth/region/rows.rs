@@ -10,8 +10,8 @@ use perirobot_march::voxel::solid::{Ball, at_least_zero, both, centre_q16};
 pub(super) enum RowShape {
     /// A ball.
     Ball(Ball),
-    /// The part of a ball that is behind none of some planes.
-    CutBall { ball: Ball, planes: Vec<CutPlane> },
+    /// What is behind none of some planes.
+    Cut { part: Box<RowShape>, planes: Vec<CutPlane> },
     /// A box of voxels.
     Box([Range<i64>; 3]),
     /// The inside of a mesh.
@@ -43,7 +43,8 @@ impl RowShape {
     /// The rows y and z outside of which there is no voxel.
     pub(super) fn span(&self) -> [Range<i64>; 2] {
         match self {
-            RowShape::Ball(ball) | RowShape::CutBall { ball, .. } => ball.rows(),
+            RowShape::Ball(ball) => ball.rows(),
+            RowShape::Cut { part, .. } => part.span(),
             RowShape::Box([_, y, z]) => [y.clone(), z.clone()],
             RowShape::Mesh(mesh) => mesh.span(),
             RowShape::Voxels(voxels) => {
@@ -68,8 +69,9 @@ impl RowShape {
         }
         match self {
             RowShape::Ball(ball) => one(ball.run(y, z)),
-            RowShape::CutBall { ball, planes } => {
-                one(planes.iter().fold(ball.run(y, z), |left, plane| both(left, plane.run(y, z))))
+            RowShape::Cut { part, planes } => {
+                let cut = |run: VoxelRun| planes.iter().fold(run, |left, plane| both(left, plane.run(y, z)));
+                part.runs(y, z).into_iter().map(cut).filter(|run| !run.is_empty()).collect()
             }
             RowShape::Box([x, _, _]) => one(x.clone()),
             RowShape::Mesh(mesh) => mesh.runs(y, z),

@@ -1,6 +1,7 @@
 //! Regions whose voxels can be counted by hand, against their rules, and those that cannot be.
 
 use super::*;
+use crate::pose::Pose;
 use perirobot_march::voxel::Grid;
 
 /// An empty scene of 0.05 m voxels over the paper's cell.
@@ -195,12 +196,14 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
             warnings: Vec::new(),
         })
     };
-    let arm = Some(RobotReach { base_m: DVec3::new(0.1, 0.2, 0.8), radius_m: 1.3 });
+    let arm =
+        Some(RobotReach { base_m: DVec3::new(0.1, 0.2, 0.8), radius_m: 1.3, world_from_root: Pose::ORIGIN });
     truth.objects.push(object("gripper", Role::Robot, None));
     truth.objects.push(object("operator", Role::Human, None));
     let reach = |object: Option<&str>| RegionShape::RobotReach {
         object: object.map(str::to_string),
         tool_m: 0.2,
+        within_limits: None,
         planes: Vec::new(),
     };
     let error = |truth: &Truth, name| region("all", &reach(name), truth).unwrap_err().to_string();
@@ -219,7 +222,8 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
         SafetyPlane { point_m: DVec3::new(0.4, 0.0, 0.0), normal: DVec3::new(-2.0, 0.5, 0.0) },
         SafetyPlane { point_m: DVec3::new(0.0, 0.0, 0.6), normal: DVec3::Z },
     ];
-    let cut = RegionShape::RobotReach { object: None, tool_m: 0.2, planes: planes.to_vec() };
+    let cut =
+        RegionShape::RobotReach { object: None, tool_m: 0.2, within_limits: None, planes: planes.to_vec() };
     let is_before = |voxel: &[i32; 3]| {
         planes.iter().all(|plane| {
             let q15 = plane.normal.normalize().to_array().map(|n| (n * 32_768.0).round() as i64);
