@@ -110,7 +110,7 @@ fn carrying_that_cannot_be() {
     );
     wrong(
         &with("\"arm\"", "\"Arm\""),
-        &["object \"gripper\": on: object = \"Arm\": must be a robot with links", "[\"arm\"]"],
+        &["object \"gripper\".on.object = \"Arm\": must be another object of the scene", "[\"arm\"]"],
     );
     wrong(
         &with("\"arm\"", "\"gripper\""),
@@ -121,7 +121,7 @@ fn carrying_that_cannot_be() {
             "on = { object = \"arm\", link = \"tip\" }",
             "[object.snapshots]\ncarried = [true, false, true]",
         ),
-        &["object \"gripper\".snapshots: carried belongs to an object on a link", "add on = {"],
+        &["object \"gripper\".snapshots: carried belongs to an object on another one", "add on = {"],
     );
     wrong(
         &(ROBOT.to_string() + &gripper("[object.snapshots]\ncarried = [true, false, true]\n")),
@@ -161,17 +161,54 @@ fn with_tool(position: &str) -> Folder {
 #[test]
 fn what_is_carried_has_no_place_of_its_own() {
     let candidate = "\n[[candidate]]\nobject = \"tool\"\nx_m = [0, 1]\ny_m = [0]\n";
-    let expected = [
-        "study.toml",
-        "candidate \"tool\".object: \"tool\" is carried by robot \"robot\"",
-        "place the robot",
-    ];
+    let expected =
+        ["study.toml", "candidate \"tool\".object: \"tool\" is carried by \"robot\"", "place that instead"];
     refused(&with_tool("[0, 0, 0.1]"), &[("study.toml", "", candidate)], &expected);
     let surface = "\n[[sensor]]\nname = \"eye\"\nkind = \"rgbd\"\nresolution_px = [16, 9]\nfov_deg = [70, 50]\n\
                    range_m = [0.1, 3]\n[[sensor.poses]]\nname = \"wall\"\n\
                    surface = { object = \"tool\", spacing_m = 0.1 }\n";
     let expected = ["object \"tool\": moves from one snapshot", "or move with a link of a robot"];
     refused(&with_tool("[0, 0, 0.1]"), &[("study.toml", "", surface)], &expected);
+}
+
+/// A cart that drives and turns, and who stands on it.
+const CART: &str = "[[object]]\nname = \"rider\"\nrole = \"human\"\nbox = { size_m = [0.2, 0.2, 1] }\nposition_m = [0.1, 0, 0.7]\n\
+                    on = { object = \"cart\" }\n\
+                    [[object]]\nname = \"cart\"\nbox = { size_m = [1, 0.6, 0.4] }\n[object.snapshots]\n\
+                    position_m = [[0, 0, 0.2], [1, 2, 0.2]]\nrpy_deg = [[0, 0, 0], [0, 0, 90]]\n";
+
+#[test]
+fn a_driver_goes_where_the_cart_goes() {
+    let scenes = scenes(CART).unwrap();
+    let roles = ["rider", "cart"].map(|name| find(&scenes[0], name).role);
+    assert_eq!(roles, [Role::Human, Role::Environment]);
+    assert_bounds(find(&scenes[0], "rider"), [0.0, -0.1, 0.4], [0.2, 0.1, 1.4]);
+    // A quarter turn takes 0.1 m along x to y.
+    assert_bounds(find(&scenes[1], "rider"), [0.9, 2.0, 0.4], [1.1, 2.2, 1.4]);
+}
+
+#[test]
+fn carriers_that_cannot_be() {
+    let wrong = |from: &str, to: &str| {
+        assert!(CART.contains(from));
+        scenes(
+            &(ROBOT.replace("[{ turn = 0 }, { turn = 90 }, { turn = 30 }]", "[{ turn = 0 }, { turn = 90 }]")
+                + &CART.replace(from, to)),
+        )
+        .unwrap_err()
+        .to_string()
+    };
+    for (carrier, expected) in [
+        (
+            "{ object = \"truck\" }",
+            "on.object = \"truck\": must be another object of the scene: [\"arm\", \"cart\"]",
+        ),
+        ("{ object = \"arm\" }", "on: no link: \"arm\" is a robot with the links base, arm, tip"),
+        ("{ object = \"cart\", link = \"seat\" }", "object = \"cart\": must be a robot with links"),
+    ] {
+        let told = wrong("{ object = \"cart\" }", carrier);
+        assert!(told.contains("object \"rider\"") && told.contains(expected), "{told}");
+    }
 }
 
 /// What `check` says of it.
@@ -193,7 +230,7 @@ fn a_carried_object_in_the_wrong_place_is_told() {
     // As one would write it in the world.
     let far = told("[0.1, 0, 0.7]", sphere);
     assert!(
-        far.contains("but is more than 0.2 m away from it: position_m is in the frame of link \"tip\""),
+        far.contains("but is more than 0.2 m away from it: position_m is in the frame of link \"tip\" of"),
         "{far}"
     );
 }

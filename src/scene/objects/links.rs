@@ -18,6 +18,27 @@ pub struct MountLink {
     pub link: String,
 }
 
+/// What carries an object: a link of a robot, or another object, which goes somewhere.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ObjectCarrier {
+    /// Its object in the scene.
+    pub object: String,
+    /// The link's name in the URDF, if it is a robot.
+    pub link: Option<String>,
+}
+
+impl ObjectCarrier {
+    /// As in a sentence: `link "tool0" of "robot"`.
+    pub fn words(&self) -> String {
+        match &self.link {
+            Some(link) => format!("link {link:?} of {:?}", self.object),
+            None => format!("{:?}", self.object),
+        }
+    }
+}
+
 /// The links of a robot where its joint values put them, for what is mounted on them or measured from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linkage {
@@ -62,6 +83,26 @@ impl Scene {
                 .cure(format!("scene {:?} has {robots:?}", self.name))
         })?;
         linkage.link(&on.link).copied().map_err(|e| e.with_place(format!("link = {:?}", on.link)))
+    }
+
+    /// The frame of what carries an object in the world at this moment.
+    ///
+    /// # Errors
+    /// Names the objects, or the links, there are.
+    pub fn carrier(&self, on: &ObjectCarrier) -> Result<Pose, Issue> {
+        let carrier = self.objects.iter().find(|object| object.is_part_of(&on.object)).ok_or_else(|| {
+            let known: Vec<&str> = self.objects.iter().map(|object| object.name.as_str()).collect();
+            Issue::value("object", format!("{:?}", on.object), format!("must be another object: {known:?}"))
+        })?;
+        match (&carrier.linkage, &on.link) {
+            (_, Some(link)) => self.link(&MountLink { object: on.object.clone(), link: link.clone() }),
+            (None, None) => Ok(carrier.frame),
+            (Some(linkage), None) => {
+                let links: Vec<&str> = linkage.links.iter().map(|(name, _)| name.as_str()).collect();
+                let advice = format!("{:?} is a robot with the links {}", on.object, links.join(", "));
+                Err(Issue::missing("link").with_advice(advice))
+            }
+        }
     }
 }
 

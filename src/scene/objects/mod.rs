@@ -27,13 +27,14 @@ mod parts;
 pub mod polygon;
 mod xml;
 
+use crate::pose::Pose;
 use std::sync::Arc;
 
 use glam::DVec3;
 
 use keypoints::Keypoints;
 pub(crate) use links::unknown_link;
-pub use links::{Linkage, MountLink};
+pub use links::{Linkage, MountLink, ObjectCarrier};
 
 /// What an object is to the study (paper, section III).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -125,6 +126,8 @@ pub struct Object {
     pub takes_unit: bool,
     /// Its surface, in the world.
     pub surface: Surface,
+    /// Its own frame in the world.
+    pub frame: Pose,
     /// A human's joints in world metres, where they are known.
     pub keypoints: Option<Keypoints>,
     /// Where its links are, for a robot from a URDF.

@@ -29,7 +29,7 @@ pub(super) fn moments(
         let now = object.snapshot(snapshot);
         let own_pose = Pose { position_m: now.position_m, rotation: now.rotation };
         let pose = match &now.on {
-            Some(on) => own_pose.carried_by(&scene.link(on).map_err(|issue| issue.with_place("on"))?),
+            Some(on) => own_pose.carried_by(&scene.carrier(on).map_err(|issue| issue.with_place("on"))?),
             None => own_pose,
         };
         let own = ObjectSpec { on: None, rotation: DQuat::IDENTITY, position_m: DVec3::ZERO, ..now };
@@ -75,7 +75,7 @@ fn place(object: Object, pose: &Pose) -> Object {
         voxels => voxels,
     };
     let linkage = object.linkage.map(|linkage| Arc::new(linkage.carried_by(pose)));
-    Object { surface, keypoints, linkage, ..object }
+    Object { surface, frame: *pose, keypoints, linkage, ..object }
 }
 
 fn share(parts: Vec<Object>, earlier: &[Vec<Arc<Object>>]) -> Vec<Arc<Object>> {

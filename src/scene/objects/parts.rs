@@ -163,6 +163,7 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
         tag_only: spec.tag_only,
         takes_unit: spec.surface.takes_unit(),
         surface,
+        frame: crate::pose::Pose::ORIGIN,
         keypoints: None,
         linkage: None,
         warnings: Vec::new(),

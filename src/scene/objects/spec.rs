@@ -13,7 +13,7 @@ use super::keypoints::KeypointFile;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::sdf::SdfFile;
 use super::urdf::{GeometryUse, JointValues, Packages};
-use super::{Interior, MountLink, Optical, Role};
+use super::{Interior, ObjectCarrier, Optical, Role};
 
 /// A checked scene: what to load and where to put it.
 #[derive(Clone, Debug)]
@@ -66,8 +66,8 @@ pub struct ObjectSpec {
     pub person_shade: u8,
     /// Gives its role without adding truth.
     pub tag_only: bool,
-    /// The link of a robot that carries it; its position and rotation are then in the link's frame.
-    pub on: Option<MountLink>,
+    /// What carries it; its position and rotation are then in that frame.
+    pub on: Option<ObjectCarrier>,
     /// Where its own frame is, in the world or on the link that carries it.
     pub position_m: DVec3,
     /// How its own frame is turned.

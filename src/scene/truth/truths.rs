@@ -232,6 +232,7 @@ mod tests {
             tag_only: false,
             takes_unit: false,
             surface: Surface::Mesh(mesh),
+            frame: crate::pose::Pose::ORIGIN,
             keypoints: None,
             linkage: None,
             warnings: Vec::new(),

@@ -124,8 +124,8 @@ fn check(at: &Place, file: CandidateFile, scenes: &[SceneSpec]) -> Result<Checke
         }
         let carried = known().filter(|object| object.name == *name).find_map(|object| object.on.as_ref());
         if let Some(on) = carried {
-            let what = format!("{name:?} is carried by robot {:?}, with which it goes", on.object);
-            return Err(at.key(key).says(what).with_advice("place the robot instead"));
+            let what = format!("{name:?} is carried by {:?}, with which it goes", on.object);
+            return Err(at.key(key).says(what).with_advice("place that instead"));
         }
         let is_octomap = |object: &&ObjectSpec| matches!(object.surface, SurfaceSpec::Octomap(_));
         if known().filter(|object| object.name == *name).any(|object| is_octomap(&object)) {

@@ -18,7 +18,7 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::objects::keypoints::JointLayout;
 use perirobot_scene::objects::spec::{NodeRule, SceneSpec};
 use perirobot_scene::objects::urdf::GeometryUse;
-use perirobot_scene::objects::{Interior, MountLink, Optical, Role};
+use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, Role};
 use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::source::Sources;
 pub(super) use surface::{mesh, unit_and_up_belong};
@@ -55,8 +55,9 @@ struct ObjectFile {
     /// Gives its role to voxels that other objects fill, and fills none itself. Default false.
     #[serde(default)]
     tag_only: bool,
-    /// The link of a robot that carries it, as a gripper or a box; its pose is then in the link's frame.
-    on: Option<MountLink>,
+    /// What carries it: a link of a robot, as a gripper, or another object, as the driver of a forklift. Its pose is then in
+    /// that frame.
+    on: Option<ObjectCarrier>,
     /// Where its own frame is, [x, y, z] in metres; bodies are centred on it. Default the origin.
     #[serde(default, deserialize_with = "exactly")]
     position_m: [f64; 3],
@@ -190,10 +191,11 @@ pub(super) fn parse_scene(path: &Path, text: String) -> Result<SceneSpec, Vec<Er
             problems.keep(at.some("object", &file.object, "[[object]] name = \"table\""));
         }
         interior = file.interior.unwrap_or(interior);
+        let names: Vec<String> = file.object.iter().map(|entry| entry.name.clone()).collect();
         let checked = file.object.into_iter().map(|entry| object::check(&at, entry, interior));
         objects = checked.filter_map(|object| problems.keep(object)).collect();
         problems.keep(at.unique("object", objects.iter().map(|o| o.name.as_str())));
-        problems.keep(object::refuse_circles(&at, &objects));
+        problems.keep(object::check_carriers(&at, &names, &objects));
     }
     problems.none()?;
     let name = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());

@@ -9,7 +9,7 @@ use crate::input::Study;
 use perirobot_march::voxel::flood::enclosed_voxels;
 use perirobot_march::voxel::{BitGrid, Distances, rounded_up};
 use perirobot_scene::objects::spec::ObjectSpec;
-use perirobot_scene::objects::{MountLink, Scene, Surface};
+use perirobot_scene::objects::{ObjectCarrier, Scene, Surface};
 use perirobot_scene::truth::{RegionShape, Truth};
 
 /// With a larger share of its voxels in its robot, an object is inside of it rather than mounted on it.
@@ -40,7 +40,8 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Vec
     };
     let mut lines: Vec<String> = faults.iter().map(line).collect();
     for (object, beyond_m) in carried.iter().zip(beyond_m) {
-        lines.extend(object.on.as_ref().and_then(|on| short_reach(study, object, on, beyond_m)));
+        let on_robot = object.on.as_ref().filter(|on| on.link.is_some());
+        lines.extend(on_robot.and_then(|on| short_reach(study, object, on, beyond_m)));
     }
     lines
 }
@@ -51,8 +52,8 @@ fn parts<'a>(scene: &'a Scene, name: &'a str) -> impl Iterator<Item = usize> + '
 }
 
 /// How far any point of a carried object is from the frame of its link, in metres.
-fn farthest_from_link(scene: &Scene, object: &ObjectSpec, on: &MountLink) -> f64 {
-    let Ok(link) = scene.link(on) else { return 0.0 };
+fn farthest_from_link(scene: &Scene, object: &ObjectSpec, on: &ObjectCarrier) -> f64 {
+    let Ok(link) = scene.carrier(on) else { return 0.0 };
     let corners = parts(scene, &object.name).filter_map(|index| match &scene.objects[index].surface {
         Surface::Mesh(mesh) => Some(&mesh.vertices),
         Surface::Voxels { .. } => None,
@@ -85,8 +86,9 @@ fn placement(
         let percent = 100.0 * share;
         let what = format!(
             "is inside {:?}, which carries it, with {percent:.0} % of its voxels: move it with position_m, which is in \
-             the frame of link {:?}",
-            on.object, on.link
+             the frame of {}",
+            on.object,
+            on.words()
         );
         return Some(("inside", what));
     }
@@ -102,25 +104,27 @@ fn placement(
     let mut holders = others.flat_map(|other| parts(scene, &other.name)).chain([robot]);
     holders.all(|index| !is_near(&index)).then(|| {
         let what = format!(
-            "is carried by {:?}, but is more than {HELD_M} m away from it: position_m is in the frame of link {:?}, not in \
-             the world",
-            on.object, on.link
+            "is carried by {:?}, but is more than {HELD_M} m away from it: position_m is in the frame of {}, not in the \
+             world",
+            on.object,
+            on.words()
         );
         ("far", what)
     })
 }
 
 /// Regions of a robot's reach that what it carries may leave.
-fn short_reach(study: &Study, object: &ObjectSpec, on: &MountLink, beyond_m: f64) -> Option<String> {
+fn short_reach(study: &Study, object: &ObjectSpec, on: &ObjectCarrier, beyond_m: f64) -> Option<String> {
     study.regions.iter().find_map(|(name, spec)| match spec.robot_reach() {
         Some(RegionShape::RobotReach { object: robot, tool_m, .. })
             if robot.as_ref().is_none_or(|robot| *robot == on.object) && beyond_m > tool_m + 1e-6 =>
         {
             let needed = rounded_up(beyond_m, 2);
             Some(format!(
-                "region {name:?}: {:?} gets up to {needed} m from link {:?} of {:?} that carries it, and \
+                "region {name:?}: {:?} gets up to {needed} m from {} that carries it, and \
                  robot_reach.tool_m is {tool_m}: write tool_m = {needed} for all that it can reach",
-                object.name, on.link, on.object
+                object.name,
+                on.words()
             ))
         }
         _ => None,

@@ -127,6 +127,7 @@ mod tests {
             tag_only: false,
             takes_unit: false,
             surface: Surface::Mesh(mesh.clone()),
+            frame: perirobot_scene::pose::Pose::ORIGIN,
             keypoints: None,
             linkage: None,
             warnings: Vec::new(),

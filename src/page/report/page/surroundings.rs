@@ -236,6 +236,7 @@ mod tests {
             tag_only: false,
             takes_unit: false,
             surface,
+            frame: perirobot_scene::pose::Pose::ORIGIN,
             keypoints,
             linkage,
             warnings,

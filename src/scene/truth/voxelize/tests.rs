@@ -27,6 +27,7 @@ fn object(name: &str, role: Role, interior: Interior, mesh: Mesh) -> Object {
         tag_only: false,
         takes_unit: true,
         surface,
+        frame: crate::pose::Pose::ORIGIN,
         keypoints: None,
         linkage: None,
         warnings: Vec::new(),

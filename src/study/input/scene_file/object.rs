@@ -9,7 +9,7 @@ use crate::diagnostics::Place;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_scene::objects::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
-use perirobot_scene::objects::{Interior, MountLink, Optical, Role};
+use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, Role};
 
 pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
     let at = &at.key(&format!("object {:?}", entry.name));
@@ -19,7 +19,9 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
     refuse_strange_keys(at, &entry, &surface)?;
     let (position_m, rotation) = pose(at, &entry, &surface)?;
     let interior = interior(at, entry.interior, &surface)?.unwrap_or(default_interior);
-    let role = entry.role.unwrap_or_else(|| usual_role(&surface, entry.on.is_some()));
+    let role = entry
+        .role
+        .unwrap_or_else(|| usual_role(&surface, entry.on.as_ref().is_some_and(|on| on.link.is_some())));
     refuse_strange_keypoints(at, &entry, &surface, role, &person)?;
     let keypoints = entry.keypoints.as_ref().map(|path| person.joints(at, "keypoints", path)).transpose()?;
     let has_role = entry.role.is_some();
@@ -92,15 +94,15 @@ fn interior(at: &Place, said: Option<Interior>, surface: &SurfaceSpec) -> Result
 /// Refuses moments of carrying without a carrier, and a role that nobody decided of what is put down.
 fn refuse_strange_carrying(
     at: &Place,
-    on: Option<&MountLink>,
+    on: Option<&ObjectCarrier>,
     motion: &MotionSpec,
     has_role: bool,
 ) -> Result<()> {
     match on {
         None if !motion.carried.is_empty() => Err(at
             .key("snapshots")
-            .says("carried belongs to an object on a link")
-            .with_advice("add on = { object = \"robot\", link = \"tool0\" }")),
+            .says("carried belongs to an object on another one")
+            .with_advice("add on = { object = \"robot\", link = \"tool0\" }, or on = { object = \"cart\" }")),
         Some(_) if motion.carried.contains(&false) && !has_role => {
             Err(at.wrap(Issue::missing("role")).with_advice(
                 "it is put down at some moments: say role = \"environment\", or \"robot\" if people must also keep away \
@@ -116,8 +118,17 @@ fn refuse_strange_carrying(
     }
 }
 
-/// Refuses robots that carry each other.
-pub(super) fn refuse_circles(at: &Place, objects: &[ObjectSpec]) -> Result<()> {
+/// Refuses objects that are carried by none of these names, or by each other.
+pub(super) fn check_carriers(at: &Place, names: &[String], objects: &[ObjectSpec]) -> Result<()> {
+    for object in objects {
+        let Some(on) = &object.on else { continue };
+        let known: Vec<&String> = names.iter().filter(|name| **name != object.name).collect();
+        if !names.contains(&on.object) {
+            let at = at.key(&format!("object {:?}", object.name)).key("on");
+            let rule = format!("must be another object of the scene: {known:?}");
+            return Err(at.wrong("object", format!("{:?}", on.object), &rule));
+        }
+    }
     let carrier = |object: &ObjectSpec| {
         let on = object.on.as_ref()?;
         objects.iter().find(|other| other.name == on.object)
@@ -131,16 +142,16 @@ pub(super) fn refuse_circles(at: &Place, objects: &[ObjectSpec]) -> Result<()> {
             .key(&format!("object {:?}", object.name))
             .key("on")
             .says("it is carried by what it carries itself")
-            .with_advice("one robot must stand in the world: take its on away")),
+            .with_advice("one of them must stand in the world: take its on away")),
         None => Ok(()),
     }
 }
 
 /// What an object stands for unless it says so. What a robot carries is as dangerous as the robot.
-fn usual_role(surface: &SurfaceSpec, is_carried: bool) -> Role {
+fn usual_role(surface: &SurfaceSpec, is_on_robot: bool) -> Role {
     match surface {
         SurfaceSpec::Mannequin(_) => Role::Human,
-        _ if is_carried => Role::Robot,
+        _ if is_on_robot => Role::Robot,
         SurfaceSpec::Urdf(_) => Role::Robot,
         _ => Role::Environment,
     }
