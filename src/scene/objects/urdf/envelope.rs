@@ -4,6 +4,7 @@
 
 mod polar;
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -59,6 +60,14 @@ impl Envelope {
     }
 }
 
+/// What is known while the links are gone through from their tips.
+struct Gathered<'a> {
+    meshes: &'a [Mesh],
+    /// What hangs on each joint that moves, and how far others may be from it.
+    sets: &'a [Option<(PolarSet, f64)>],
+    tool_m: f64,
+}
+
 impl RobotModel {
     /// All that the links reach, and a tool of any direction beyond the last ones. Cells are about `step_m` long, or larger
     /// for a robot that is large.
@@ -87,8 +96,13 @@ impl RobotModel {
                 let set_from_link = DAffine3::from_mat3(onto_z(axis));
                 let step_m = step_m.max(radii[link] * FINEST);
                 let mut set = PolarSet::new(step_m, radii[link], slid);
-                let error_m =
-                    self.gather(link, &set_from_link, (meshes, &sets, tool_m), step_m, &mut |at| set.add(at));
+                let error_m = self.gather(
+                    link,
+                    &set_from_link,
+                    &Gathered { meshes, sets: &sets, tool_m },
+                    step_m,
+                    &mut |at| set.add(at),
+                );
                 match moves {
                     JointMotion::Turn { limits_rad, .. } => set.turn(limits_rad),
                     _ => set.slide(slid),
@@ -124,11 +138,11 @@ impl RobotModel {
         &self,
         link: usize,
         frame: &DAffine3,
-        known: (&[Mesh], &[Option<(PolarSet, f64)>], f64),
+        known: &Gathered,
         step_m: f64,
         add: &mut dyn FnMut(DVec3),
     ) -> f64 {
-        let (meshes, sets, tool_m) = known;
+        let Gathered { meshes, sets, tool_m } = *known;
         sample(&meshes[link], frame, step_m, add);
         let mut error_m = SAMPLED * step_m;
         let mut is_last = true;
@@ -189,7 +203,9 @@ impl RobotModel {
             let is_within = |[low, high]: [f64; 2]| low - SLACK <= written[0] && written[1] <= high + SLACK;
             let wrong = match own {
                 Err(wrong) => wrong,
-                Ok(_) if !(written[0] <= written[1]) => "must be [lowest, highest]".into(),
+                Ok(_) if written[0].partial_cmp(&written[1]).is_none_or(Ordering::is_gt) => {
+                    "must be [lowest, highest]".into()
+                }
                 Ok(own) if !is_within(own) => {
                     format!("must be within {own:?}, its limits in {}", self.path.display())
                 }

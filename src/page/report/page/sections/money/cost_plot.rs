@@ -37,9 +37,10 @@ pub(super) struct CostPlot {
 
 impl CostPlot {
     pub(super) fn new(findings: &Findings, chosen: &Chosen) -> CostPlot {
+        let clicked = |step: &StepReport| ClickedSet::new(findings, chosen, &step.best);
         CostPlot {
             notes: chosen_sets::reading_guide(chosen).lines().map(String::from).collect(),
-            picture: draw(chosen, &|set| shown_set(findings, chosen, set)),
+            picture: draw(chosen, &chosen.report.steps.iter().map(clicked).collect::<Vec<_>>()),
             front: (
                 "The front: the best set of each size and step of cost".into(),
                 chosen_sets::front(chosen, &IN_WORDS),
@@ -68,15 +69,26 @@ impl CostPlot {
     }
 }
 
-/// What a click on a set selects, and whether it meets all requirements, where `judge` decided that.
-fn shown_set(findings: &Findings, chosen: &Chosen, set: &SetReport) -> Option<(Spot, Option<bool>)> {
-    let Findings { sweep, rankings, judged, .. } = findings;
-    let poses = set.poses.join(&BETWEEN_MEMBERS.to_string());
-    let combination = sweep.results.combinations.iter().position(|one| one.name_of(0) == poses)?;
-    let series = series_of(rankings, combination, 0)?;
-    let region = region_of(sweep, &chosen.asked.region)?;
-    let own = judged.iter().find(|one| one.choice.is_some_and(|choice| choice.combination == combination));
-    Some((Spot { series, region, opens: "cell".into() }, own.map(|one| one.passes())))
+/// What a click on a set selects.
+struct ClickedSet {
+    spot: Spot,
+    /// Whether it meets all requirements, if `judge` decided that.
+    passes: Option<bool>,
+}
+
+impl ClickedSet {
+    /// `None` of a set without scores.
+    fn new(findings: &Findings, chosen: &Chosen, set: &SetReport) -> Option<ClickedSet> {
+        let Findings { sweep, rankings, judged, .. } = findings;
+        let poses = set.poses.join(BETWEEN_MEMBERS);
+        let combination = sweep.results.combinations.iter().position(|one| one.name_of(0) == poses)?;
+        let series = series_of(rankings, combination, 0)?;
+        let region = region_of(sweep, &chosen.asked.region)?;
+        let own =
+            judged.iter().find(|one| one.choice.is_some_and(|choice| choice.combination == combination));
+        let spot = Spot { series, region, opens: "cell".into() };
+        Some(ClickedSet { spot, passes: own.map(|one| one.passes()) })
+    }
 }
 
 /// What a step is drawn at: its cost, or how many sensors it has where there are no costs.
@@ -87,7 +99,7 @@ fn step_x(step: &StepReport, priced: bool) -> f64 {
     }
 }
 
-fn draw(chosen: &Chosen, shown_set: &dyn Fn(&SetReport) -> Option<(Spot, Option<bool>)>) -> String {
+fn draw(chosen: &Chosen, clicked: &[Option<ClickedSet>]) -> String {
     let (steps, objective) = (&chosen.report.steps, chosen.asked.objective);
     let (score, whole) = match measure::is_share(objective) {
         true => (format!("{}, %", measure::title(objective)), 100.0),
@@ -120,7 +132,7 @@ fn draw(chosen: &Chosen, shown_set: &dyn Fn(&SetReport) -> Option<(Spot, Option<
     sheet.y = bottom;
     across.draw_below(&mut sheet, top, name);
     sheet.y = SIZE[1];
-    for step in steps {
+    for (step, clicked) in steps.iter().zip(clicked) {
         let value = step_x(step, priced);
         let until = match step.budget.filter(|_| priced) {
             Some(budget) => budget.amount(),
@@ -136,11 +148,10 @@ fn draw(chosen: &Chosen, shown_set: &dyn Fn(&SetReport) -> Option<(Spot, Option<
         }
         let words =
             format!("{}: {}", chosen_sets::describe_score(chosen, &IN_WORDS, &step.best), step.best.name());
-        let (spot, passes) = shown_set(&step.best).unzip();
-        sheet.add(&spot.as_ref().map_or(String::new(), Spot::opening));
+        sheet.add(&clicked.as_ref().map_or(String::new(), |set| set.spot.opening()));
         sheet.point(fill, [x, y], colour, &words);
-        sheet.add(spot.map_or("", |_| Spot::CLOSING));
-        let sign = match passes.flatten() {
+        sheet.add(clicked.as_ref().map_or("", |_| Spot::CLOSING));
+        let sign = match clicked.as_ref().and_then(|set| set.passes) {
             Some(true) => " ✓",
             Some(false) => " ✗",
             None => "",
