@@ -12,6 +12,7 @@ mod folder;
 mod judge;
 mod labels;
 mod look;
+mod moments;
 mod origin;
 mod process;
 mod recorded;
@@ -39,6 +40,8 @@ mod _perirobot {
     use super::arrow_stream;
     #[pymodule_export]
     use super::cell_map;
+    #[pymodule_export]
+    use super::moments::{Moments, disk_files, find_choice, identity, moments, write_labels};
     #[pymodule_export]
     use super::open_drivers;
     #[pymodule_export]

@@ -22,6 +22,7 @@ use pyo3::types::PyBytes;
 
 use crate::backends::{BackendWords, LastBackends};
 use crate::error::to_exception;
+use crate::labels::{ViewNumbers, WorldGrid};
 use crate::look::{AlterationWords, WishWords};
 use crate::origin::{FileOrigin, MemoryFile, table};
 use crate::recorded::{AskedWords, RecordedWords};
@@ -33,9 +34,9 @@ use crate::{cheapest, choose, evaluate, folder, judge, labels, look, recorded, r
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
 pub(crate) struct Study {
-    study: perirobot_study::input::Study,
+    pub(crate) study: perirobot_study::input::Study,
     /// Its files that are in memory only.
-    files: Arc<Vec<(PathBuf, Vec<u8>)>>,
+    pub(crate) files: Arc<Vec<(PathBuf, Vec<u8>)>>,
     /// Files and their hashes as they were when the study was pickled.
     before: Vec<ReadFile>,
     /// Those of the study that this one came from, where it only asks for something else.
@@ -43,14 +44,8 @@ pub(crate) struct Study {
     backends: Arc<LastBackends>,
 }
 
-/// A choice of poses in one world: the world's number, and those of combination, choice, representation and repeat.
-type View = (usize, [usize; 4]);
-
 /// A file that was read, and its SHA-256.
-type ReadFile = (String, String);
-
-/// The numbers of a scene and a snapshot, and their grid.
-type WorldGrid = (usize, usize, [f64; 3], [u32; 3]);
+pub(crate) type ReadFile = (String, String);
 
 /// Labels, and whether a return comes from each voxel.
 type LabelArrays<'py> = (Bound<'py, PyArray3<u8>>, Bound<'py, PyArray3<bool>>);
@@ -95,7 +90,7 @@ impl Study {
     }
 
     /// The files that were read so far, and their hashes.
-    fn read_files(&self) -> Vec<ReadFile> {
+    pub(crate) fn read_files(&self) -> Vec<ReadFile> {
         let name = |file: source::ReadFile| (file.path.display().to_string(), file.sha256);
         self.study.sources.read_files().into_iter().map(name).collect()
     }
@@ -455,7 +450,7 @@ impl Study {
     }
 
     /// Finds a choice of poses in a world by its names.
-    fn find(&self, py: Python<'_>, words: ChoiceWords) -> PyResult<View> {
+    fn find(&self, py: Python<'_>, words: ChoiceWords) -> PyResult<ViewNumbers> {
         let worlds = self.worlds(py)?;
         let (world, choice) =
             find(&self.study, worlds, &selector(words)).map_err(|error| to_exception(&error))?;
@@ -465,7 +460,7 @@ impl Study {
     }
 
     /// The names of what a view looks at: scene, combination, poses and representation.
-    fn names_of(&self, py: Python<'_>, view: View) -> PyResult<[String; 4]> {
+    fn names_of(&self, py: Python<'_>, view: ViewNumbers) -> PyResult<[String; 4]> {
         let (world, [combination, choice, representation, _]) = view;
         let (world, own) = (&self.worlds(py)?[world], &self.study.combinations[combination]);
         let representation = representation_names(&self.study, own).swap_remove(representation);
@@ -478,16 +473,12 @@ impl Study {
         let Some(world) = worlds.get(world) else {
             return Err(PyIndexError::new_err(format!("there is no world {world}")));
         };
-        Ok((world.scene, world.snapshot, world.grid.corner_m([0; 3]).to_array(), world.grid.size))
+        Ok(labels::grid(world))
     }
 
     /// The same of each world.
     fn grids(&self, py: Python<'_>) -> PyResult<Vec<WorldGrid>> {
-        let worlds = self.worlds(py)?;
-        let grid = |world: &World| {
-            (world.scene, world.snapshot, world.grid.corner_m([0; 3]).to_array(), world.grid.size)
-        };
-        Ok(worlds.iter().map(grid).collect())
+        Ok(self.worlds(py)?.iter().map(labels::grid).collect())
     }
 
     /// What is truly there in a world, by its number: the planes of `labels::truth`.
@@ -503,7 +494,7 @@ impl Study {
     fn labels<'py>(
         &self,
         py: Python<'py>,
-        views: Vec<View>,
+        views: Vec<ViewNumbers>,
         backend: BackendWords,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Vec<LabelArrays<'py>>> {
@@ -543,7 +534,7 @@ impl Study {
     }
 
     /// The same, and shows how far it is.
-    fn with_backend_shown<T: Send>(
+    pub(crate) fn with_backend_shown<T: Send>(
         &self,
         py: Python<'_>,
         (backend, progress): (BackendWords, Option<Py<PyAny>>),
@@ -577,6 +568,11 @@ impl Study {
         }
     }
 
+    /// The scenes in voxels, if they were made already.
+    pub(crate) fn ready_worlds(&self) -> Option<&[World]> {
+        self.worlds.get().map(Vec::as_slice)
+    }
+
     /// The number of a sensor that takes poses.
     fn sensor(&self, name: &str) -> PyResult<usize> {
         let known = self.sensors();
@@ -608,7 +604,7 @@ fn selector((poses, combination, representation, scene, snapshot, repeat): Choic
 }
 
 /// What is odd about scenes: a scene's name and words, for each thing.
-fn odd(worlds: &[World]) -> Vec<(&str, &str)> {
+pub(crate) fn odd(worlds: &[World]) -> Vec<(&str, &str)> {
     let mut odd = Vec::new();
     for world in worlds {
         odd.extend(world.warnings.iter().map(|text| (world.name.as_str(), text.as_str())));

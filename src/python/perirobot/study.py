@@ -25,6 +25,7 @@ from .poses import Frame, each
 from .progress import Bars, shown
 from .purchase import Purchase
 from .result import Result
+from .selection import choices
 from .table import Table
 
 if TYPE_CHECKING:
@@ -386,15 +387,11 @@ class Study(Looks):
         :param representation: as in the column ``representation``; the first by default.
         :param scenes: names of scenes; all by default.
         """
-        if poses is None:
-            if combination is None and len(self.combinations) > 1:
-                raise ValueError(f"combination: say which of {self.combinations}")
-            name = combination or self.combinations[0]
-            if name not in self.combinations:
-                raise ValueError(f"combination = {name!r}: must be one of {self.combinations}")
-            poses = self._native.choices(self.combinations.index(name))[0]
-        names = texts("poses", poses)
-        found = [self._native.find((name, combination, representation, None, 0, 0))[1] for name in names]
+
+        def find(name: str, combination: str | None) -> list[int]:
+            return self._native.find((name, combination, representation, None, 0, 0))[1]
+
+        found = choices(self, poses, combination, find)
         known = self.scenes
         wanted = known if scenes is None else texts("scenes", scenes)
         unknown = [name for name in wanted if name not in known]
@@ -408,7 +405,7 @@ class Study(Looks):
             (world, [combination_, choice, way, repeat])
             for world in worlds
             for repeat in range(self.repeats)
-            for combination_, choice, way, _ in found
+            for combination_, choice, way in found
         )
 
         def all_labels() -> Iterator[Labels]:
