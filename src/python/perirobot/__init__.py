@@ -27,6 +27,7 @@ from .poses import look_at
 from .purchase import Purchase, PurchasedSensor, PurchasedSet, Reason
 from .result import Result
 from .recorded import ScoredMap, score_map
+from .recordings import depth_points
 from .study import Study
 from .table import Table
 from .warned import DeviceWarning, InputWarning
@@ -35,7 +36,8 @@ __all__ = [
     *("COUNTERS", "FREE", "OCCUPIED", "UNKNOWN"),
     *("Approach", "Backend", "Best", "Cell", "Dataset", "DeviceWarning", "InputWarning", "Labels", "Picture"),
     *("Planner", "Purchase", "PurchasedSensor", "PurchasedSet", "Reason", "Result", "Sample", "ScoredMap", "Study"),
-    *("Table", "Truth", "Why", "__version__", "dataset", "look_at", "open_dataset", "plan", "score", "score_map"),
+    *("Table", "Truth", "Why", "__version__", "dataset", "depth_points", "look_at"),
+    *("open_dataset", "plan", "score", "score_map"),
 ]
 
 

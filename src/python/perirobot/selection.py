@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from .checks import texts
 
 if TYPE_CHECKING:
-    from .study import Study
+    from .named import Named
 
 #: Finds the numbers of combination, choice and representation of a name.
 _Find = Callable[[str, "str | None"], "list[int]"]
 
 
-def choices(study: Study, poses: Iterable[str] | None, combination: str | None, find: _Find) -> list[list[int]]:
+def choices(study: Named, poses: Iterable[str] | None, combination: str | None, find: _Find) -> list[list[int]]:
     """The numbers of combination, choice and representation of choices of poses; all of the combination by default."""
     if poses is not None:
         return [find(name, combination)[:3] for name in texts("poses", poses)]
