@@ -9,12 +9,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import warnings
 
 import numpy as np
 
 import perirobot as pr
+from perirobot import dataset_writer
 from shared import ROOT, tiny_with_a_crumb
 
 SENSORS = {
@@ -75,7 +77,7 @@ class Datasets(unittest.TestCase):
             truth = study.truth(view.scene, view.snapshot)
             expected = {"labels": view.labels, "hits": view.hits, "occupied": truth.occupied, "human": truth.human}
             expected |= {"robot": truth.robot, "regions": np.stack(list(truth.regions.values()))}
-            self.assertEqual(set(sample), set(data.sheet["arrays"]))
+            self.assertEqual(list(sample), list(data.sheet["arrays"]))
             for name, array in sample.items():
                 np.testing.assert_array_equal(array, expected[name], name)
                 self.assertEqual(array.dtype, expected[name].dtype)
@@ -180,6 +182,23 @@ pr.dataset(cells(), SENSORS, out={out!r}, cells_per_part=2)
         with self.assertRaisesRegex(ValueError, "human-00001.npy: differs from its hash"):
             data.verify()
 
+    def test_a_slow_disk_gets_each_batch(self):
+        made, study = cells(3), pr.Study(SENSORS, scenes=cells(3))
+        write, batch = dataset_writer.ArrayFile.write, dataset_writer._BATCH_BYTES
+
+        def slow(file: object, rows: np.ndarray) -> None:
+            time.sleep(0.02)
+            write(file, rows)
+
+        self.addCleanup(setattr, dataset_writer.ArrayFile, "write", write)
+        self.addCleanup(setattr, dataset_writer, "_BATCH_BYTES", batch)
+        dataset_writer.ArrayFile.write, dataset_writer._BATCH_BYTES = slow, 2 * 20 * 16 * 12
+        every = ["occupied", "human", "robot", "regions", "hits"]
+        self.equal(pr.dataset(made, SENSORS, out=self.folder(), include=every), study)
+        data = pr.dataset(made, SENSORS, out=self.folder(), include=[])
+        for number, view in enumerate(study.each_labels(backend="cpu", progress=False)):
+            np.testing.assert_array_equal(data[number]["labels"], view.labels)
+
     def test_ctrl_c_leaves_whole_parts_only(self):
         out = self.folder()
 
@@ -198,9 +217,7 @@ pr.dataset(cells(), SENSORS, out={out!r}, cells_per_part=2)
                 pass
 
         study = pr.Study(SENSORS, scenes=cells())
-        from perirobot.dataset_writer import _Job
-
-        job = _Job(study, out, ("cpu", None, None))
+        job = dataset_writer._Job(study, out, ("cpu", None, None))
         job.prepare(None, None, None, ["human"], 2)
         bars = Stops()
         with self.assertRaises(KeyboardInterrupt):

@@ -108,7 +108,9 @@ class Recordings(unittest.TestCase):
         self.assertLess(np.abs(view.origin_m + 0.1 * (np.array([x, y, z]) + 0.5) - [2.0, 1.5, 0.5]).max(), 0.11)
 
     def test_labels(self):
-        own = pr.Study({"grid": GRID, "region": [REGION], "sensor": [CAMERA]}, scenes={"cell": BOX})
+        # Noise marks voxels that no return comes from, some of them occupied.
+        noisy = {**CAMERA, "noise": {"std_m": 0.15}}
+        own = pr.Study({"grid": GRID, "region": [REGION], "sensor": [noisy]}, scenes={"cell": BOX})
         view = own.labels("camera:spot/0")
         np.savez(
             self.folder / "map.npz",

@@ -92,8 +92,9 @@ def score_map(
     labels: Any = recorded
     if not isinstance(recorded, Labels):
         points = array("recorded", labels)
-        if points.dtype.kind == "f":
-            if origin_m is not None or voxel_size_m is not None:
+        are_labels = origin_m is not None or voxel_size_m is not None
+        if points.dtype.kind == "f" and (points.ndim < 3 or not are_labels):
+            if are_labels:
                 raise ValueError("origin_m, voxel_size_m: belong to labels, and these are points")
             cloud = (three("sensor_m", sensor_m), None, None)
             return ScoredMap(*map(dict, _perirobot.score_file(native, "recorded.pcd", cloud_file("recorded", points), cloud, words)))

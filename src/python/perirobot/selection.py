@@ -10,8 +10,8 @@ from .checks import texts
 if TYPE_CHECKING:
     from .named import Named
 
-#: Finds the numbers of combination, choice and representation of a name.
-_Find = Callable[[str, "str | None"], "list[int]"]
+    #: Finds the numbers of combination, choice and representation of a name.
+    _Find = Callable[[str, "str | None"], "list[int]"]
 
 
 def choices(study: Named, poses: Iterable[str] | None, combination: str | None, find: _Find) -> list[list[int]]:
