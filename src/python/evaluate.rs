@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use numpy::ndarray::{Array6, ArrayView1, ArrayView2};
+use numpy::{IntoPyArray, PyArray6, PyReadonlyArray2};
 use perirobot_march::Result;
 use perirobot_march::backend::factory::BackendFactory;
 use perirobot_march::error::{Argument, Issue, Site};
@@ -10,8 +11,11 @@ use perirobot_scene::pose::{Pose, RotationFrame};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::scoring::run_on;
+use pyo3::prelude::*;
 
-use crate::watch::Listener;
+use crate::backends::BackendWords;
+use crate::study::Study as PyStudy;
+use crate::watch::{Listener, run};
 
 /// Counters of a choice in a region: labels, detection and overlap.
 pub(crate) const COUNTERS: usize =
@@ -19,6 +23,39 @@ pub(crate) const COUNTERS: usize =
 
 /// How far the entries of RᵀR may be from those of the identity, of a rotation R.
 const ROUNDED: f64 = 1e-3;
+
+/// Counts sensors at poses of Python's choice: the first of each entry together, the second of each and so on.
+#[pyfunction]
+pub(crate) fn evaluate<'py>(
+    py: Python<'py>,
+    study: &PyStudy,
+    poses: Vec<(String, PyReadonlyArray2<'py, f64>)>,
+    is_optical: bool,
+    backend: BackendWords,
+) -> PyResult<Bound<'py, PyArray6<i64>>> {
+    let worlds = study.worlds(py)?;
+    let each = poses.iter().map(|(sensor, rows)| Ok((sensor, study.sensor(sensor)?, rows.as_array())));
+    let each: Vec<(&String, usize, ArrayView2<f64>)> = each.collect::<PyResult<_>>()?;
+    let frame = if is_optical { RotationFrame::Optical } else { RotationFrame::Link };
+    let open = study.backends.take();
+    let (counts, open) = run(py, None, |listener| {
+        let poses = each.into_iter().map(|(name, sensor, rows)| {
+            let poses = self::poses(rows, frame);
+            Ok((sensor, poses.map_err(|issue| issue.with_place(format!("sensor {name:?}")))?))
+        });
+        let poses: Vec<(usize, Vec<Pose>)> = poses.collect::<perirobot_march::Result<_>>()?;
+        let study = study.study.elsewhere(&poses)?;
+        let ways = |(sensor, _): &(usize, _)| study.sensors[*sensor].kind.representations().len();
+        let ways = poses.iter().map(ways).product();
+        worlds.iter().try_for_each(|world| world.examine_sensors(&study))?;
+        let moved: Vec<World> = worlds.iter().map(|world| world.with_sensors(&study.sensors)).collect();
+        open.use_backend(backend, listener, |backends| {
+            self::counts((&study, ways), &moved, backends, listener)
+        })
+    })?;
+    study.backends.put(py, open);
+    Ok(counts.into_pyarray(py))
+}
 
 /// Poses of rows: x, y, z in metres and the quaternion w, x, y, z, or the 16 numbers of a matrix that leads from the
 /// sensor's frame to the world.

@@ -12,13 +12,17 @@ mod folder;
 mod judge;
 mod labels;
 mod look;
+mod looks;
+mod moments;
 mod origin;
 mod process;
 mod recorded;
 mod report;
+mod searches;
 mod study;
 mod swept;
 mod table;
+mod views;
 mod watch;
 
 use std::ffi::OsString;
@@ -40,11 +44,19 @@ mod _perirobot {
     #[pymodule_export]
     use super::cell_map;
     #[pymodule_export]
+    use super::evaluate::evaluate;
+    #[pymodule_export]
+    use super::looks::{approach, export, judge_choice, render, report, why};
+    #[pymodule_export]
+    use super::moments::{Moments, disk_files, find_choice, identity, moments, write_labels};
+    #[pymodule_export]
     use super::open_drivers;
     #[pymodule_export]
     use super::origin_of;
     #[pymodule_export]
     use super::purchase_sentence;
+    #[pymodule_export]
+    use super::recorded::{score_file, score_labels};
     #[pymodule_export]
     use super::results;
     #[pymodule_export]
@@ -52,9 +64,13 @@ mod _perirobot {
     #[pymodule_export]
     use super::score;
     #[pymodule_export]
+    use super::searches::{cheapest, choose, judge, verify, verify_cheapest};
+    #[pymodule_export]
     use super::study::Study;
     #[pymodule_export]
     use super::swept::Swept;
+    #[pymodule_export]
+    use super::views::{find, grid, grids, labels, names_of, truth};
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
 }

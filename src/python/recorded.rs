@@ -1,8 +1,9 @@
 //! Maps that real sensors recorded, scored against the truth of a study, as `perirobot score` does it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use numpy::PyReadonlyArray3;
 use numpy::ndarray::ArrayView3;
 use perirobot_decide::view::{ChoiceSelector as Wanted, RecordedMap, View, find_scene};
 use perirobot_march::error::Issue;
@@ -12,8 +13,11 @@ use perirobot_scene::source::Sources;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_sweep::scoring::Row;
+use pyo3::prelude::*;
 
+use crate::study::Study as PyStudy;
 use crate::table::{ArrayColumn, Columns, NameTable, columns};
+use crate::watch::run;
 
 /// Where and when something was recorded, and which region is asked: the pose of its frame, scene, snapshot, region.
 pub(crate) type RecordedWords = (Vec<f64>, Option<String>, usize, Option<String>);
@@ -21,15 +25,20 @@ pub(crate) type RecordedWords = (Vec<f64>, Option<String>, usize, Option<String>
 /// What of a file is read: where the sensor was, the topic of a bag, the number of a message.
 pub(crate) type AskedWords = (Option<[f64; 3]>, Option<String>, Option<usize>);
 
-/// What a file says. What is odd about it goes to `warn`.
+/// What a file says, or bytes in its place. What is odd about it goes to `warn`.
 pub(crate) fn file(
     path: &Path,
+    bytes: Option<Vec<u8>>,
     (sensor_m, topic, message): &AskedWords,
     warn: impl FnMut(String),
 ) -> Result<Recording> {
     let sensor_m = sensor_m.map(DVec3::from_array);
     let asked = RecordingSelection { sensor_m, topic: topic.as_deref(), message: *message };
     let sources = Sources::from_main(path).allow_outside();
+    let sources = match bytes {
+        Some(bytes) => sources.with_file(path, bytes),
+        None => sources,
+    };
     let recording = Recording::read(path, asked, &sources)?;
     sources.take_remarks().into_iter().for_each(warn);
     Ok(recording)
@@ -41,6 +50,37 @@ pub(crate) fn labels(labels: ArrayView3<u8>, origin_m: [f64; 3], voxel_size_m: f
     let label = |[x, y, z]: [usize; 3]| labels[[x, y, z]];
     let read = Recording::from_labels(shape, &label, DVec3::from_array(origin_m), voxel_size_m);
     read.map_err(|issue| issue.with_place("recorded").into())
+}
+
+/// Scores a map or a point cloud in a file, or in bytes in its place; the columns of the table, and of that of reasons.
+#[pyfunction]
+pub(crate) fn score_file(
+    py: Python<'_>,
+    study: &PyStudy,
+    path: PathBuf,
+    data: Option<Vec<u8>>,
+    asked: AskedWords,
+    words: RecordedWords,
+) -> PyResult<[Columns; 2]> {
+    let worlds = study.worlds(py)?;
+    run(py, None, |listener| {
+        let recording = file(&path, data, &asked, |remark| listener.warns_of_study(remark))?;
+        score(&study.study, worlds, recording, words)
+    })
+}
+
+/// Scores labels of voxels; the columns of the table, and of that of reasons.
+#[pyfunction]
+pub(crate) fn score_labels(
+    py: Python<'_>,
+    study: &PyStudy,
+    labels: PyReadonlyArray3<'_, u8>,
+    origin_m: [f64; 3],
+    voxel_size_m: f64,
+    words: RecordedWords,
+) -> PyResult<[Columns; 2]> {
+    let (worlds, labels) = (study.worlds(py)?, labels.as_array());
+    run(py, None, |_| score(&study.study, worlds, self::labels(labels, origin_m, voxel_size_m)?, words))
 }
 
 /// The rows of a recording, as `results.csv` has them, and why it does not call occupied what is there.

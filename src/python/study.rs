@@ -3,60 +3,42 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use numpy::ndarray::ArrayView2;
-use numpy::{IntoPyArray, PyArray3, PyArray6, PyReadonlyArray2, PyReadonlyArray3};
-use perirobot_decide::view::{Choice, ChoiceSelector, find};
 use perirobot_march::Error;
 use perirobot_march::backend::Backend;
 use perirobot_march::backend::factory::{BackendFactory, Fallback};
 use perirobot_march::error::Issue;
-use perirobot_scene::pose::{Pose, RotationFrame};
+use perirobot_scene::pose::Pose;
 use perirobot_scene::source;
 use perirobot_study::input::Overrides;
 use perirobot_study::world::{World, share_kinds};
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 use perirobot_sweep::results::jobs;
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
 
 use crate::backends::{BackendWords, LastBackends};
 use crate::error::to_exception;
-use crate::look::{AlterationWords, WishWords};
 use crate::origin::{FileOrigin, MemoryFile, table};
-use crate::recorded::{AskedWords, RecordedWords};
 use crate::swept::Swept;
 use crate::table::{Columns, baselines, columns};
 use crate::watch::{Listener, run, warn};
-use crate::{cheapest, choose, evaluate, folder, judge, labels, look, recorded, report, swept};
+use crate::{folder, swept};
 
 /// A checked study.
 #[pyclass(frozen, module = "perirobot._perirobot")]
 pub(crate) struct Study {
-    study: perirobot_study::input::Study,
+    pub(crate) study: perirobot_study::input::Study,
     /// Its files that are in memory only.
-    files: Arc<Vec<(PathBuf, Vec<u8>)>>,
+    pub(crate) files: Arc<Vec<(PathBuf, Vec<u8>)>>,
     /// Files and their hashes as they were when the study was pickled.
     before: Vec<ReadFile>,
     /// Those of the study that this one came from, where it only asks for something else.
     worlds: Arc<OnceLock<Vec<World>>>,
-    backends: Arc<LastBackends>,
+    pub(crate) backends: Arc<LastBackends>,
 }
 
-/// A choice of poses in one world: the world's number, and those of combination, choice, representation and repeat.
-type View = (usize, [usize; 4]);
-
 /// A file that was read, and its SHA-256.
-type ReadFile = (String, String);
-
-/// The numbers of a scene and a snapshot, and their grid.
-type WorldGrid = (usize, usize, [f64; 3], [u32; 3]);
-
-/// Labels, and whether a return comes from each voxel.
-type LabelArrays<'py> = (Bound<'py, PyArray3<u8>>, Bound<'py, PyArray3<bool>>);
-
-/// The names of a choice of poses: poses, combination, representation, scene; snapshot and repeat.
-type ChoiceWords = (String, Option<String>, Option<String>, Option<String>, usize, usize);
+pub(crate) type ReadFile = (String, String);
 
 #[pymethods]
 impl Study {
@@ -95,7 +77,7 @@ impl Study {
     }
 
     /// The files that were read so far, and their hashes.
-    fn read_files(&self) -> Vec<ReadFile> {
+    pub(crate) fn read_files(&self) -> Vec<ReadFile> {
         let name = |file: source::ReadFile| (file.path.display().to_string(), file.sha256);
         self.study.sources.read_files().into_iter().map(name).collect()
     }
@@ -141,98 +123,6 @@ impl Study {
         let study = run(py, None, |_| self.study.asking(table(keys)?))?;
         let (files, before) = (self.files.clone(), self.before.clone());
         Ok(Study { study, files, before, worlds: self.worlds.clone(), backends: Arc::default() })
-    }
-
-    /// Finds the best set of sensors, and writes it into a folder.
-    fn choose(
-        &self,
-        py: Python<'_>,
-        out: PathBuf,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<()> {
-        let worlds = self.worlds(py)?;
-        run(py, progress.as_ref(), |listener| choose::search(&self.study, worlds, &backend, listener, &out))
-    }
-
-    /// Checks what [`Study::choose`] wrote: sets counted again; steps proven again, bounded, open.
-    fn verify(
-        &self,
-        py: Python<'_>,
-        folder: PathBuf,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<[usize; 4]> {
-        let worlds = self.worlds(py)?;
-        run(py, progress.as_ref(), |listener| choose::check(&self.study, worlds, &backend, listener, &folder))
-    }
-
-    /// Finds the cheapest set that passes, and writes it into a folder.
-    fn cheapest(
-        &self,
-        py: Python<'_>,
-        out: PathBuf,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<()> {
-        let worlds = self.worlds(py)?;
-        run(py, progress.as_ref(), |listener| cheapest::search(&self.study, worlds, &backend, listener, &out))
-    }
-
-    /// Checks what [`Study::cheapest`] wrote: sets judged again, ways in followed again, claims searched again, open.
-    fn verify_cheapest(
-        &self,
-        py: Python<'_>,
-        folder: PathBuf,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<[usize; 4]> {
-        let worlds = self.worlds(py)?;
-        run(py, progress.as_ref(), |listener| {
-            cheapest::check(&self.study, worlds, &backend, listener, &folder)
-        })
-    }
-
-    /// Judges what [`Study::choose`] wrote, and writes the verdicts beside it.
-    fn judge(
-        &self,
-        py: Python<'_>,
-        folder: PathBuf,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<()> {
-        let worlds = self.worlds(py)?;
-        run(py, progress.as_ref(), |listener| judge::judge(&self.study, worlds, &backend, listener, &folder))
-    }
-
-    /// Scores a map or a point cloud in a file; the columns of the table, and of that of reasons.
-    fn score_file(
-        &self,
-        py: Python<'_>,
-        path: PathBuf,
-        asked: AskedWords,
-        words: RecordedWords,
-    ) -> PyResult<[Columns; 2]> {
-        let worlds = self.worlds(py)?;
-        run(py, None, |listener| {
-            let recording = recorded::file(&path, &asked, |remark| listener.warns_of_study(remark))?;
-            recorded::score(&self.study, worlds, recording, words)
-        })
-    }
-
-    /// Scores labels of voxels; the columns of the table, and of that of reasons.
-    fn score_labels(
-        &self,
-        py: Python<'_>,
-        labels: PyReadonlyArray3<'_, u8>,
-        origin_m: [f64; 3],
-        voxel_size_m: f64,
-        words: RecordedWords,
-    ) -> PyResult<[Columns; 2]> {
-        let (worlds, labels) = (self.worlds(py)?, labels.as_array());
-        run(py, None, |_| {
-            recorded::score(&self.study, worlds, recorded::labels(labels, origin_m, voxel_size_m)?, words)
-        })
     }
 
     /// Edge of a voxel in metres.
@@ -312,98 +202,6 @@ impl Study {
         Ok(baselines(&self.study, self.worlds(py)?))
     }
 
-    /// Why voxels stay unknown: in words, and the rows of `reasons.csv`.
-    fn why(
-        &self,
-        py: Python<'_>,
-        words: ChoiceWords,
-        altered: AlterationWords,
-        backend: BackendWords,
-    ) -> PyResult<(String, Vec<u8>)> {
-        let (worlds, wanted) = (self.worlds(py)?, selector(words));
-        self.with_backend(py, backend, |_, backend| {
-            look::why((&self.study, worlds), &wanted, look::alteration(altered), backend)
-        })
-    }
-
-    /// How near bodies come unnoticed: the answers in words; the files are written into a folder.
-    fn approach(
-        &self,
-        py: Python<'_>,
-        words: ChoiceWords,
-        altered: AlterationWords,
-        out: PathBuf,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<String> {
-        let (worlds, wanted) = (self.worlds(py)?, selector(words));
-        run(py, progress.as_ref(), |listener| {
-            look::approach((&self.study, worlds), &wanted, &look::alteration(altered), &out, listener)
-        })
-    }
-
-    /// Writes what a choice of poses sees into a folder; names of files, and what they hold.
-    fn export(
-        &self,
-        py: Python<'_>,
-        words: ChoiceWords,
-        altered: AlterationWords,
-        out: PathBuf,
-        backend: BackendWords,
-    ) -> PyResult<Vec<(String, String)>> {
-        let (worlds, wanted) = (self.worlds(py)?, selector(words));
-        self.with_backend(py, backend, |_, backend| {
-            look::export((&self.study, worlds), &wanted, look::alteration(altered), &out, backend)
-        })
-    }
-
-    /// A picture of a scene, or of what a choice of poses makes of it: the bytes of a PNG or an SVG.
-    fn render<'py>(
-        &self,
-        py: Python<'py>,
-        words: ChoiceWords,
-        altered: AlterationWords,
-        wish: WishWords,
-        backend: BackendWords,
-    ) -> PyResult<Bound<'py, PyBytes>> {
-        let worlds = self.worlds(py)?;
-        let (has_poses, wanted) = (!words.0.is_empty(), selector(words));
-        let bytes = self.with_backend(py, backend, |_, backend| {
-            let altered = look::alteration(altered);
-            look::render((&self.study, worlds), (&wanted, has_poses), altered, &wish, backend)
-        })?;
-        Ok(PyBytes::new(py, &bytes))
-    }
-
-    /// Writes the page of a folder of results of this study.
-    fn report(
-        &self,
-        py: Python<'_>,
-        folder: PathBuf,
-        asked: (PathBuf, Option<usize>),
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<()> {
-        let (worlds, (out, best)) = (self.worlds(py)?, asked);
-        run(py, progress.as_ref(), |listener| {
-            report::report((&self.study, worlds), &folder, (&out, best), &backend, listener)
-        })
-    }
-
-    /// Judges a choice of poses, and writes the verdicts into a folder.
-    fn judge_choice(
-        &self,
-        py: Python<'_>,
-        words: ChoiceWords,
-        out: PathBuf,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<()> {
-        let (worlds, wanted) = (self.worlds(py)?, selector(words));
-        run(py, progress.as_ref(), |listener| {
-            judge::judge_choice((&self.study, worlds), &wanted, &backend, listener, &out)
-        })
-    }
-
     /// Names of the sensors that take poses.
     #[getter]
     fn sensors(&self) -> Vec<&str> {
@@ -420,101 +218,6 @@ impl Study {
         });
         let names = spec.candidates.iter().map(|candidate| candidate.name.as_str());
         Ok((names.collect(), rows.collect()))
-    }
-
-    /// Counts sensors at poses of Python's choice: the first of each entry together, the second of each and so on.
-    fn evaluate<'py>(
-        &self,
-        py: Python<'py>,
-        poses: Vec<(String, PyReadonlyArray2<'py, f64>)>,
-        is_optical: bool,
-        backend: BackendWords,
-    ) -> PyResult<Bound<'py, PyArray6<i64>>> {
-        let worlds = self.worlds(py)?;
-        let each = poses.iter().map(|(sensor, rows)| Ok((sensor, self.sensor(sensor)?, rows.as_array())));
-        let each: Vec<(&String, usize, ArrayView2<f64>)> = each.collect::<PyResult<_>>()?;
-        let frame = if is_optical { RotationFrame::Optical } else { RotationFrame::Link };
-        let open = self.backends.take();
-        let (counts, open) = run(py, None, |listener| {
-            let poses = each.into_iter().map(|(name, sensor, rows)| {
-                let poses = evaluate::poses(rows, frame);
-                Ok((sensor, poses.map_err(|issue| issue.with_place(format!("sensor {name:?}")))?))
-            });
-            let poses: Vec<(usize, Vec<Pose>)> = poses.collect::<perirobot_march::Result<_>>()?;
-            let study = self.study.elsewhere(&poses)?;
-            let ways = |(sensor, _): &(usize, _)| study.sensors[*sensor].kind.representations().len();
-            let ways = poses.iter().map(ways).product();
-            worlds.iter().try_for_each(|world| world.examine_sensors(&study))?;
-            let moved: Vec<World> = worlds.iter().map(|world| world.with_sensors(&study.sensors)).collect();
-            open.use_backend(backend, listener, |backends| {
-                evaluate::counts((&study, ways), &moved, backends, listener)
-            })
-        })?;
-        self.backends.put(py, open);
-        Ok(counts.into_pyarray(py))
-    }
-
-    /// Finds a choice of poses in a world by its names.
-    fn find(&self, py: Python<'_>, words: ChoiceWords) -> PyResult<View> {
-        let worlds = self.worlds(py)?;
-        let (world, choice) =
-            find(&self.study, worlds, &selector(words)).map_err(|error| to_exception(&error))?;
-        let number = worlds.iter().position(|other| std::ptr::eq(other, world));
-        let Choice { combination, choice, representation, repeat } = choice;
-        Ok((number.expect("it is one of them"), [combination, choice, representation, repeat]))
-    }
-
-    /// The names of what a view looks at: scene, combination, poses and representation.
-    fn names_of(&self, py: Python<'_>, view: View) -> PyResult<[String; 4]> {
-        let (world, [combination, choice, representation, _]) = view;
-        let (world, own) = (&self.worlds(py)?[world], &self.study.combinations[combination]);
-        let representation = representation_names(&self.study, own).swap_remove(representation);
-        Ok([world.name.clone(), own.name.clone(), pose_names(&self.study, own, choice), representation])
-    }
-
-    /// Of a world, scene and snapshot by number, the grid: its corner in metres, and how many voxels it has.
-    fn grid(&self, py: Python<'_>, world: usize) -> PyResult<WorldGrid> {
-        let worlds = self.worlds(py)?;
-        let Some(world) = worlds.get(world) else {
-            return Err(PyIndexError::new_err(format!("there is no world {world}")));
-        };
-        Ok((world.scene, world.snapshot, world.grid.corner_m([0; 3]).to_array(), world.grid.size))
-    }
-
-    /// The same of each world.
-    fn grids(&self, py: Python<'_>) -> PyResult<Vec<WorldGrid>> {
-        let worlds = self.worlds(py)?;
-        let grid = |world: &World| {
-            (world.scene, world.snapshot, world.grid.corner_m([0; 3]).to_array(), world.grid.size)
-        };
-        Ok(worlds.iter().map(grid).collect())
-    }
-
-    /// What is truly there in a world, by its number: the planes of `labels::truth`.
-    fn truth<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Vec<Bound<'py, PyArray3<bool>>>> {
-        let Some(world) = self.worlds(py)?.get(world) else {
-            return Err(PyIndexError::new_err(format!("there is no world {world}")));
-        };
-        let planes = py.detach(|| labels::truth(world));
-        planes.into_iter().map(|plane| labels::array(py, world.grid.size, plane)).collect()
-    }
-
-    /// The labels of whole grids, and which voxels returns come from; views of the same world follow each other.
-    fn labels<'py>(
-        &self,
-        py: Python<'py>,
-        views: Vec<View>,
-        backend: BackendWords,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Vec<LabelArrays<'py>>> {
-        let worlds = self.worlds(py)?;
-        let all = self.with_backend_shown(py, (backend, progress), |listener, backend| {
-            labels::all(&self.study, worlds, &views, backend, listener)
-        })?;
-        let arrays = all
-            .into_iter()
-            .map(|(size, bytes, hits)| Ok((labels::array(py, size, bytes)?, labels::array(py, size, hits)?)));
-        arrays.collect()
     }
 }
 
@@ -533,7 +236,7 @@ impl Study {
     }
 
     /// Does a job with the backend that is named, which is kept open.
-    fn with_backend<T: Send>(
+    pub(crate) fn with_backend<T: Send>(
         &self,
         py: Python<'_>,
         backend: BackendWords,
@@ -543,7 +246,7 @@ impl Study {
     }
 
     /// The same, and shows how far it is.
-    fn with_backend_shown<T: Send>(
+    pub(crate) fn with_backend_shown<T: Send>(
         &self,
         py: Python<'_>,
         (backend, progress): (BackendWords, Option<Py<PyAny>>),
@@ -577,8 +280,13 @@ impl Study {
         }
     }
 
+    /// The scenes in voxels, if they were made already.
+    pub(crate) fn ready_worlds(&self) -> Option<&[World]> {
+        self.worlds.get().map(Vec::as_slice)
+    }
+
     /// The number of a sensor that takes poses.
-    fn sensor(&self, name: &str) -> PyResult<usize> {
+    pub(crate) fn sensor(&self, name: &str) -> PyResult<usize> {
         let known = self.sensors();
         let found = self.study.sensors.iter().position(|sensor| sensor.name == name && known.contains(&name));
         found.ok_or_else(|| {
@@ -587,7 +295,7 @@ impl Study {
     }
 
     /// The scenes in voxels, made when they are first asked for; then what is odd about them is warned of.
-    fn worlds(&self, py: Python<'_>) -> PyResult<&[World]> {
+    pub(crate) fn worlds(&self, py: Python<'_>) -> PyResult<&[World]> {
         if self.worlds.get().is_none() {
             let made = run(py, None, |listener| World::prepare_all_unless(&self.study, listener))?;
             self.check_files()?;
@@ -602,13 +310,8 @@ impl Study {
     }
 }
 
-/// What is looked for, of its words.
-fn selector((poses, combination, representation, scene, snapshot, repeat): ChoiceWords) -> ChoiceSelector {
-    ChoiceSelector { poses, combination, representation, scene, snapshot, repeat }
-}
-
 /// What is odd about scenes: a scene's name and words, for each thing.
-fn odd(worlds: &[World]) -> Vec<(&str, &str)> {
+pub(crate) fn odd(worlds: &[World]) -> Vec<(&str, &str)> {
     let mut odd = Vec::new();
     for world in worlds {
         odd.extend(world.warnings.iter().map(|text| (world.name.as_str(), text.as_str())));

@@ -48,7 +48,7 @@ class Mistakes(unittest.TestCase):
             (lambda: study.each_labels(5), "poses = 5: must be a name or a list"),
             (lambda: pr.score_map(people, study, snapshot=-2, origin_m=[0, 0, 0], voxel_size_m=0.1), "snapshot = -2"),
             (lambda: pr.score_map("a.bt", study, pose="here"), "pose: must be an array of numbers"),
-            (lambda: pr.score_map(people, study, sensor_m=np.zeros(3)), "sensor_m, topic, message: belong to files"),
+            (lambda: pr.score_map(people, study, sensor_m=np.zeros(3)), "sensor_m: belongs to files and points, and this is an array of labels"),
             (lambda: pr.score_map("a.bt", study, sensor_m=np.zeros(2)), r"sensor_m = \[0.0, 0.0\]: must be x, y, z"),
             (lambda: study.choose(at_most=None), "choose.at_most = None: leave the key out"),
             (lambda: best("nowhere"), "nowhere: has no choose.json"),
@@ -118,7 +118,7 @@ class Mistakes(unittest.TestCase):
                         sys.modules[module] = kept
 
     def test_types_name_what_is_possible(self):
-        hints = typing.get_type_hints(pr.Study.evaluate, {**vars(pr), **vars(sys.modules["perirobot.study"])})
+        hints = typing.get_type_hints(pr.Study.evaluate, {**vars(pr), **vars(sys.modules["perirobot.scoring"])})
         self.assertEqual(typing.get_args(hints["backend"]), ("auto", "cpu", "gpu", "oracle"))
         self.assertEqual(typing.get_args(hints["frame"]), ("link", "optical"))
 

@@ -18,8 +18,8 @@ import perirobot.gym
 from shared import ROOT
 
 #: What is returned, not made: it has its examples where it comes from.
-RETURNED = {"Approach", "Best", "Labels", "Picture", "Planner", "Purchase", "PurchasedSensor", "PurchasedSet", "Reason"}
-RETURNED |= {"Result", "ScoredMap", "Study", "Table", "Truth", "Why", "DeviceWarning", "InputWarning"}
+RETURNED = {"Approach", "Best", "Dataset", "Labels", "Picture", "Planner", "Purchase", "PurchasedSensor", "PurchasedSet", "Reason"}
+RETURNED |= {"Result", "Sample", "ScoredMap", "Study", "Table", "Truth", "Why", "DeviceWarning", "InputWarning"}
 
 
 def documented() -> Iterator[tuple[str, str, bool]]:

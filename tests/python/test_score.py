@@ -140,7 +140,7 @@ class Scores(unittest.TestCase):
             (map, {"topic": "/points"}, "topic and message are asked of .mcap files only"),
             (map, place, "origin_m, voxel_size_m: belong to arrays"),
             (array, {}, "origin_m, voxel_size_m: say where"),
-            (array, {**place, "sensor_m": [0, 0, 0]}, "sensor_m, topic, message: belong to files"),
+            (array, {**place, "sensor_m": [0, 0, 0]}, "sensor_m: belongs to files and points, and this is an array of labels"),
             (array[0], place, r"recorded: has shape \(2, 2\), must be \(nx, ny, nz\)"),
             (array * 1.0, place, "recorded: is of float64, must be int8, uint8 or bool"),
             (array * 7, place, r"recorded: labels: \[0, 0, 0\] = 7: must be 1 \(occupied\)"),

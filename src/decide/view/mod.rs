@@ -130,14 +130,20 @@ impl<'a> View<'a> {
 
     /// The labels of the grid, a byte for each voxel, x the fastest: 1 occupied, 0 free, 255 (as a signed byte −1) unknown.
     pub fn label_bytes(&self) -> Vec<u8> {
-        let [nx, ny, nz] = self.world.grid.size.map(|n| n as usize);
-        let mut bytes = vec![u8::MAX; nx * ny * nz];
-        for (plane, label) in [(&self.labels.free, 0), (&self.labels.occupied, 1)] {
-            for [x, y, z] in plane.voxels() {
-                bytes[x as usize + nx * (y as usize + ny * z as usize)] = label;
-            }
-        }
+        let mut bytes = vec![0; self.world.grid.size.iter().map(|&n| n as usize).product()];
+        self.write_labels(&mut bytes);
         bytes
+    }
+
+    /// Writes the same into bytes, one for each voxel of the grid.
+    pub fn write_labels(&self, bytes: &mut [u8]) {
+        let window = self.world.grid.window();
+        let covers = |plane: &BitGrid| plane.window() == window;
+        if !covers(&self.labels.occupied) || !covers(&self.labels.free) {
+            let [occupied, free] = [&self.labels.occupied, &self.labels.free].map(|p| p.to_window(window));
+            return write_rows(&occupied, &free, bytes);
+        }
+        write_rows(&self.labels.occupied, &self.labels.free, bytes);
     }
 
     /// The label of a voxel of the view, compared with the truth.
@@ -211,6 +217,22 @@ impl<'a> View<'a> {
         let people = self.world.people.voxels.iter().map(|of| of.voxel);
         let people = people.filter(|voxel| of_region.get(*voxel));
         Overlap { twice: twice.count(), hit_human_twice: people.filter(is_hit_twice).count() as u64 }
+    }
+}
+
+/// Writes the labels of two planes over the same window, row by row.
+fn write_rows(occupied: &BitGrid, free: &BitGrid, bytes: &mut [u8]) {
+    let row_voxels = occupied.window().size[0].max(1) as usize;
+    let row_words = occupied.words_per_row().max(1) as usize;
+    let rows = occupied.words().chunks_exact(row_words).zip(free.words().chunks_exact(row_words));
+    for (row, (occupied, free)) in bytes.chunks_exact_mut(row_voxels).zip(rows) {
+        for (bytes, (occupied, free)) in row.chunks_mut(32).zip(occupied.iter().zip(free)) {
+            let known = occupied | free;
+            for (bit, byte) in bytes.iter_mut().enumerate() {
+                // Unknown is 255: 0 less 1.
+                *byte = ((known >> bit & 1) as u8).wrapping_sub(1) | (occupied >> bit & 1) as u8;
+            }
+        }
     }
 }
 

@@ -17,6 +17,8 @@ from ._perirobot import VERSION as __version__
 from .best import Best
 from .cell import Cell
 from .counts import COUNTERS, score
+from .samples import Dataset, Sample, open_dataset
+from .dataset_writer import dataset
 from .device import Backend
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels, Truth
 from .looks import Approach, Picture, Why
@@ -25,15 +27,17 @@ from .poses import look_at
 from .purchase import Purchase, PurchasedSensor, PurchasedSet, Reason
 from .result import Result
 from .recorded import ScoredMap, score_map
+from .recordings import depth_points
 from .study import Study
 from .table import Table
 from .warned import DeviceWarning, InputWarning
 
 __all__ = [
     *("COUNTERS", "FREE", "OCCUPIED", "UNKNOWN"),
-    *("Approach", "Backend", "Best", "Cell", "DeviceWarning", "InputWarning", "Labels", "Picture", "Planner"),
-    *("Purchase", "PurchasedSensor", "PurchasedSet", "Reason", "Result", "ScoredMap", "Study", "Table", "Truth"),
-    *("Why", "__version__", "look_at", "plan", "score", "score_map"),
+    *("Approach", "Backend", "Best", "Cell", "Dataset", "DeviceWarning", "InputWarning", "Labels", "Picture"),
+    *("Planner", "Purchase", "PurchasedSensor", "PurchasedSet", "Reason", "Result", "Sample", "ScoredMap", "Study"),
+    *("Table", "Truth", "Why", "__version__", "dataset", "depth_points", "look_at"),
+    *("open_dataset", "plan", "score", "score_map"),
 ]
 
 

@@ -6,6 +6,7 @@ import os
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from . import _perirobot
 from .answer import Answer, missing_file
 from .device import Backend, words
 from .progress import shown
@@ -69,5 +70,5 @@ class Best(Answer):
         """
         asking = self._asking()
         with shown(progress) as bars:
-            counts = asking.verify(self.folder, words(backend, adapter, threads), bars)
+            counts = _perirobot.verify(asking, self.folder, words(backend, adapter, threads), bars)
         return dict(zip(("sets", "proven", "bound", "open"), counts))

@@ -8,6 +8,7 @@ from typing import Any, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _perirobot
 from .checks import array, index, needed, three
 from .counts import COUNTERS, score
 from .device import Backend
@@ -62,7 +63,7 @@ class _Placing:
         if bounds_m is not None:
             low, high = (np.array(three("bounds_m", corner)) for corner in bounds_m)
         else:
-            grids = self.study._native.grids()
+            grids = _perirobot.grids(self.study._native)
             corners = np.array([corner for *_, corner, _ in grids])
             sizes = np.array([size for *_, size in grids])
             low, high = corners.max(axis=0), (corners + sizes * self.study.voxel_size_m).min(axis=0)

@@ -117,7 +117,7 @@ class Looks:
         :raises ValueError: for a name that is unknown, with those that are known.
         """
         choice = (poses, combination, representation, scene, index("snapshot", snapshot), index("repeat", repeat))
-        return Why(*self._native.why(choice, _altered(dead, draw, posture), words(backend, adapter, threads)))
+        return Why(*_perirobot.why(self._native, choice, _altered(dead, draw, posture), words(backend, adapter, threads)))
 
     def approach(
         self,
@@ -144,7 +144,7 @@ class Looks:
         answer = Approach(None, out)
         choice = (poses, combination, representation, None, 0, index("repeat", repeat))
         with shown(progress) as bars:
-            answer.text = self._native.approach(choice, _altered(dead, draw, posture), answer.folder, bars)
+            answer.text = _perirobot.approach(self._native, choice, _altered(dead, draw, posture), answer.folder, bars)
         return answer
 
     def export(
@@ -176,7 +176,7 @@ class Looks:
         """
         choice = (poses, combination, representation, scene, index("snapshot", snapshot), index("repeat", repeat))
         altered, device = _altered(dead, draw, posture), words(backend, adapter, threads)
-        return dict(self._native.export(choice, altered, os.fspath(out), device))
+        return dict(_perirobot.export(self._native, choice, altered, os.fspath(out), device))
 
     def render(
         self,
@@ -236,7 +236,7 @@ class Looks:
         moment = (scene, index("snapshot", snapshot), index("repeat", repeat))
         choice = (poses or "", combination, representation, *moment)
         device = words(backend, adapter, threads)
-        picture = self._native.render(choice, _altered(dead, draw, posture), wish, device)
+        picture = _perirobot.render(self._native, choice, _altered(dead, draw, posture), wish, device)
         return Picture(picture, "svg" if floor_plan else "png")
 
     def judge(
@@ -268,10 +268,10 @@ class Looks:
             if isinstance(sets, str):
                 folder = temporary
                 choice = (sets, combination, representation, None, 0, 0)
-                self._native.judge_choice(choice, folder, device, bars)
+                _perirobot.judge_choice(self._native, choice, folder, device, bars)
             else:
                 folder = sets.folder
-                self._native.judge(folder, device, bars)
+                _perirobot.judge(self._native, folder, device, bars)
             verdicts: pandas.DataFrame = tables.read_csv(os.path.join(folder, "requirements.csv"))
         return verdicts
 
@@ -305,10 +305,10 @@ class Looks:
                 folder = temporary
                 self._native.sweep_into(folder, device, bars)
                 if self._native.has_requirements:
-                    self._native.judge(folder, device, bars)
+                    _perirobot.judge(self._native, folder, device, bars)
             else:
                 folder = results.folder if isinstance(results, Answer) else os.fspath(results)
-            self._native.report(folder, asked, device, bars)
+            _perirobot.report(self._native, folder, asked, device, bars)
         return path
 
 

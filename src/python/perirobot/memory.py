@@ -8,6 +8,7 @@ from typing import Any, Union
 from .arrays import with_tables
 from .cell import Cell
 from .checks import json_of
+from .recordings import with_recordings
 
 _Files = list[tuple[str, Union[str, bytes]]]
 
@@ -18,7 +19,8 @@ def in_memory(keys: Mapping[str, Any], scenes: Mapping[str, Cell | Mapping[str, 
         raise ValueError(f"keys: must be a dict with the keys of a study, not {keys!r}; Study.load reads a file")
     if scenes is not None and not isinstance(scenes, Mapping):
         raise ValueError("scenes: must be a dict of names, each with a Cell or the keys of a scene")
-    whole, files = dict(keys), _Files()
+    keys, recorded = with_recordings(keys)
+    whole, files = dict(keys), _Files(recorded)
     if not isinstance(keys.get("scene", []), (list, tuple)) or not isinstance(keys.get("grid", {}), Mapping):
         raise ValueError("keys: scene must be a list of dicts, grid a dict")
     whole["scene"] = list(keys.get("scene", []))

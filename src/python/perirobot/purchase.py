@@ -148,7 +148,7 @@ class Purchase(Answer):
         """
         asking = self._asking()
         with shown(progress) as bars:
-            counts = asking.verify_cheapest(self.folder, words(backend, adapter, threads), bars)
+            counts = _perirobot.verify_cheapest(asking, self.folder, words(backend, adapter, threads), bars)
         return dict(zip(("sets", "ways", "proven", "open"), counts))
 
     def _origin(self) -> tuple[str, float | None, bool]:

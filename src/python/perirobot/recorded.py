@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import _perirobot
 from .checks import array, index, length, three
 from .labels import Labels
+from .recordings import cloud_file
 from .result import Result
 from .study import Study
 from .table import Column, Table
@@ -60,14 +62,15 @@ def score_map(
 
     :param recorded: a file: an OctoMap (.bt, .ot), labels (.npz), a point cloud (.pcd, .ply) or a ROS 2 bag (.mcap); or labels in memory: what
         :meth:`Study.labels` gives, or an array of shape (nx, ny, nz), int8 or uint8 with 1 occupied, 0 free, -1 or 255 unknown, or
-        bool with what is not occupied free.
+        bool with what is not occupied free; or points in metres, float, shape (n, 3) or (rows, columns, 3), such as those of
+        :func:`perirobot.depth_points`.
     :param truth: the study that knows what was there.
     :param region: the name of a region; all by default.
     :param origin_m: of an array: the lowest corner of voxel [0, 0, 0] in the frame of the recording, metres.
     :param voxel_size_m: of an array: edge of a voxel, metres.
     :param pose: where the frame of the recording stands in the world: x, y, z in metres and its yaw in degrees (from x towards
         y), or x, y, z and a quaternion w, x, y, z. Only point clouds can be tilted.
-    :param sensor_m: of a file: where the sensor was, in the frame of the recording. A point cloud is carved from there, by default
+    :param sensor_m: of a file or points: where the sensor was, in the frame of the recording. A point cloud is carved from there, by default
         from where a .pcd says, else from the frame's origin; of a map it tells what was hidden.
     :param topic: of a bag: the topic of its point clouds, needed where it has several.
     :param message: of a bag: the number of a message, counted from 0; by default all of them are one recording.
@@ -83,10 +86,20 @@ def score_map(
         if origin_m is not None or voxel_size_m is not None:
             raise ValueError("origin_m, voxel_size_m: belong to arrays, a file says both itself")
         asked = (three("sensor_m", sensor_m), topic, None if message is None else index("message", message))
-        return ScoredMap(*map(dict, native.score_file(os.fspath(recorded), asked, words)))
-    if any(word is not None for word in (sensor_m, topic, message)):
-        raise ValueError("sensor_m, topic, message: belong to files, and this is an array")
+        return ScoredMap(*map(dict, _perirobot.score_file(native, os.fspath(recorded), None, asked, words)))
+    if topic is not None or message is not None:
+        raise ValueError("topic, message: belong to files, and this is an array")
     labels: Any = recorded
+    if not isinstance(recorded, Labels):
+        points = array("recorded", labels)
+        are_labels = origin_m is not None or voxel_size_m is not None
+        if points.dtype.kind == "f" and (points.ndim < 3 or not are_labels):
+            if are_labels:
+                raise ValueError("origin_m, voxel_size_m: belong to labels, and these are points")
+            cloud = (three("sensor_m", sensor_m), None, None)
+            return ScoredMap(*map(dict, _perirobot.score_file(native, "recorded.pcd", cloud_file("recorded", points), cloud, words)))
+    if sensor_m is not None:
+        raise ValueError("sensor_m: belongs to files and points, and this is an array of labels")
     if isinstance(recorded, Labels):
         labels = recorded.labels
         origin_m = recorded.origin_m.tolist() if origin_m is None else origin_m
@@ -101,4 +114,4 @@ def score_map(
         raise ValueError("origin_m, voxel_size_m: say where voxel [0, 0, 0] begins and how large a voxel is, in metres")
     edge_m = length("voxel_size_m", voxel_size_m)
     # As unsigned bytes, -1 is 255.
-    return ScoredMap(*map(dict, native.score_labels(voxels.view(np.uint8), corner_m, edge_m, words)))
+    return ScoredMap(*map(dict, _perirobot.score_labels(native, voxels.view(np.uint8), corner_m, edge_m, words)))

@@ -4,41 +4,27 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import islice
+from collections.abc import Mapping
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from typing import Any, Literal
 
 from . import _perirobot
 from .best import Best
 from .cell import Cell
-from .checks import index, json_of, texts
 from .device import Backend, words
-from .labels import Labels, Truth
 from .looks import Looks
 from .memory import in_memory
 from .page import table
-from .poses import Frame, each
-from .progress import Bars, shown
+from .progress import shown
 from .purchase import Purchase
-from .result import Result
-from .table import Table
-
-if TYPE_CHECKING:
-    import pandas
-
-#: Labels that are made at once, in bytes.
-_BATCH_BYTES = 64 << 20
-
+from .scoring import Scoring
+from .views import Views
 
 #: How a study was made: the constructor of the compiled half, and what it was given.
 _Origin = tuple[Literal["from_keys", "load"], tuple[Any, ...]]
 
 
-class Study(Looks):
+class Study(Scoring, Views, Looks):
     """A checked study, from a file (:meth:`load`) or made of Python objects.
 
     Its scenes are put into voxels when they are first needed, and kept. A study does not change, so a copy is the study
@@ -185,240 +171,6 @@ class Study(Looks):
         """What is odd about the study and its scenes, all that :class:`InputWarning` tells a part of."""
         return [f"{scene}: {text}" for scene, text in self._native.warnings()]
 
-    @property
-    def voxel_size_m(self) -> float:
-        """Edge of a voxel in metres."""
-        return self._native.voxel_size_m
-
-    @property
-    def repeats(self) -> int:
-        """How often everything is scored, each time with other noise."""
-        return self._native.repeats
-
-    @property
-    def scenes(self) -> list[str]:
-        """Names of the scenes."""
-        return [name for name, _ in self._native.scenes]
-
-    @property
-    def regions(self) -> list[str]:
-        """Names of the regions in which voxels are counted."""
-        return self._native.regions
-
-    @property
-    def combinations(self) -> list[str]:
-        """Names of the combinations: sensors that are scored together, or each sensor alone."""
-        return self._native.combinations
-
-    def sweep(
-        self,
-        backend: Backend = "auto",
-        *,
-        out: str | PathLike[str] | None = None,
-        adapter: str | None = None,
-        threads: int | None = None,
-        progress: bool = True,
-    ) -> Result:
-        """Scores every choice of poses of every combination, in every snapshot of every scene, all in memory.
-
-        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
-        >>> study.sweep().to_pandas().query("region == 'human'").nlargest(3, "kappa")
-        >>> study.sweep(out="out/quick").scores()
-
-        The interpreter's lock is released meanwhile, and Ctrl-C stops the sweep after the batch under way.
-
-        :param backend: "auto" (a hardware GPU if there is one, else the CPU), "cpu", "gpu" or "oracle"; all count the same.
-        :param out: a folder for the files of ``perirobot sweep``, which other commands take. A sweep of the same study that
-            was stopped there is finished.
-        :param adapter: a Vulkan adapter for the GPU: its number, a part of its name, or "software"; several GPUs with
-            commas between them share the sweep.
-        :param threads: threads of the CPU; all by default.
-        :param progress: whether to show a bar, where tqdm is installed.
-        :raises ValueError: what is wrong with scenes, meshes or arguments.
-        :raises RuntimeError: if the device fails.
-        """
-        with shown(progress) as bars:
-            if out is None:
-                columns, swept = self._native.sweep(words(backend, adapter, threads), bars)
-                return Result(dict(columns), swept)
-            self._native.sweep_into(os.fspath(out), words(backend, adapter, threads), bars)
-        return Result.load(out)
-
-    def baselines(self) -> Table:
-        """What simple answers score in each region at each moment: all voxels occupied, all free, nothing seen, and the
-        ceiling, which no choice of the listed poses is above. The columns of counts and scores are those of
-        ``results.csv``.
-
-        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
-        >>> study.baselines().to_pandas()[["region", "baseline", "f1"]]
-        """
-        return Table(dict(self._native.baselines()))
-
-    @property
-    def sensors(self) -> list[str]:
-        """Names of the sensors that take poses."""
-        return self._native.sensors
-
-    def poses(self, sensor: str | None = None) -> tuple[list[str], NDArray[np.float64]]:
-        """The candidate poses of a sensor: their names, and an array of shape (n, 7) as :meth:`evaluate` takes it.
-
-        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
-        >>> names, poses = study.poses("camera")
-
-        :param sensor: its name; may be left out where one sensor takes poses.
-        """
-        names, poses = self._native.poses(self._sensor(sensor))
-        return names, np.array(poses).reshape(-1, 7)
-
-    def evaluate(
-        self,
-        poses: ArrayLike | Mapping[str, ArrayLike],
-        sensor: str | None = None,
-        *,
-        frame: Frame = "link",
-        backend: Backend = "auto",
-        adapter: str | None = None,
-        threads: int | None = None,
-    ) -> NDArray[np.int64]:
-        """Counts sensors at poses that the study need not list: what an optimiser asks again and again.
-
-        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
-        >>> counts = study.evaluate([0, -1.9, 2, 0.707, 0, 0, 0.707], "camera")
-        >>> dict(zip(pr.COUNTERS, counts[0, 0, 0, 0, study.regions.index("robot")]))
-
-        :param poses: of one sensor, in the world, or on the link that carries it: float, shape (n, 7), position x, y, z in
-            metres and quaternion w, x, y, z of length 1; or shape (n, 4, 4), matrices that lead from the sensor's frame
-            there; or one such pose, shape (7,) or (4, 4); or a table of pandas or polars with the columns x_m, y_m, z_m, qw,
-            qx, qy and qz of ``poses.csv``, in any order. Shape (n, k, 7) or (n, k, 4, 4) is k equal sensors, whose evidence
-            is fused. Of several different sensors: a dict of their names and such poses, n of each.
-        :param sensor: its name; may be left out where one sensor takes poses, or where a dict names them.
-        :param frame: which frame of the sensor is turned: "link" (x forward, y left, z up) or "optical" (z forward, x right,
-            y down).
-        :returns: int64, shape (n, moments, repeats, representations, regions, 19). A moment is a snapshot of a scene, scene by
-            scene; representations are those of a combination of the sensors in the order of the study, equal ones in that of
-            their listed poses, those of the last varying fastest; the last axis is :data:`COUNTERS`. At the listed poses these
-            are the counts of :meth:`sweep`; noise belongs to the pose, whatever other poses are evaluated with it.
-        :raises ValueError: if a pose is outside the grid, or the sensor cannot work there.
-        """
-        if isinstance(poses, Mapping):
-            if sensor is not None or not poses:
-                raise ValueError("sensor: belongs to an array of poses; a dict has the name of each sensor")
-            named = [(name, rows) for name, of_one in poses.items() for rows in each(of_one, name, frame)]
-        else:
-            name = self._sensor(sensor)
-            named = [(name, rows) for rows in each(poses, name, frame)]
-        return self._native.evaluate(named, frame == "optical", words(backend, adapter, threads))
-
-    def truth(self, scene: str | None = None, snapshot: int = 0) -> Truth:
-        """What is truly there at one moment, voxel by voxel: with :meth:`each_labels` the targets of a training set.
-
-        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
-        >>> truth = study.truth()
-        >>> (truth.human & truth.regions["robot"]).sum()
-
-        :param scene: the scene's name; the first by default.
-        :raises ValueError: for a scene or a snapshot that the study does not have.
-        """
-        known, number = self.scenes, index("snapshot", snapshot)
-        wanted = known[0] if scene is None else scene
-        if wanted not in known:
-            raise ValueError(f"scene = {scene!r}: must be one of {known}")
-        moments = [count for _, count in self._native.scenes]
-        scene_number = known.index(wanted)
-        if number >= moments[scene_number]:
-            raise ValueError(f"snapshot = {snapshot}: scene {wanted!r} has {moments[scene_number]}, counted from 0")
-        world = sum(moments[:scene_number]) + number
-        occupied, human, robot, *regions = self._native.truth(world)
-        by_name = dict(zip(self.regions, regions))
-        origin_m = np.array(self._native.grid(world)[2])
-        return Truth(occupied, human, robot, by_name, origin_m, self.voxel_size_m, wanted, number)
-
-    def labels(
-        self,
-        poses: str,
-        *,
-        combination: str | None = None,
-        representation: str | None = None,
-        scene: str | None = None,
-        snapshot: int = 0,
-        repeat: int = 0,
-        backend: Backend = "auto",
-        adapter: str | None = None,
-        threads: int | None = None,
-    ) -> Labels:
-        """What one choice of poses makes of one moment, voxel by voxel.
-
-        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
-        >>> view = study.labels("camera:right-wall/8/1")
-        >>> (view.labels == pr.UNKNOWN).sum()
-
-        :param poses: as in the column ``poses`` of the results: "camera:right-wall/8/1".
-        :param combination: its name, where several have such a choice.
-        :param representation: as in the column ``representation``; the first by default.
-        :param scene: the scene's name; the first by default.
-        :raises ValueError: for a name that is unknown, with the nearest one that is.
-        """
-        moment = (index("snapshot", snapshot), index("repeat", repeat))
-        found = self._native.find((poses, combination, representation, scene, *moment))
-        return next(self._labels([found], words(backend, adapter, threads), None))
-
-    def each_labels(
-        self,
-        poses: Iterable[str] | None = None,
-        *,
-        combination: str | None = None,
-        representation: str | None = None,
-        scenes: Iterable[str] | None = None,
-        backend: Backend = "auto",
-        adapter: str | None = None,
-        threads: int | None = None,
-        progress: bool = True,
-    ) -> Iterator[Labels]:
-        """The labels of many choices: scene by scene, snapshot by snapshot, repeat by repeat, choice by choice.
-
-        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
-        >>> unknown = [(view.labels == pr.UNKNOWN).mean() for view in study.each_labels(combination="camera")]
-
-        They are made some at a time, as they are asked for.
-
-        :param poses: names of choices; all of the combination by default.
-        :param combination: its name; may be left out where the study has one, or where names of poses tell.
-        :param representation: as in the column ``representation``; the first by default.
-        :param scenes: names of scenes; all by default.
-        """
-        if poses is None:
-            if combination is None and len(self.combinations) > 1:
-                raise ValueError(f"combination: say which of {self.combinations}")
-            name = combination or self.combinations[0]
-            if name not in self.combinations:
-                raise ValueError(f"combination = {name!r}: must be one of {self.combinations}")
-            poses = self._native.choices(self.combinations.index(name))[0]
-        names = texts("poses", poses)
-        found = [self._native.find((name, combination, representation, None, 0, 0))[1] for name in names]
-        known = self.scenes
-        wanted = known if scenes is None else texts("scenes", scenes)
-        unknown = [name for name in wanted if name not in known]
-        if unknown:
-            raise ValueError(f"scenes: {unknown[0]!r} must be one of {known}")
-        grids = self._native.grids()
-        worlds = [world for world, (scene, *_) in enumerate(grids) if known[scene] in wanted]
-        # Labels and hits are a byte each.
-        at_once = max(1, _BATCH_BYTES // max(2 * int(np.prod(size)) for *_, size in grids))
-        views = (
-            (world, [combination_, choice, way, repeat])
-            for world in worlds
-            for repeat in range(self.repeats)
-            for combination_, choice, way, _ in found
-        )
-
-        def all_labels() -> Iterator[Labels]:
-            with shown(progress) as bars:
-                if bars:
-                    bars.begin("labels", len(worlds) * self.repeats * len(found))
-                yield from self._labels(views, words(backend, adapter, threads), bars, at_once)
-
-        return all_labels()
-
     def choose(
         self,
         out: str | PathLike[str] | None = None,
@@ -440,7 +192,7 @@ class Study(Looks):
         """
         best = Best(self, keys, out)
         with shown(progress) as bars:
-            best._asking().choose(best.folder, words(backend, adapter, threads), bars)
+            _perirobot.choose(best._asking(), best.folder, words(backend, adapter, threads), bars)
         return best
 
     def cheapest(
@@ -467,31 +219,8 @@ class Study(Looks):
         """
         purchase = Purchase(self, {"objective": "cost", **keys}, out)
         with shown(progress) as bars:
-            purchase._asking().cheapest(purchase.folder, words(backend, adapter, threads), bars)
+            _perirobot.cheapest(purchase._asking(), purchase.folder, words(backend, adapter, threads), bars)
         return purchase
-
-    def _labels(
-        self,
-        views: Iterable[tuple[int, list[int]]],
-        backend: tuple[str, str | None, int | None],
-        bars: Bars | None,
-        at_once: int = 1,
-    ) -> Iterator[Labels]:
-        left = iter(views)
-        while batch := list(islice(left, at_once)):
-            for view, (labels, hits) in zip(batch, self._native.labels(batch, backend, bars)):
-                world, (*_, repeat) = view
-                scene, combination, poses, representation = self._native.names_of(view)
-                _, snapshot, origin_m, _ = self._native.grid(world)
-                words = (scene, snapshot, repeat, combination, poses, representation)
-                yield Labels(labels, hits, np.array(origin_m), self.voxel_size_m, *words)
-
-    def _sensor(self, name: str | None) -> str:
-        known = self.sensors
-        if name is None and len(known) != 1:
-            raise ValueError(f"sensor: say which of {known}")
-        return known[0] if name is None else name
-
 
 #: The study that was unpickled last, and of what: a pool of processes pickles it with each of its tasks.
 _last: tuple[tuple[Any, ...], Study] | None = None

@@ -28,8 +28,8 @@ def of_device(text: str) -> None:
     _warn(text, DeviceWarning)
 
 
-def of_scenes(odd: list[tuple[str, str]]) -> None:
-    """Warns of what is odd about scenes, pairs of a name and words, in one warning with a line for each kind."""
+def of_scenes(odd: list[tuple[str, str]], where: str = "study.warnings lists all of them") -> None:
+    """Warns of what is odd about scenes, pairs of a name and words, in one warning with a line for each kind, and where all are."""
     kinds: dict[str, list[tuple[str, str]]] = {}
     for scene, text in odd:
         kinds.setdefault(re.sub(r"\d+(\.\d+)?", "#", text), []).append((scene, text))
@@ -43,7 +43,7 @@ def of_scenes(odd: list[tuple[str, str]]) -> None:
     if len(lines) > _MOST_LINES:
         lines[_MOST_LINES - 1 :] = [f"{len(lines) - _MOST_LINES + 1} more kinds of warnings"]
     if len(odd) > len(lines):
-        lines.append("study.warnings lists all of them")
+        lines.append(where)
     of_input("\n".join(lines))
 
 

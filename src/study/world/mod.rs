@@ -24,6 +24,7 @@ mod stuck;
 mod thin;
 mod warnings;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::input::Study;
@@ -95,7 +96,16 @@ impl World {
     /// # Errors
     /// `Error::Stopped`.
     pub fn prepare_all_unless(study: &Study, progress: &dyn Progress) -> Result<Vec<World>> {
-        prepare::all_worlds(study, progress).map_err(Error::first)
+        World::prepare_scenes(study, 0..study.scenes.len(), progress)
+    }
+
+    /// The same of some scenes of the study, which are named by their numbers.
+    pub fn prepare_scenes(
+        study: &Study,
+        scenes: Range<usize>,
+        progress: &dyn Progress,
+    ) -> Result<Vec<World>> {
+        prepare::all_worlds(study, scenes, progress).map_err(Error::first)
     }
 
     /// The voxels of all regions.

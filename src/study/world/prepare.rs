@@ -1,6 +1,7 @@
 //! Prepares the worlds of a scene: its objects are built, sensors mounted, all of it voxelized on one grid, and the sensors
 //! and regions of the study checked in each snapshot.
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -27,12 +28,16 @@ const KEPT_BYTES: u64 = 256 << 20;
 /// What a voxel takes while its scene is made, about.
 const BYTES_PER_VOXEL: u64 = 6;
 
-/// The worlds of all scenes: scene by scene, in each snapshot by snapshot.
+/// The worlds of some scenes: scene by scene, in each snapshot by snapshot.
 ///
 /// As many scenes as there are threads are made at the same time, or fewer that are large, so that memory stays bounded.
-pub(super) fn all_worlds(study: &Study, progress: &dyn Progress) -> Result<Vec<World>, Vec<Error>> {
+pub(super) fn all_worlds(
+    study: &Study,
+    scenes: Range<usize>,
+    progress: &dyn Progress,
+) -> Result<Vec<World>, Vec<Error>> {
     let mut worlds = Vec::new();
-    let (mut scenes, threads) = ((0..study.scenes.len()).peekable(), rayon::current_num_threads());
+    let (mut scenes, threads) = (scenes.peekable(), rayon::current_num_threads());
     while scenes.peek().is_some() {
         let (mut read, mut bytes) = (Vec::new(), Vec::new());
         while fits_beside(&bytes, threads)
