@@ -100,7 +100,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let approached = approaching.answer(&onlooker, &mut |words| super::print(words))?;
     onlooker.finish();
     if let Some(stopping) = &study.stopping {
-        super::print(&format!("{}\n", stopping.assumptions().join("\n")))?;
+        super::print(&format!("{}\n", stopping.assumptions(study.voxel_size_m).join("\n")))?;
     }
     for name in approached.write(&folder)? {
         say!("warning: {}: is no floor plan of this run", folder.path().join(name).display());

@@ -170,7 +170,7 @@ fn at_speeds(
         let fast = own.map_or(String::new(), |(_, speeds)| terminal::speed::render(speeds, stopping));
         heading + &fast + &terminal::separation::render(results, set, stopping, study.voxel_size_m)
     });
-    told.collect::<String>() + &format!("\n{}\n", stopping.assumptions().join("\n"))
+    told.collect::<String>() + &format!("\n{}\n", stopping.assumptions(study.voxel_size_m).join("\n"))
 }
 
 impl Args {

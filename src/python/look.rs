@@ -96,7 +96,7 @@ pub(crate) fn approach(
         Ok(())
     })?;
     if let Some(stopping) = &study.stopping {
-        words += &format!("{}\n", stopping.assumptions().join("\n"));
+        words += &format!("{}\n", stopping.assumptions(study.voxel_size_m).join("\n"));
     }
     for name in approached.write(&folder)? {
         let path = folder.path().join(name);

@@ -1,6 +1,6 @@
 //! Text about whether a body keeps the distance that people need by `[stopping]`. Squared distances decide.
 
-use perirobot_march::voxel::{Grid, rounded_down, rounded_up, squared_voxels};
+use perirobot_march::voxel::{Grid, gap_error_m, rounded_down, rounded_up, squared_voxels};
 use perirobot_study::input::{AtSpeed, Stopping};
 
 /// At which speeds of the robot a distance is enough.
@@ -11,17 +11,31 @@ pub(super) fn describe(stopping: &Stopping, squared: u32, grid: &Grid) -> String
     let needed = rounded_up(needed_m, 2);
     match stopping.speeds.iter().rfind(is_enough) {
         Some(at) if at.speed_m_s == speed_m_s => format!(
-            "far enough: {needed} m are needed at {speed_m_s} m/s, the highest listed speed, {} m less",
-            rounded_down(margin_m, 2)
+            "far enough: {needed} m are needed at {speed_m_s} m/s, the highest listed speed, {} m less{}",
+            rounded_down(margin_m, 2),
+            describe_thin_margin(at, squared, grid)
         ),
         slower => {
             let slower = slower.map_or("at no listed speed is it far enough".into(), |at| {
                 let needed = rounded_up(at.needed_m, 2);
-                format!("far enough up to {} m/s, where {needed} m are needed", at.speed_m_s)
+                let thin = describe_thin_margin(at, squared, grid);
+                format!("far enough up to {} m/s, where {needed} m are needed{thin}", at.speed_m_s)
             });
             let more = rounded_up(-margin_m, 2);
             format!("too near at {speed_m_s} m/s: {needed} m are needed, {more} m more; {slower}")
         }
+    }
+}
+
+/// That surfaces may be too near although the distance between voxels is enough.
+fn describe_thin_margin(at: &AtSpeed, squared: u32, grid: &Grid) -> String {
+    let (margin_m, error_m) = (root_m(squared, grid) - at.needed_m, gap_error_m(grid.voxel_size_m));
+    match margin_m < error_m {
+        true => format!(
+            " (by {} m: not certain, since the gap may be {error_m:.2} m less)",
+            rounded_down(margin_m.max(0.0), 2)
+        ),
+        false => String::new(),
     }
 }
 

@@ -134,7 +134,7 @@ pub fn describe(ground: &Ground, answers: &[ApproachAnswer]) -> String {
                 );
                 if nearest < deepest.squared {
                     text += &format!(
-                        "    this decides: at other places of the entry it is first noticed {} m from the hazard\n",
+                        "    decisive: {} m, where it is first noticed at another place of the entry\n",
                         away(nearest)
                     );
                 }

@@ -22,6 +22,12 @@ pub fn squared_voxels(metres: f64, voxel_size_m: f64) -> u32 {
     u32::try_from((nanometres * nanometres).div_ceil(voxel * voxel)).unwrap_or(FAR).min(FAR - 1)
 }
 
+/// By how many metres the gap between surfaces may be less than a distance between voxels of bodies: the diagonal of a voxel,
+/// and half a voxel by which a size is rounded; rounded up to centimetres.
+pub fn gap_error_m(voxel_size_m: f64) -> f64 {
+    ((3f64.sqrt() + 0.5) * voxel_size_m * 100.0).ceil() / 100.0
+}
+
 /// Metres with so many digits behind the point, rounded down: for distances that there are. A millionth of the last
 /// digit is passed over, which is what is left of sums and roots of decimal fractions.
 pub fn rounded_down(metres: f64, digits: u32) -> String {

@@ -12,7 +12,7 @@ pub mod solid;
 
 pub use bits::BitGrid;
 pub(crate) use bricks::Bricks;
-pub use distance::{Distances, rounded_down, rounded_up, squared_voxels};
+pub use distance::{Distances, gap_error_m, rounded_down, rounded_up, squared_voxels};
 pub use grid::{Grid, Window};
 pub use ones::{Joined, Ones};
 pub use people::{BodyVoxel, People};

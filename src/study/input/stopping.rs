@@ -26,7 +26,7 @@ use crate::sensor::Sensor;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_march::metrics::Ratio;
-use perirobot_march::voxel::rounded_up;
+use perirobot_march::voxel::{gap_error_m, rounded_up};
 
 /// The walking speed of people.
 const HUMAN_SPEED_M_S: f64 = 1.6;
@@ -197,7 +197,7 @@ impl Stopping {
     }
 
     /// What was assumed, sentence by sentence, for whoever reads a report.
-    pub fn assumptions(&self) -> Vec<String> {
+    pub fn assumptions(&self, voxel_size_m: f64) -> Vec<String> {
         let FormulaTerms { human_speed_m_s, reaction_s, brakes, added } = &self.terms;
         let mut said = vec![format!(
             "People must be as far from the robot as {}. Check the formula and its values against your edition of \
@@ -222,18 +222,19 @@ impl Stopping {
             "K is the speed of a person; the robot is commanded to stop T_r = {reaction_s:.3} s after a sensor could \
              detect one, and stands T_s later: {brakes}; {moves}."
         ));
-        let added: Vec<String> = added.iter().map(|(key, metres)| format!("{key} = {metres}")).collect();
+        let added: Vec<String> =
+            added.iter().map(|(key, metres)| format!("{} = {metres} m ({key})", symbol(key))).collect();
         let comes = match human_speed_m_s {
             Some(speed) => format!("{speed} m/s"),
             None => format!("{HUMAN_SPEED_M_S} m/s, up to {ARMS_UP_TO_M} m with {ARM_SPEED_M_S} m/s"),
         };
         said.push(format!("K is {comes}; added are {}.", added.join(", ")));
         said.extend(self.to_be_checked());
-        said.push(
-            "Distances are between centres of voxels, and sizes are rounded: surfaces may be nearer by up to the \
-             diagonal of a voxel and half a voxel."
-                .into(),
-        );
+        said.push(format!(
+            "Distances are between centres of voxels, and sizes are rounded: the gap between surfaces may be up to \
+             {:.2} m less, also at a speed that is allowed.",
+            gap_error_m(voxel_size_m)
+        ));
         said
     }
 
@@ -344,6 +345,17 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
     }
     let speeds = speeds.into_iter().enumerate().map(at_speed).collect();
     Ok(Stopping { formula, speeds, terms, defaults, warnings })
+}
+
+/// What the standards call a key's length.
+fn symbol(key: &str) -> &'static str {
+    match key {
+        "device_distance_m" => "D_DS",
+        "supplement_m" => "Z",
+        "person_uncertainty_m" => "Z_d",
+        "robot_uncertainty_m" => "Z_r",
+        _ => "C",
+    }
 }
 
 /// Metres rounded up to whole nanometres, without the noise of additions: 1.288, not 1.2880000000000003.

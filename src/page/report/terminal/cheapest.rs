@@ -5,10 +5,10 @@ use crate::report::purchased::{
     describe_bound, describe_cost, describe_disturb, describe_heading, describe_proof, sentence,
 };
 use crate::report::table::Table;
-use crate::report::terminal::judge::most_excess_m;
 use crate::report::wording::words;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{RequirementVerdict, SetVerdicts};
+use perirobot_march::voxel::gap_error_m;
 use std::cmp::Ordering;
 
 /// The answer; `judged` has the verdicts on the recommended set, if there is one.
@@ -64,7 +64,7 @@ fn smallest_margin(report: &PurchaseReport, judged: &SetVerdicts) -> Option<Stri
     );
     let size_m = report.voxel_size_m;
     if unit == " m" {
-        text += &format!("; with voxels of {size_m} m the gap may be {:.2} m less", most_excess_m(size_m));
+        text += &format!("; with voxels of {size_m} m the gap may be {:.2} m less", gap_error_m(size_m));
     }
     Some(text + "\n")
 }

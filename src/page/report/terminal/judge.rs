@@ -7,6 +7,7 @@ use crate::report::apart::Writing;
 use crate::report::table::{NONE, Table};
 use crate::report::wording::{describe_moments, whereabouts, words, worst_case};
 use perirobot_decide::judge::{JudgedSet, Judgement, Summed, Value, spreads};
+use perirobot_march::voxel::gap_error_m;
 use perirobot_study::input::{Counted, Limit, Measure, Nearness, Requirement};
 use perirobot_sweep::results::Subject;
 
@@ -121,17 +122,11 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
 fn gap(set: &JudgedSet, measure: &Measure) -> String {
     match measure {
         Measure::Nearness(nearness) if !nearness.score.is_area() => {
-            let less_m = most_excess_m(set.conditions.voxel_size_m);
+            let less_m = gap_error_m(set.conditions.voxel_size_m);
             format!("; between centres of voxels, with sizes rounded: the gap may be {less_m:.2} m less")
         }
         _ => String::new(),
     }
-}
-
-/// By how many metres a distance between voxels may exceed the gap between surfaces: the diagonal of a voxel, and half a voxel
-/// by which a size is rounded; rounded up to centimetres.
-pub(super) fn most_excess_m(voxel_size_m: f64) -> f64 {
-    ((3f64.sqrt() + 0.5) * voxel_size_m * 100.0).ceil() / 100.0
 }
 
 /// A value with as many digits as tell it apart from a limit.

@@ -28,9 +28,7 @@ pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_siz
                 "  the nearest person is measured up to {} m too far away{at}\n",
                 rounded_up(metres, 2)
             ),
-            false => {
-                "  where somebody is measured, they are not measured farther away than they are\n".into()
-            }
+            false => "  no measured distance is larger than the true one\n".into(),
         };
     }
     let unseen = |one: &&Separation| one.truly.is_some() && one.unknown_free.is_none();

@@ -22,7 +22,7 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
             let missed = missed.filter(|one| one.requirement.measure.is_of_highest_speed() == of_highest);
             let missed: Vec<String> = missed.map(describe).collect();
             if !missed.is_empty() {
-                text += &format!("  missed {when}, and not counted in this: {}\n", missed.join(", "));
+                text += &format!("  also missed, {when}: {}\n", missed.join(", "));
             }
         }
     }

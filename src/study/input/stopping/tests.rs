@@ -165,7 +165,7 @@ fn what_was_assumed_names_each_default_and_each_distance() {
     let text = format!(
         "formula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [0.5, 1]\n{TIMES}robot_stopping_s = 0.3\n"
     );
-    let said = check_text(&text).unwrap().assumptions().join("\n");
+    let said = check_text(&text).unwrap().assumptions(0.05).join("\n");
     for part in ["1.570 m at 0.5 m/s, 1.570 m at 1 m/s", "ISO 13855:2010", "stop T_r = 0.150 s after"] {
         assert!(said.contains(part), "{part}: {said}");
     }
@@ -173,7 +173,8 @@ fn what_was_assumed_names_each_default_and_each_distance() {
     for part in ["at most 0.5 m it is 2", "for a device that an arm passes unnoticed"] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    let said = check_text(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions();
+    let said =
+        check_text(&format!("{text}human_speed_m_s = 1.6\nintrusion_m = 0.85")).unwrap().assumptions(0.05);
     assert!(!said.join("\n").contains("To be checked"), "what is written is nobody's default");
 }
 
@@ -225,7 +226,7 @@ fn intrusions_are_those_of_the_direction_of_approach() {
         let stopping = checked_above(&iso, std::slice::from_ref(&low), floor_m).unwrap();
         same(vec![stopping.fastest().needed_m], &[0.72 + intrusion_m]);
     }
-    let said = checked_for(&iso, &all).unwrap().assumptions().join("\n");
+    let said = checked_for(&iso, &all).unwrap().assumptions(0.05).join("\n");
     for part in [
         "intrusion_m = 1.20 is a default",
         "\"mat\", which is approached along its plane 0.00 m above",
@@ -250,7 +251,7 @@ fn intrusions_are_those_of_the_direction_of_approach() {
     // A scanner at the height where C of 2010 is that of a camera is approached along its plane all the same.
     let both = [camera.clone(), high.clone()];
     assert_eq!(checked_for(&format!("{newer}1.1"), &both).unwrap().warnings.len(), 1);
-    let said = check_text(&format!("{newer}0")).unwrap().assumptions().join("\n");
+    let said = check_text(&format!("{newer}0")).unwrap().assumptions(0.05).join("\n");
     assert!(said.contains("device_distance_m = 0 is less than the 0.85 m"), "{said}");
 }
 

@@ -52,7 +52,7 @@ impl Run {
                         "Scores come from a model of the cell, voxel by voxel. They say which placements are worth trying, \
                          not that a cell is safe. The model knows rays with Gaussian noise, returns lost by chance, mounts \
                          that are as far off as the study says, still snapshots, and the geometry it was given: no \
-                         reflections, no motion blur, no other error of a calibration, no failing sensor. Check the chosen \
+                         reflections, no motion blur, no other error of a calibration, and no failing sensor but where a verdict says so, which is known and silent then. Check the chosen \
                          placement on the real cell, by the standards that apply there."
                     }
                     ul { @for sentence in &self.assumed { li { (sentence) } } }
@@ -184,7 +184,7 @@ fn assumptions(sweep: &ReportedSweep) -> Vec<String> {
         "A body part is detected where at least {} of its voxels are hit (min_hits).",
         study.min_hits
     ));
-    assumed.extend(study.stopping.iter().flat_map(|stopping| stopping.assumptions()));
+    assumed.extend(study.stopping.iter().flat_map(|stopping| stopping.assumptions(study.voxel_size_m)));
     assumed
         .extend(warnings(sweep).into_iter().map(|(what, scenes)| format!("{}: {what}", scenes.join(", "))));
     assumed
