@@ -7,6 +7,8 @@ use std::sync::Arc;
 
 use crate::common::program::{Folder, Outcome, perirobot, text};
 use perirobot_decide::approach::{APPROACH, ApproachMoment, Approaches, Company, Ground, NearestApproach};
+use perirobot_decide::judge::{Alteration, alter};
+use perirobot_decide::view::{ChoiceSelector, find};
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
 use perirobot_study::input::{Overrides, Study};
@@ -15,7 +17,7 @@ use perirobot_study::world::World;
 /// A camera that watches nothing, and a person who comes in on the left.
 const STUDY: &str = r#"[grid]
 voxel_size_m = 0.1
-bounds_m = { min = [-2, -1, -1], max = [3.5, 0.95, 3] }
+bounds_m = { min = [-2, -1, -1], max = [3.55, 0.95, 3] }
 [[scene]]
 file = "cell.toml"
 [[region]]
@@ -152,14 +154,15 @@ fn bodies_walk_over_and_under_each_other() {
         "[[object]]\nname = \"plate\"\nbox = { size_m = [1.7, 2.4, 0.02] }\nposition_m = [0.05, 0, 2.05]\n";
     let joined = |objects: &[&str], step_m: f64| {
         let folder = folder(objects, step_m);
-        folder.edit("study.toml", "max = [3.5, 0.95, 3]", "max = [3.5, 0.95, 4.5]");
+        folder.edit("study.toml", "max = [3.55, 0.95, 3]", "max = [3.55, 0.95, 4.5]");
         answer(&folder).joined
     };
     // It is in layer 20, above the heads, and nobody gets onto it by the stairs.
     assert_eq!(joined(&[FLOOR, plate], 0.2), joined(&[FLOOR], 0.2));
-    assert_eq!(joined(&[FLOOR, plate], 1.9), joined(&[FLOOR], 1.9));
-    // From voxel −8 to 9 along x, so it carries a body at 21 places.
-    assert_eq!(joined(&[FLOOR, plate], 2.0), joined(&[FLOOR], 2.0) + 21 * ROWS);
+    assert_eq!(joined(&[FLOOR, plate], 1.5), joined(&[FLOOR], 1.5));
+    // It carries a body at 21 places along x: from that with voxels −11 to −8 to that with 9 to 12. Beside the last of them
+    // a body stands on the second stair, 16 layers lower.
+    assert_eq!(joined(&[FLOOR, plate], 1.6), joined(&[FLOOR], 1.6) + 21 * ROWS);
 }
 
 #[test]
@@ -204,24 +207,26 @@ fn what_is_not_a_floor_is_refused_or_warned_of() {
     assert!(!outcome.stderr.contains("get onto") && !outcome.stderr.contains("step_m"), "{}", outcome.stderr);
 }
 
-/// A person of `[postures]` stands on the platform; at z 0 the person would be in it.
+/// A person of `[postures]` stands on the platform, 8 layers above z 0.
 #[test]
 fn postures_stand_on_what_carries_them() {
-    let said = |floor: &str, spot: &str| {
+    let lowest = |floor: &str, spot: &str| -> Result<i32, String> {
         let folder = folder(&[FLOOR], 0.2);
         folder.edit("study.toml", "floor = \"auto\"\nstep_m = 0.2\n", floor);
         let postures = format!("[postures]\npeople = [\"standing\"]\nspots = [[{spot}, 0]]\n[approach]");
         folder.edit("study.toml", "[approach]", &postures);
-        let out = folder.path("out");
-        let outcome =
-            run(&folder, &["approach", "--pose", "wall/up", "--posture", "standing/0", "--out", text(&out)]);
-        (outcome.code, outcome.stderr)
+        let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+        let worlds = World::prepare_all(&study).unwrap();
+        let names = ChoiceSelector { poses: "wall/up".into(), ..ChoiceSelector::default() };
+        let (_, choice) = find(&study, &worlds, &names).unwrap();
+        let posture = Alteration::Posture("standing/0".into());
+        let (_, worlds, _) = alter(&study, &worlds, &choice, &posture).map_err(|e| e.to_string())?;
+        Ok(worlds[0].truth().human.bounds().min[2])
     };
     let auto = "floor = \"auto\"\nstep_m = 0.2\n";
-    let (code, text) = said(auto, "2.2, 0.3");
-    assert!(code == Some(0) && !text.contains("person \"standing/0\""), "{text}");
-    let (code, text) = said("floor_m = 0.0\n", "2.2, 0.3");
-    assert!(code == Some(0) && text.contains("person \"standing/0\""), "{text}");
-    let (code, text) = said(auto, "3.5, 0.3");
-    assert!(code == Some(2) && text.contains("spots[0]") && text.contains("surface carries"), "{text}");
+    let level = lowest("floor_m = 0.0\n", "2.2, 0.3").unwrap();
+    assert_eq!(lowest(auto, "2.2, 0.3"), Ok(level + 8));
+    assert_eq!(lowest(auto, "0.0, 0.3"), Ok(level));
+    let said = lowest(auto, "3.55, 0.3").unwrap_err();
+    assert!(said.contains("spots[0] = [3.55, 0.3]: must be where a surface carries a person"), "{said}");
 }
