@@ -6,6 +6,7 @@ mod common;
 mod approach;
 mod approach_random;
 mod delivery;
+mod floors;
 mod hall;
 mod json;
 mod latch;

@@ -45,6 +45,9 @@ pub struct Approaches {
     pub representation: String,
     /// What of them is not as planned, in words; empty if all is.
     pub case: String,
+    /// The highest step that bodies walk, with `floor = "auto"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_m: Option<f64>,
     /// The answers: the rows of `approach.csv`.
     pub rows: Vec<ApproachRow>,
 }
@@ -89,6 +92,10 @@ pub struct ApproachRow {
     pub narrowest_places: Option<u64>,
     /// The object that hides the body there from most sensors and voxels; `None` if none does.
     pub shadowed_by: Option<String>,
+    /// With `floor = "auto"`, the object between the body at the deepest place and the hazard that it does not climb; `None`
+    /// if there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fence_between: Option<String>,
     /// The sensors that latch into whose zone the body gets without having been noticed on the way.
     #[serde(default)]
     pub latches_passed: Vec<String>,
@@ -116,6 +123,7 @@ impl Approaches {
             poses: pose_names(study, combination, choice.choice),
             representation: representation_names(study, combination).swap_remove(choice.representation),
             case,
+            step_m: study.approach.step_m,
             rows: rows.collect(),
         }
     }
@@ -172,6 +180,7 @@ fn row(ground: &Ground, answer: &ApproachAnswer) -> ApproachRow {
         narrowest_m: narrowest.map(|narrowest| point(narrowest.place)),
         narrowest_places: narrowest.map(|narrowest| narrowest.front),
         shadowed_by: answer.shadow.clone(),
+        fence_between: answer.fence.clone(),
         latches_passed: passed.map(|(name, _)| name.clone()).collect(),
         unnoticed_m2: body.on_floor.then(|| area(answer.unnoticed)),
         joined_m2: body.on_floor.then(|| area(answer.found.reached.count())),
@@ -216,6 +225,7 @@ mod tests {
             narrowest_m: None,
             narrowest_places: Some(u64::MAX),
             shadowed_by: Some("a \"shelf\"".into()),
+            fence_between: Some("fence".into()),
             latches_passed: vec!["curtain".into()],
             unnoticed_m2: None,
             joined_m2: Some(0.0),
@@ -225,7 +235,9 @@ mod tests {
             ["both", "camera:a;camera:b", "points;points"].map(String::from);
         let rows = vec![row.clone(), ApproachRow { snapshot: Some(0), at_entry: AtEntry::Open, ..row }];
         let (format, perirobot, case) = (FILE.format, "0.1.0".into(), "draw 1".into());
-        let written = Approaches { format, perirobot, combination, poses, representation, case, rows };
+        let step_m = Some(0.25);
+        let written =
+            Approaches { format, perirobot, combination, poses, representation, case, step_m, rows };
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(Approaches::read(folder.path()).unwrap(), None);
         written.write(folder.path()).unwrap();

@@ -24,6 +24,9 @@ pub struct Body {
     pub on_floor: bool,
     /// Of how many of its voxels must be watched for it to be noticed.
     pub min_voxels: u32,
+    /// How many layers it climbs up or down in a step, if it walks on what carries it; `None` if the floor has one height, or
+    /// it does not stand on it.
+    pub climbs: Option<u32>,
     /// The box around it.
     pub size: [u32; 3],
     bars: Vec<BodyBar>,
@@ -60,6 +63,7 @@ impl Body {
             name: spec.name.clone(),
             on_floor: spec.on_floor,
             min_voxels: spec.min_voxels,
+            climbs: None,
             size,
             bars,
         };
@@ -92,20 +96,42 @@ impl Body {
 
     /// Those of some places at which it covers at most so many voxels of a set over the grid.
     pub(super) fn covers_at_most(&self, most: u32, sums: &Sums, places: Window) -> BitGrid {
-        let mut found = BitGrid::new(places);
-        if places.is_empty() {
-            return found;
-        }
-        let rows = found.words_per_row() as usize;
-        let depth = places.size[1] as usize;
-        found.words_mut().par_chunks_mut(rows).enumerate().for_each(|(row, words)| {
-            let (y, z) = (places.min[1] + (row % depth) as i32, places.min[2] + (row / depth) as i32);
-            for i in 0..places.size[0] as usize {
-                let x = places.min[0] + i as i32;
-                words[i / 32] |= u32::from(self.sum(sums, [x, y, z]) <= most) << (i % 32);
-            }
+        places_where(places, |place| self.sum(sums, place) <= most)
+    }
+
+    /// Those of some places at which a voxel of a set over the grid is right below it. A grid begins with layer 0.
+    pub(super) fn rests_on(&self, sums: &Sums, places: Window) -> BitGrid {
+        let soles = self.soles();
+        let below = |[x, y, z]: [i32; 3]| soles.iter().any(|bar| sums.count_bar(bar, [x, y, z - 1]) > 0);
+        places_where(places, |place| place[2] > 0 && below(place))
+    }
+
+    /// The lowest voxel of each column of the body.
+    fn soles(&self) -> Vec<BodyBar> {
+        let soles = self.bars.iter().flat_map(|bar| {
+            let is_below = |other: &&BodyBar| other.y == bar.y && other.zs.end == bar.zs.start;
+            let below = self.bars.iter().find(is_below).map(|other| other.xs.clone());
+            let sides = match below {
+                Some(below) => [bar.xs.start..below.start, below.end..bar.xs.end],
+                None => [bar.xs.clone(), 0..0],
+            };
+            let zs = bar.zs.start..bar.zs.start + 1;
+            sides.into_iter().filter(|xs| !xs.is_empty()).map(move |xs| BodyBar {
+                xs,
+                y: bar.y,
+                zs: zs.clone(),
+            })
         });
-        found
+        soles.collect()
+    }
+
+    /// The voxels right below it at a place.
+    pub(super) fn voxels_below(&self, [x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+        let below = move |bar: BodyBar| {
+            let (y, z) = (y + bar.y as i32, z + bar.zs.start as i32 - 1);
+            bar.xs.map(move |i| [x + i as i32, y, z])
+        };
+        self.soles().into_iter().flat_map(below)
     }
 
     /// The sum of a number of each of its voxels at a place.
@@ -172,6 +198,24 @@ pub(super) fn places(size: [u32; 3], stands_in: Option<i32>, grid: &Grid) -> Win
         }
         Some(_) => Window::from_corners([0; 3], [-1; 3]),
     }
+}
+
+/// Those of some places that are so.
+fn places_where(places: Window, is_so: impl Fn([i32; 3]) -> bool + Sync) -> BitGrid {
+    let mut found = BitGrid::new(places);
+    if places.is_empty() {
+        return found;
+    }
+    let rows = found.words_per_row() as usize;
+    let depth = places.size[1] as usize;
+    found.words_mut().par_chunks_mut(rows).enumerate().for_each(|(row, words)| {
+        let (y, z) = (places.min[1] + (row % depth) as i32, places.min[2] + (row / depth) as i32);
+        for i in 0..places.size[0] as usize {
+            let x = places.min[0] + i as i32;
+            words[i / 32] |= u32::from(is_so([x, y, z])) << (i % 32);
+        }
+    });
+    found
 }
 
 /// Which voxels of a row of a disc or a ball `n` voxels across lie in it; `others` are the row's other

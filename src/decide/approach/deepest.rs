@@ -1,7 +1,7 @@
 //! The deepest place of one body from one entry, and the path that shows it.
 
 use super::body::Body;
-use super::flood::{Flood, LONGEST_STEP};
+use super::flood::Flood;
 use perirobot_march::voxel::{BitGrid, Distances, Grid};
 
 /// What a body can do unnoticed from an entry.
@@ -72,7 +72,7 @@ pub struct FreeRoom<'r> {
 
 /// How deep a body comes from those of some places that are open, through open ones, and how near the others are.
 pub fn deepest(body: &Body, begin: &BitGrid, room: FreeRoom) -> ApproachFinding {
-    let flood = Flood::from_places(begin, room.open);
+    let flood = Flood::from_places(begin, room.open, body.climbs);
     let (reached, noticed) = (flood.places().clone(), noticed_squared(body, begin, room));
     let entry = nearest_at_entry(body, begin, room.free, room.distances);
     let Some((squared, place)) = nearest(body, &flood, room.distances) else {
@@ -85,7 +85,7 @@ pub fn deepest(body: &Body, begin: &BitGrid, room: FreeRoom) -> ApproachFinding 
 
 /// [`ApproachFinding::nearest`] of a body, and how many places it reaches.
 pub(super) fn nearest_of_all(body: &Body, begin: &BitGrid, room: FreeRoom) -> (Option<u32>, u64) {
-    let flood = Flood::from_places(begin, room.open);
+    let flood = Flood::from_places(begin, room.open, body.climbs);
     let unnoticed = nearest(body, &flood, room.distances).map(|(squared, _)| squared);
     (lesser(unnoticed, noticed_squared(body, begin, room)), flood.places().count())
 }
@@ -149,8 +149,8 @@ fn nearest(body: &Body, flood: &Flood, distances: &Distances) -> Option<(u32, [i
 
 /// The narrowest front between the entry and a place, and where the path to it crosses that.
 fn narrowest(flood: &Flood, length: u64, path: &[[i32; 3]]) -> Option<Narrowest> {
-    let front_of = |place| flood.length(place) / LONGEST_STEP;
-    let mut fronts = vec![0u64; (length / LONGEST_STEP) as usize];
+    let front_of = |place| flood.length(place) / flood.longest_step();
+    let mut fronts = vec![0u64; (length / flood.longest_step()) as usize];
     for place in flood.places().voxels() {
         if let Some(front) = fronts.get_mut(front_of(place) as usize) {
             *front += 1;

@@ -32,7 +32,7 @@ pub(super) fn places_in_box(
     if within.is_empty() {
         let metres = |voxels: u32| f64::from(voxels) * grid.voxel_size_m;
         let size = |size: [u32; 3]| size.map(|n| format!("{:.2}", metres(n))).join(" × ");
-        let stands = match body.on_floor {
+        let stands = match body.on_floor && body.climbs.is_none() {
             true => format!(" and stands on the floor, from {:.2} m up", grid.corner_m(places.min).z),
             false => String::new(),
         };

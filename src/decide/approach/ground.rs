@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::body::{self, Body, Sums};
 use super::entries;
+use super::surfaces;
 use crate::view::watched::Watcher;
 use perirobot_march::error::Issue;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
@@ -93,6 +94,24 @@ impl<'a> Ground<'a> {
 
     /// Checks what a study asks of a scene; `watchers` are the sensors that are looked at.
     pub fn new(study: &'a Study, worlds: &'a [World], watchers: &[Watcher]) -> Result<Ground<'a>> {
+        Ground::check(study, worlds, watchers, true)
+    }
+
+    /// The same of a scene in which there may be nothing that bodies must not come near to.
+    pub(super) fn without_hazard(
+        study: &'a Study,
+        worlds: &'a [World],
+        watchers: &[Watcher],
+    ) -> Result<Ground<'a>> {
+        Ground::check(study, worlds, watchers, false)
+    }
+
+    fn check(
+        study: &'a Study,
+        worlds: &'a [World],
+        watchers: &[Watcher],
+        has_hazard: bool,
+    ) -> Result<Ground<'a>> {
         let here = |issue: Issue| Error::from(issue.with_place("approach").with_place(&study.path));
         let grid = worlds[0].grid;
         if grid.window().volume() > MOST_VOXELS {
@@ -104,7 +123,7 @@ impl<'a> Ground<'a> {
         worlds.iter().for_each(|world| swept.add(&world.truth().robot_volume));
         let mut ground =
             Ground { study, worlds, bodies: Vec::new(), places: Vec::new(), begins: Vec::new(), swept };
-        for world in worlds {
+        for world in worlds.iter().filter(|_| has_hazard) {
             ground.hazard(world).map_err(here)?;
         }
         for spec in &study.approach.bodies {
@@ -113,7 +132,10 @@ impl<'a> Ground<'a> {
             let floor_m = study.approach.standing_m();
             let layers = spec.on_floor.then(|| body::standing(spec.shape, floor_m, &grid));
             ground.places.push(ground.places_of(spec, layers.as_ref(), &grid).map_err(in_body)?);
-            ground.bodies.push(Body::new(spec, grid.voxel_size_m, layers.as_ref()).map_err(in_body)?);
+            let mut body = Body::new(spec, grid.voxel_size_m, layers.as_ref()).map_err(in_body)?;
+            let step_m = study.approach.step_m.filter(|_| body.on_floor);
+            body.climbs = step_m.map(|step_m| surfaces::layers_of_step(step_m, grid.voxel_size_m));
+            ground.bodies.push(body);
         }
         for (body, places) in ground.bodies.iter().zip(&ground.places) {
             let begins = study.approach.entries.iter().map(|entry| {
@@ -129,11 +151,15 @@ impl<'a> Ground<'a> {
 
     fn places_of(&self, body: &BodySpec, layers: Option<&Range<i32>>, grid: &Grid) -> Result<Window, Issue> {
         let floor_m = self.study.approach.standing_m();
+        let walks = self.study.approach.step_m.is_some();
         let size = body::size(body.shape, grid.voxel_size_m, layers);
-        let places = body::places(size, layers.map(|layers| layers.start), grid);
+        let places = body::places(size, layers.filter(|_| !walks).map(|layers| layers.start), grid);
         if places.is_empty() {
             let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
-            let stands = if body.on_floor { format!(", on a floor at {floor_m} m") } else { String::new() };
+            let stands = match body.on_floor && !walks {
+                true => format!(", on a floor at {floor_m} m"),
+                false => String::new(),
+            };
             return Err(Issue::says(format!(
                 "is nowhere inside the grid{stands}: that goes from {:.2?} to {:.2?} m",
                 low.to_array(),
@@ -170,18 +196,44 @@ impl<'a> Ground<'a> {
         }
     }
 
+    /// Whether some body walks on what carries it.
+    pub(super) fn walks(&self) -> bool {
+        self.bodies.iter().any(|body| body.climbs.is_some())
+    }
+
     /// Refuses an entry at which a body is in something solid, at all places and in all snapshots.
     fn refuse_walls(&self) -> Result<(), Issue> {
         let truths = self.worlds.iter().map(|world| world.truth_without_people());
-        let solids: Vec<_> = truths.map(|truth| Sums::new(&solid(&truth))).collect();
+        let solids = truths.map(|truth| {
+            let solid = solid(&truth);
+            let surfaces = match self.walks() {
+                true => surfaces::surfaces(&truth, &solid),
+                false => BitGrid::nowhere(),
+            };
+            [solid, surfaces].map(|set| Sums::new(&set))
+        });
+        let solids: Vec<_> = solids.collect();
         for ((body, places), begins) in self.bodies.iter().zip(&self.places).zip(&self.begins) {
             let mut walled: Vec<bool> = vec![true; begins.len()];
-            for solid in &solids {
-                let free = body.covers_at_most(0, solid, *places);
+            let mut has_room = vec![false; begins.len()];
+            for [solid, surfaces] in &solids {
+                let free = surfaces::room(body, solid, surfaces, *places);
                 walled.iter_mut().zip(begins).for_each(|(walled, begin)| *walled &= !begin.intersects(&free));
+                if body.climbs.is_some() {
+                    let free = body.covers_at_most(0, solid, *places);
+                    has_room.iter_mut().zip(begins).for_each(|(has, begin)| *has |= begin.intersects(&free));
+                }
             }
             if let Some(number) = walled.iter().position(|&walled| walled) {
                 let entry = &self.study.approach.entries[number];
+                if has_room[number] {
+                    let what = format!("has nothing that carries body {:?} at any place of it", body.name);
+                    let cure = "add the floor to the scene, make the entry higher or lower, or write floor_m \
+                                instead of floor = \"auto\"";
+                    return Err(Issue::says(what)
+                        .with_advice(cure)
+                        .with_place(format!("entry {:?}", entry.name)));
+                }
                 let cure = match entry.place {
                     EntryPlace::Edges => {
                         "no opening of the grid's edge is free: add an [[approach.entry]] with a box"

@@ -3,8 +3,8 @@
 //! # Theory
 //! A body is a set of voxels that moves without turning. At a place it is *noticed* if at least `min_voxels` of
 //! its voxels are watched ([`perirobot_study::sensor::watch`]), and it may not be where one of them is solid: occupied, or
-//! inside a body. Everything that steps to the 26 neighbours reach unnoticed from the places of an entry is flooded. The
-//! answer is the place with the smallest distance between voxel centres of the body and of the hazard; of equally deep
+//! inside a body. Everything that steps to the 26 neighbours reach unnoticed from the places of an entry is flooded; with
+//! `floor = "auto"` a body on the floor steps from surface to surface instead (`surfaces.rs`). The answer is the place with the smallest distance between voxel centres of the body and of the hazard; of equally deep
 //! places the one with the shortest path, then the first along z, y and x. If the body has room at places of an entry
 //! and is noticed there, the closest of them is how close it gets before any sensor detects it: this distance is
 //! reported beside the deepest, and the lesser of both is compared with the needed one.
@@ -34,7 +34,9 @@ mod ground;
 mod moments;
 mod needed;
 mod picture;
+mod surfaces;
 mod table;
+mod traps;
 mod unnoticed_path;
 mod ways;
 
@@ -43,11 +45,13 @@ pub use asking::{Approached, Approaching, ChoiceIn};
 pub use body::Body;
 pub use check::check_approach;
 pub use deepest::{ApproachFinding, Deepest, FreeRoom, Narrowest, deepest};
-pub use flood::{Flood, LONGEST_STEP};
+pub use flood::Flood;
 pub use ground::{Company, Ground};
 pub(crate) use moments::shadow;
 pub use moments::{ApproachAnswer, ApproachMoment, AtEntry, BodyPlan, NearestApproach, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};
+pub(crate) use surfaces::spot_height_m;
+pub use surfaces::walked_surfaces;
 pub use table::{describe, fusion_warning};
 pub(crate) use unnoticed_path::WatchCounts;
 pub use ways::{Way, nearest_ways};

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::body::{Body, Sums};
 use super::deepest::{ApproachFinding, FreeRoom, deepest, nearest_at_entry, nearest_of_all};
 use super::ground::{Company, Ground};
+use super::surfaces::{fence_between, room, walked};
 use crate::view::watched::{WatchedVoxels, Watchers};
 use perirobot_march::Result;
 use perirobot_march::progress::Progress;
@@ -61,6 +62,8 @@ pub struct ApproachAnswer {
     pub farthest: u32,
     /// The object that stands before the narrowest place, or before the deepest one if there is none.
     pub shadow: Option<String>,
+    /// Of a body that walks, the object between it and the hazard that it does not climb, seen from the deepest place.
+    pub fence: Option<String>,
     /// The sensors that latch, by their names, and for each whether the body gets into its zone without having been noticed
     /// on the way.
     pub latches: Vec<(String, bool)>,
@@ -88,7 +91,9 @@ pub struct ApproachMoment<'g> {
     pub(super) ground: &'g Ground<'g>,
     company: Company,
     snapshot: Option<usize>,
-    solid: Arc<BitGrid>,
+    pub(super) solid: Arc<BitGrid>,
+    /// What carries bodies that walk.
+    pub(super) surfaces: BitGrid,
     hazard: Arc<BitGrid>,
     pub(super) distances: Distances,
     /// Of each body, where it has room.
@@ -115,14 +120,24 @@ impl<'g> ApproachMoment<'g> {
         truths: &[Arc<Truth>],
     ) -> Result<ApproachMoment<'g>> {
         let mut solid = BitGrid::full(worlds[0].grid.window());
+        let mut surfaces = match ground.walks() {
+            true => BitGrid::new(worlds[0].grid.window()),
+            false => BitGrid::nowhere(),
+        };
         let mut hazard = BitGrid::new(worlds[0].grid.window());
         for (world, truth) in worlds.iter().zip(truths) {
-            solid.keep(&super::ground::solid(truth));
+            let here = super::ground::solid(truth);
+            if ground.walks() {
+                surfaces.add(&super::surfaces::surfaces(truth, &here));
+            }
+            solid.keep(&here);
             hazard.add(&ground.hazard(world)?);
         }
-        let sums = Sums::new(&solid);
-        let free = ground.bodies.iter().zip(&ground.places);
-        let free = free.map(|(body, &places)| body.covers_at_most(0, &sums, places)).collect();
+        let sums = [&solid, &surfaces].map(Sums::new);
+        let free = ground.bodies.iter().zip(&ground.places).zip(&ground.begins);
+        let free = free
+            .map(|((body, &places), begins)| walked(body, begins, room(body, &sums[0], &sums[1], places)));
+        let free = free.collect();
         let snapshot = if let [world] = worlds { Some(world.snapshot) } else { None };
         let distances = Distances::from_set(&hazard);
         Ok(ApproachMoment {
@@ -130,6 +145,7 @@ impl<'g> ApproachMoment<'g> {
             company,
             snapshot,
             solid: solid.into(),
+            surfaces,
             hazard: hazard.into(),
             distances,
             free,
@@ -220,6 +236,9 @@ impl<'g> ApproachMoment<'g> {
                 deepest.narrowest.map(|narrowest| narrowest.place).or(deepest.path.last().copied())
             });
             let shadow = place.and_then(|place| shadow(body, place, watchers, watches));
+            let end = found.deepest.as_ref().and_then(|deepest| deepest.path.last().copied());
+            let around = (&*self.solid, &*self.hazard, &self.distances);
+            let fence = end.and_then(|place| fence_between((body, place), &watches[0].truth, around));
             let latches = latches.iter().map(|(name, zone)| {
                 let mut inside = found.reached.clone();
                 inside.remove(&body.covers_at_most(0, zone, self.ground.places[number]));
@@ -237,6 +256,7 @@ impl<'g> ApproachMoment<'g> {
                 found,
                 farthest,
                 shadow,
+                fence,
                 latches,
             }
         });

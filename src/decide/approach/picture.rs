@@ -106,19 +106,23 @@ pub fn floor_plan(ground: &Ground, answers: &[ApproachAnswer], plan: &BodyPlan) 
     let answers: Vec<&ApproachAnswer> = answers.iter().filter(of_plan).collect();
     let mut joined = BitGrid::new(plan.open.window());
     answers.iter().for_each(|answer| joined.add(&answer.found.reached));
-    let places = ground.places[plan.body];
-    let layers = places.min[2]..places.min[2] + body.size[2] as i32;
+    // Of a body that walks, the layers of all its places, which are over and under each other in some columns.
+    let layers = match body.climbs {
+        Some(_) => plan.free.bounds(),
+        None => ground.places[plan.body],
+    };
+    let layers = layers.min[2]..layers.end()[2];
+    let filled = layers.start..layers.end + body.size[2] as i32 - 1;
     let [width, depth, _] = grid.size;
-    let any =
-        |set: &BitGrid, x: i32, y: i32, mut layers: std::ops::Range<i32>| layers.any(|z| set.get([x, y, z]));
     let floor = |x: i32, y: i32| {
-        let place = [x - body.size[0] as i32 / 2, y - body.size[1] as i32 / 2, places.min[2]];
+        let [own_x, own_y] = [x - body.size[0] as i32 / 2, y - body.size[1] as i32 / 2];
+        let any = |set: &BitGrid| layers.clone().any(|z| set.get([own_x, own_y, z]));
         match () {
-            () if any(&plan.solid, x, y, layers.clone()) => FloorCell::Solid,
-            () if !plan.free.get(place) => FloorCell::Narrow,
-            () if !plan.open.get(place) => FloorCell::Noticed,
-            () if !joined.get(place) => FloorCell::Apart,
-            () => FloorCell::Joined,
+            () if any(&joined) => FloorCell::Joined,
+            () if any(&plan.open) => FloorCell::Apart,
+            () if any(&plan.free) => FloorCell::Noticed,
+            () if filled.clone().any(|z| plan.solid.get([x, y, z])) => FloorCell::Solid,
+            () => FloorCell::Narrow,
         }
     };
     let scale = (900 / width.max(depth)).clamp(1, 16);

@@ -18,6 +18,7 @@
 //! | `shadowed_by` | the object that hides it there from the most sensors and voxels; empty if none does |
 //! | `latches_passed` | the curtains that latch into whose zone the body gets without having been noticed on the way, joined by `;`: their latch does not hold |
 //! | `unnoticed_m2`, `joined_m2` | of a body on the floor: the area of the positions of its middle at which it is unnoticed, and of those joined to the entry |
+//! | `fence_between` | only with `floor = "auto"`: the object between body and hazard at the deepest place that the body does not climb; empty if there is none |
 
 use super::approach_json::{ApproachRow, Approaches, DIGITS};
 use super::ground::{Company, Ground};
@@ -60,6 +61,9 @@ const COLUMNS: [&str; 28] = [
     "joined_m2",
 ];
 
+/// The column that a table has if bodies walk on surfaces.
+const FENCE: &str = "fence_between";
+
 /// What is to be known of an answer where log-odds are summed.
 pub fn fusion_warning(study: &Study, choice: &Choice) -> Option<String> {
     let combination = &study.combinations[choice.combination];
@@ -75,10 +79,12 @@ pub fn fusion_warning(study: &Study, choice: &Choice) -> Option<String> {
 impl Approaches {
     /// The table.
     pub fn csv(&self) -> Vec<u8> {
-        let mut csv = Csv::new(&COLUMNS);
+        let fence = self.step_m.map(|_| FENCE);
+        let mut csv = Csv::new(&COLUMNS.into_iter().chain(fence).collect::<Vec<_>>());
         let sensors = [&self.combination, &self.poses, &self.representation, &self.case];
         for row in &self.rows {
-            csv.row(&sensors.into_iter().cloned().chain(fields(row)).collect::<Vec<String>>());
+            let between = fence.map(|_| row.fence_between.clone().unwrap_or_default());
+            csv.row(&sensors.into_iter().cloned().chain(fields(row)).chain(between).collect::<Vec<String>>());
         }
         csv.bytes()
     }
@@ -127,11 +133,22 @@ pub fn describe(ground: &Ground, answers: &[ApproachAnswer]) -> String {
         let away = |squared| rounded_down(root_m(squared, grid), 2);
         match &answer.found.deepest {
             Some(deepest) => {
+                let height = match (body.climbs, deepest.path.last()) {
+                    (Some(_), Some(&place)) => {
+                        format!(", standing at z {:.2} m", grid.corner_m(place).z - grid.voxel_size_m)
+                    }
+                    _ => String::new(),
+                };
                 text += &format!(
-                    "gets to {} m unnoticed, on a path of {:.2} m\n",
+                    "gets to {} m unnoticed, on a path of {:.2} m{height}\n",
                     away(deepest.squared),
                     deepest.length_m(grid)
                 );
+                if let Some(fence) = &answer.fence {
+                    text += &format!(
+                        "    fence between: it does not climb {fence:?}, which is before the hazard\n"
+                    );
+                }
                 if nearest < deepest.squared {
                     text += &format!(
                         "    decisive: {} m, where it is first noticed at another place of the entry\n",

@@ -11,6 +11,7 @@ use std::collections::BinaryHeap;
 
 use super::body::Sums;
 use super::deepest::{least, squared_distance};
+use super::flood::steps;
 use super::moments::ApproachMoment;
 use perirobot_march::voxel::{BitGrid, Window};
 
@@ -81,6 +82,7 @@ impl ApproachMoment<'_> {
         let mut lengths = vec![u64::MAX; width * depth * height];
         let mut before = vec![u32::MAX; lengths.len()];
         let mut queue = BinaryHeap::new();
+        let moves = steps(body.climbs);
         for place in begin.voxels().filter(|&place| open.get(place)) {
             lengths[index(place)] = length(place);
             queue.push(Reverse((length(place), index(place))));
@@ -98,7 +100,8 @@ impl ApproachMoment<'_> {
                 path.reverse();
                 return Some((path, squared));
             }
-            for next in neighbours(place).filter(|&next| window.contains(next) && open.get(next)) {
+            let neighbours = moves.iter().map(|(by, _)| std::array::from_fn(|r| place[r] + by[r]));
+            for next in neighbours.filter(|&next| window.contains(next) && open.get(next)) {
                 let (to, far) = (index(next), so_far + length(next));
                 if far < lengths[to] {
                     (lengths[to], before[to]) = (far, at as u32);
@@ -108,10 +111,4 @@ impl ApproachMoment<'_> {
         }
         None
     }
-}
-
-/// The 26 places around one.
-fn neighbours([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
-    let all = (-1..=1).flat_map(move |k| (-1..=1).flat_map(move |j| (-1..=1).map(move |i| [i, j, k])));
-    all.filter(|by| *by != [0; 3]).map(move |[i, j, k]| [x + i, y + j, z + k])
 }

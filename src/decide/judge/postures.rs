@@ -1,7 +1,10 @@
 //! Studies in which a person of `[postures]` stands at a spot, instead of all people of the scenes.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
+use crate::approach::spot_height_m;
 use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::voxel::Grid;
 use perirobot_march::{Error, Result};
@@ -12,6 +15,9 @@ use perirobot_scene::objects::{Optical, Role};
 use perirobot_scene::truth::{RegionShape, voxelize, voxelize_all};
 use perirobot_study::input::{Posture, RegionSpec, Study};
 use perirobot_study::world::{World, cut_warnings};
+
+/// A spot has so much room above what carries a person, in metres.
+const ROOM_M: f64 = 1.8;
 
 /// A study in which somebody stands in the place of the people of its scenes, and its worlds.
 #[derive(Debug)]
@@ -30,10 +36,13 @@ impl Stood {
     /// When the spot is beside the grid, or nothing of the person is in it; when the person cannot be read; when the
     /// scene cannot be made with it.
     pub(super) fn new(study: &Study, worlds: &[World], posture: &Posture) -> Result<Stood> {
+        let placed = scenes(worlds).map(|scene| Ok((scene[0].scene, place(study, &scene[0], posture)?)));
+        let placed: BTreeMap<usize, Posture> = placed.collect::<Result<_>>()?;
+        let in_scene = |scene: usize| placed.get(&scene).unwrap_or(posture);
         let mut stood =
-            Stood { study: with_posture(study, posture), worlds: Vec::new(), warnings: Vec::new() };
+            Stood { study: with_posture(study, &in_scene), worlds: Vec::new(), warnings: Vec::new() };
         for scene in scenes(worlds) {
-            cut_off(study, &scene[0], posture)?;
+            cut_off(study, &scene[0], in_scene(scene[0].scene))?;
             let bounds_m = Some(bounds_m(&scene[0].grid));
             let made = World::prepare(&Study { bounds_m, ..stood.study.clone() }, scene[0].scene)?;
             let name = &scene[0].name;
@@ -113,11 +122,36 @@ pub fn check_postures<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w
         }
     }
     let of_scene = |scene: &'w [World]| {
-        let each = study.postures.iter().map(|posture| cut_off(study, &scene[0], posture));
+        let each = study.postures.iter().map(|posture| {
+            let posture = place(study, &scene[0], posture)?;
+            cut_off(study, &scene[0], &posture)
+        });
         let cut: Vec<Option<String>> = each.collect::<Result<_>>()?;
         Ok((scene[0].name.as_str(), cut.into_iter().flatten().collect()))
     };
     scenes(worlds).map(of_scene).collect()
+}
+
+/// A posture at the height of what carries it in a scene, if the floor has several heights.
+///
+/// # Errors
+/// When nothing carries a person at the spot.
+fn place(study: &Study, world: &World, posture: &Posture) -> Result<Posture> {
+    let [x, y, _] = Grid::voxel_of(world.grid.position_q16(posture.position_m));
+    if study.approach.step_m.is_none() || !world.grid.window().contains([x, y, 0]) {
+        return Ok(posture.clone());
+    }
+    let at = posture.position_m;
+    let z = spot_height_m(world, at, ROOM_M).ok_or_else(|| {
+        let rule = format!(
+            "must be where a surface carries a person in scene {:?}, with {ROOM_M} m of room above: move the spot, or write \
+             floor_m instead of floor in [approach]",
+            world.name
+        );
+        let spot = Issue::value(format!("spots[{}]", posture.spot), format!("[{}, {}]", at.x, at.y), rule);
+        Error::from(spot.with_place(Site::Table("postures".into())).with_place(&study.path))
+    })?;
+    Ok(Posture { position_m: DVec3::new(at.x, at.y, z), ..posture.clone() })
 }
 
 /// How much of a person the grid of a scene cuts off, if it does.
@@ -172,11 +206,12 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
     }))
 }
 
-fn with_posture(study: &Study, posture: &Posture) -> Study {
+/// A study with a person in place of the people of its scenes; `in_scene` is the posture in a scene by its number.
+fn with_posture<'p>(study: &Study, in_scene: &dyn Fn(usize) -> &'p Posture) -> Study {
     let (mut study, person_shade) = (study.clone(), study.person_shade());
-    for scene in &mut study.scenes {
+    for (number, scene) in study.scenes.iter_mut().enumerate() {
         scene.objects.retain_mut(leave_people_out);
-        scene.objects.push(person(scene, posture, person_shade));
+        scene.objects.push(person(scene, in_scene(number), person_shade));
     }
     for (_, region) in &mut study.regions {
         if let RegionSpec::RegionShape(RegionShape::HumanBox { object, .. }) = region {

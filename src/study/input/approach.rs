@@ -11,6 +11,13 @@ use perirobot_march::Result;
 
 /// The largest size of a body, in metres.
 const LARGEST_M: f64 = 100.0;
+/// A step that is walked unless `step_m` is given, in metres: the highest riser of stairs in workplaces is 24 cm (OSHA, 29
+/// CFR 1910.25).
+const STEP_M: f64 = 0.25;
+/// The largest `step_m`.
+const HIGHEST_STEP_M: f64 = 3.0;
+/// A higher step is climbed with the hands.
+const HIGH_STEP_M: f64 = 1.0;
 
 /// What `perirobot approach` looks for: how near a body can come to the robot unnoticed.
 #[derive(Default, Deserialize)]
@@ -27,6 +34,10 @@ pub(super) struct ApproachFile {
     /// The height of the floor in metres: bodies and people of `[postures]` stand on it, and heights in words are
     /// measured from it. Default: bodies stand at 0; heights are above the largest level surface near the people's feet.
     floor_m: Option<f64>,
+    /// "auto": bodies stand on what carries them, at any height: floors, platforms, pits, conveyors. Replaces floor_m.
+    floor: Option<FloorFile>,
+    /// The highest step that bodies walk up or down with floor = "auto", in metres. Default 0.25.
+    step_m: Option<f64>,
     /// The bodies, each by itself. Default: one that is standing.
     #[serde(default)]
     body: Vec<BodyFile>,
@@ -43,10 +54,19 @@ impl ApproachFile {
 
     /// Whether it asks how near bodies come, and does not only give the floor.
     pub(super) fn asks(&self) -> bool {
-        let ApproachFile { hazard, region, min_voxels, floor_m, body, entry } = self;
+        let ApproachFile { hazard, region, min_voxels, floor_m, floor, step_m: _, body, entry } = self;
         let is_empty = hazard.is_none() && region.is_none() && min_voxels.is_none();
-        floor_m.is_none() || !(is_empty && body.is_empty() && entry.is_empty())
+        let gives_floor = floor_m.is_some() || floor.is_some();
+        !(gives_floor && is_empty && body.is_empty() && entry.is_empty())
     }
+}
+
+/// How the floor is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+enum FloorFile {
+    Auto,
 }
 
 /// A robot where it is at each moment, or wherever it is at some moment.
@@ -130,6 +150,8 @@ pub struct Approach {
     pub hazard: Hazard,
     /// The height of the floor, if the study gives it.
     pub floor_m: Option<f64>,
+    /// With `floor = "auto"`, the highest step that bodies walk up or down; `None` if the floor has one height.
+    pub step_m: Option<f64>,
     /// The bodies in study order.
     pub bodies: Vec<BodySpec>,
     /// Where they come in, in study order.
@@ -249,6 +271,7 @@ pub(super) fn check(at: &Place, file: Option<ApproachFile>, known: &ApproachName
     let min_voxels = at_least_one(at, file.min_voxels.unwrap_or(3))?;
     let rule = "a height in metres from -1000 to 1000";
     let floor_m = file.floor_m.map(|z_m| at.number("floor_m", z_m, -1e3..=1e3, rule)).transpose()?;
+    let step_m = step_m(at, &file)?;
     let bodies = match file.body.is_empty() {
         true => vec![known_body(0, min_voxels)],
         false => file.body.into_iter().map(|body| self::body(at, body, min_voxels)).collect::<Result<_>>()?,
@@ -259,7 +282,35 @@ pub(super) fn check(at: &Place, file: Option<ApproachFile>, known: &ApproachName
     };
     at.unique("body", bodies.iter().map(|body| body.name.as_str()))?;
     at.unique("entry", entries.iter().map(|entry| entry.name.as_str()))?;
-    Ok(Approach { hazard, floor_m, bodies, entries })
+    Ok(Approach { hazard, floor_m, step_m, bodies, entries })
+}
+
+/// The highest step, with `floor = "auto"`.
+fn step_m(at: &Place, file: &ApproachFile) -> Result<Option<f64>> {
+    let rule = "a height in metres from 0 to 3";
+    match (file.floor, file.floor_m, file.step_m) {
+        (Some(FloorFile::Auto), Some(_), _) => {
+            let cure = "leave out floor_m: with \"auto\" bodies stand on what carries them";
+            Err(at.says("both floor and floor_m").with_advice(cure))
+        }
+        (None, _, Some(_)) => Err(at.says("step_m without floor").with_advice("add floor = \"auto\"")),
+        (None, _, None) => Ok(None),
+        (Some(FloorFile::Auto), None, step_m) => {
+            at.number("step_m", step_m.unwrap_or(STEP_M), 0.0..=HIGHEST_STEP_M, rule).map(Some)
+        }
+    }
+}
+
+impl Approach {
+    /// What its author may not expect of a step.
+    pub(super) fn warning(&self) -> Option<String> {
+        let step_m = self.step_m.filter(|&step_m| step_m == 0.0 || step_m > HIGH_STEP_M)?;
+        let what = match step_m {
+            0.0 => "bodies cross level floors only, and a scanned floor or a door sill stops them",
+            _ => "bodies walk up and down what people climb with their hands",
+        };
+        Some(format!("approach.step_m = {step_m}: {what}: a step of stairs is up to 0.25"))
+    }
 }
 
 fn at_least_one(at: &Place, min_voxels: u32) -> Result<u32> {

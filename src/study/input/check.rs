@@ -96,6 +96,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     };
     let mut warnings = diagnostics::warnings(&text);
     warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
+    warnings.extend(demands.approach.warning());
     if has_candidates {
         warnings.extend(candidates::warnings(&regions));
     }

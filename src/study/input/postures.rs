@@ -35,7 +35,7 @@ pub(super) struct PosturesFile {
     /// of a file.
     people: Vec<PersonEntry>,
     /// Where each of them stands: [x, y, yaw], in metres and degrees, at yaw 0 facing +x. The floor is that of
-    /// `[approach]`, at height 0 unless floor_m says otherwise.
+    /// `[approach]`: at height 0 unless floor_m is given, and the lowest surface with room for a person if floor = "auto".
     spots: Vec<PersonSpot>,
 }
 

@@ -106,6 +106,13 @@ pub(super) fn warning(study: &Study, scene: &Scene) -> Option<String> {
         Some(given) => (is_level && (given - z_m).abs() > NEAR_M).then(|| {
             format!("[approach] floor_m = {given}: {found}: mend floor_m if it is meant to be that one")
         }),
+        None if study.approach.step_m.is_some() => {
+            (study.stopping.is_some() && z_m.abs() >= study.voxel_size_m).then(|| {
+                format!(
+                    "[stopping] takes z 0 for the floor if floor = \"auto\", and {found}: write intrusion_m in [stopping]"
+                )
+            })
+        }
         None => {
             let asks = study.has_approach || !study.postures.is_empty() || study.stopping.is_some();
             (asks && z_m.abs() >= study.voxel_size_m).then(|| {

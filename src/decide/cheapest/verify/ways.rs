@@ -2,6 +2,7 @@
 //! entries) and what one sensor watches in one snapshot; free space, distances of a body and the sensors that notice it
 //! together are found here by trying all voxels.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -53,6 +54,10 @@ struct Cell<'g> {
     truths: Vec<Arc<Truth>>,
     /// What is solid in all snapshots.
     solid: BitGrid,
+    /// What is of neither a robot nor a person and has nothing solid right above, in some snapshot.
+    surfaces: BitGrid,
+    /// Of each body that walks, the voxels right below it, from its place; `None` of others.
+    below: Vec<Option<Vec<[i32; 3]>>>,
     hazard: BitGrid,
     /// The voxels of the hazard with a neighbour outside: none of the others is the nearest.
     surface: Vec<[i32; 3]>,
@@ -171,11 +176,16 @@ impl<'g> Cell<'g> {
         let window = ground.worlds[0].grid.window();
         let truths: Vec<Arc<Truth>> = ground.worlds.iter().map(|world| company.truth(world)).collect();
         let (mut solid, mut hazard) = (BitGrid::full(window), BitGrid::new(window));
+        let mut surfaces = BitGrid::new(window);
         for (world, truth) in ground.worlds.iter().zip(&truths) {
             let mut here = BitGrid::new(window);
             here.add(&truth.occupied);
             here.add(&truth.ignored);
             here.add(&truth.robot_volume);
+            let carries = |voxel| !truth.robot.get(voxel) && !truth.human.get(voxel);
+            let top = |[x, y, z]: [i32; 3]| !here.get([x, y, z + 1]);
+            let own = truth.occupied.voxels().filter(|&voxel| carries(voxel) && top(voxel));
+            own.for_each(|voxel| surfaces.set(voxel));
             solid.keep(&here);
             match ground.study.approach.hazard {
                 Hazard::Region(region) => hazard.add(&world.regions[region].voxels),
@@ -191,7 +201,13 @@ impl<'g> Cell<'g> {
             (0..3).all(|axis| near(axis, -1) && near(axis, 1))
         };
         let surface = hazard.voxels().filter(|voxel| !is_inside(voxel)).collect();
-        Cell { ground, company, truths, solid, hazard, surface }
+        let below = ground.bodies.iter().map(|body| {
+            let own: HashSet<[i32; 3]> = body.voxels([0; 3]).collect();
+            let below = own.iter().map(|&[x, y, z]| [x, y, z - 1]).filter(|voxel| !own.contains(voxel));
+            body.climbs.map(|_| below.collect())
+        });
+        let below = below.collect();
+        Cell { ground, company, truths, solid, surfaces, below, hazard, surface }
     }
 
     fn is_of(&self, input: ProofInput, way: &ProvenWay) -> bool {
@@ -210,8 +226,13 @@ impl<'g> Cell<'g> {
         }
     }
 
-    fn has_room(&self, body: &Body, place: [i32; 3]) -> bool {
-        body.voxels(place).all(|voxel| !self.solid.get(voxel))
+    /// Whether nothing solid is in a body, by its number, and a surface is right below it if it walks.
+    fn has_room(&self, body: usize, place: [i32; 3]) -> bool {
+        let is_carried = |below: &Vec<[i32; 3]>| {
+            below.iter().any(|by| self.surfaces.get(std::array::from_fn(|r| place[r] + by[r])))
+        };
+        let mut own = self.ground.bodies[body].voxels(place);
+        own.all(|voxel| !self.solid.get(voxel)) && self.below[body].as_ref().is_none_or(is_carried)
     }
 
     /// How near a body is to the hazard at a place, squared in voxels.
@@ -229,9 +250,10 @@ impl<'g> Cell<'g> {
     fn at_entries(&self) -> Vec<AtEntry> {
         let distances = Distances::from_set(&self.hazard);
         let mut all = Vec::new();
-        for (body, begins) in self.ground.bodies.iter().zip(&self.ground.begins) {
+        let bodies = self.ground.bodies.iter().zip(&self.ground.begins).enumerate();
+        for (number, (body, begins)) in bodies {
             for (entry, begin) in begins.iter().enumerate() {
-                let free = begin.voxels().filter(|&place| self.has_room(body, place));
+                let free = begin.voxels().filter(|&place| self.has_room(number, place));
                 let near = |&place: &[i32; 3]| {
                     body.voxels(place).map(|voxel| distances.squared_distance(voxel)).min()
                 };
@@ -277,13 +299,19 @@ impl<'g> Cell<'g> {
         if !begin.get(first) {
             return wrong("places[0]", format!("{first:?} is no place of entry {:?}", way.entry));
         }
-        let is_step = |[from, to]: [[i32; 3]; 2]| from != to && (0..3).all(|r| from[r].abs_diff(to[r]) <= 1);
+        let is_step = |[from, to]: [[i32; 3]; 2]| {
+            let apart = [0, 1, 2].map(|r| from[r].abs_diff(to[r]));
+            match body.climbs {
+                Some(layers) => apart[..2].iter().max() == Some(&1) && apart[2] <= layers,
+                None => apart.iter().max() == Some(&1),
+            }
+        };
         for (step, &place) in way.places.iter().enumerate() {
             let key = format!("places[{step}]");
             if step > 0 && !is_step([way.places[step - 1], place]) {
                 return wrong(&key, format!("{place:?} is not beside the place before"));
             }
-            if !rooms[number].contains(place) || !self.has_room(body, place) {
+            if !rooms[number].contains(place) || !self.has_room(number, place) {
                 return wrong(&key, format!("{place:?} has no room for body {:?}", way.body));
             }
         }

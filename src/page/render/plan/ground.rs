@@ -1,7 +1,7 @@
 //! What stands where on the floor: footprints of objects as outlines, walls where the plan cuts them, and the floor
 //! that no sensor watches.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
@@ -148,6 +148,37 @@ impl Storey {
     /// Where an object is cut.
     pub(super) fn section(&self, voxels: &BitGrid) -> BitGrid {
         self.flatten(voxels, self.cut..self.cut + 1)
+    }
+
+    /// How much is watched of surfaces that bodies walk on, up to a person's head above each. A column with several is blind if one
+    /// of them is.
+    pub(super) fn walked_floor(
+        &self,
+        truth: &Truth,
+        watch: &WatchedVoxels,
+        surfaces: &BitGrid,
+    ) -> WatchedFloor {
+        let blank = BitGrid::new(self.voids.window());
+        let (mut all, mut blind, mut hardly) = (blank.clone(), blank.clone(), blank);
+        let head = (HEAD_M / self.grid.voxel_size_m).round() as i32;
+        let columns: BTreeSet<[i32; 2]> = self.columns().into_iter().collect();
+        for [x, y, surface] in surfaces.voxels().filter(|[x, y, _]| columns.contains(&[*x, *y])) {
+            let above = (surface + 1..=surface + head).map(|z| [x, y, z]);
+            let is_open = |voxel: &[i32; 3]| {
+                let is_solid = truth.occupied.get(*voxel) || truth.ignored.get(*voxel);
+                self.grid.window().contains(*voxel) && (!is_solid || watch.voxels.get(*voxel))
+            };
+            let open: Vec<[i32; 3]> = above.filter(is_open).collect();
+            let watched = open.iter().filter(|voxel| watch.voxels.get(**voxel)).count();
+            all.set([x, y, 0]);
+            match watched {
+                0 => blind.set([x, y, 0]),
+                some if 2 * some < open.len() => hardly.set([x, y, 0]),
+                _ => {}
+            }
+        }
+        hardly.remove(&blind);
+        WatchedFloor { blind, hardly, columns: all.count() }
     }
 
     /// How much of the floor is watched: in each column the voxels that are not solid count.

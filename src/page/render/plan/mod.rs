@@ -25,6 +25,7 @@ pub use legend::{PATTERNS, STYLE, swatch};
 pub(super) use names::named_things;
 pub use names::short_name;
 use paper::Paper;
+use perirobot_decide::approach::walked_surfaces;
 use perirobot_decide::view::Choice;
 use perirobot_decide::view::watched::Watchers;
 use perirobot_march::voxel::BitGrid;
@@ -231,8 +232,14 @@ impl Drawing<'_> {
     /// The floor that the sensors do not watch, nobody being there.
     fn watched_floor(&mut self, choice: Choice) -> [f64; 3] {
         let truth = Arc::new(self.world.truth_without_people());
-        let watch = Watchers::new(self.study, choice).watch(self.world, truth.clone());
-        let floor = self.storey.floor(&truth, &watch);
+        let watchers = Watchers::new(self.study, choice);
+        let watch = watchers.watch(self.world, truth.clone());
+        // An error of [approach] is reported by the commands that ask for approaches.
+        let surfaces = walked_surfaces(self.study, self.worlds, watchers.each()).ok().flatten();
+        let floor = match surfaces {
+            Some(surfaces) => self.storey.walked_floor(&truth, &watch, &surfaces),
+            None => self.storey.floor(&truth, &watch),
+        };
         for (class, flat, meaning) in [
             ("blind", &floor.blind, "blind: nothing above this floor is watched, up to 1.8 m"),
             ("hardly", &floor.hardly, "less than half is watched"),

@@ -1,6 +1,7 @@
 //! Plans of all studies that ship: well formed, all names in them, nothing outside of the drawing; and floor that is
 //! worked by hand.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
@@ -260,6 +261,53 @@ fn blind_floor_is_what_no_ray_comes_over() {
         words.iter().any(|word| word == "door") && classes.iter().any(|class| class == "entry"),
         "{words:?}"
     );
+}
+
+/// With `floor = "auto"` the floor is what carries a body that walks in by the door: here by hand, on one height.
+#[test]
+fn blind_floor_is_on_surfaces_that_are_walked_on() {
+    let mut study = coarse("approach.toml");
+    study.approach.step_m = Some(0.25);
+    study.approach.bodies.truncate(1);
+    let worlds = World::prepare_all(&study).unwrap();
+    let truth = Arc::new(worlds[0].truth_without_people());
+    let plan = floor_plan(&study, &worlds, 0, Some(first_of(0)));
+    let watch = Watchers::new(&study, first_of(0)).watch(&worlds[0], truth.clone());
+    // A person of 40 cm and 1.8 m is four voxels across without the corners, in layers 1 to 17; the floor is layer 0.
+    let sole = |x: i32, y: i32| {
+        let all = (0..4).flat_map(|i| (0..4).map(move |j| [i, j]));
+        all.filter(|[i, j]| ![0, 3].contains(i) || ![0, 3].contains(j)).map(move |[i, j]| [x + i, y + j])
+    };
+    let is_solid = |voxel: [i32; 3]| {
+        truth.occupied.get(voxel) || truth.ignored.get(voxel) || truth.robot_volume.get(voxel)
+    };
+    let has_room = |x: i32, y: i32| {
+        let [width, depth, _] = truth.grid.size.map(|n| n as i32);
+        let inside = (0..=width - 4).contains(&x) && (0..=depth - 4).contains(&y);
+        inside && sole(x, y).all(|[x, y]| (1..18).all(|z| !is_solid([x, y, z])))
+    };
+    // The door goes from voxel 34 to 39 along x and from 5 to 24 along y.
+    let mut places: Vec<[i32; 2]> = (34..=36).flat_map(|x| (5..=21).map(move |y| [x, y])).collect();
+    let mut seen: BTreeSet<[i32; 2]> = places.iter().copied().collect();
+    let mut floor = BTreeSet::new();
+    while let Some([x, y]) = places.pop() {
+        floor.extend(sole(x, y).filter(|[x, y]| truth.occupied.get([*x, *y, 0])));
+        let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j]));
+        places.extend(around.filter(|&[x, y]| has_room(x, y) && seen.insert([x, y])));
+    }
+    // The grid has a row and a column beyond the room.
+    floor.retain(|[x, y]| *x < 40 && *y < 30);
+    let is_blind = |[x, y]: &&[i32; 2]| (1..=18).all(|z| !watch.voxels.get([*x, *y, z]));
+    let blind = floor.iter().filter(is_blind).count();
+    assert!(blind > 10 && floor.len() > 500, "{blind} of {}", floor.len());
+    for (found, expected) in [(plan.floor_m2[0], floor.len()), (plan.floor_m2[1], blind)] {
+        assert!(
+            (found - expected as f64 / 100.0).abs() < 1e-9,
+            "{:?}, {blind} of {}",
+            plan.floor_m2,
+            floor.len()
+        );
+    }
 }
 
 #[test]
