@@ -132,7 +132,7 @@ fn a_fence_is_told() {
     let out = folder.path("out");
     let outcome = run(&folder, &["approach", "--pose", "wall/up", "--out", text(&out)]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    let said = "comes to 2.70 m unnoticed, by a way of 1.00 m, standing at z 0.00 m\n    fence between: it does not climb \
+    let said = "gets to 2.70 m unnoticed, on a path of 1.00 m, standing at z 0.00 m\n    fence between: it does not climb \
                 \"fence\", which is before the hazard";
     assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
     let rows = Approaches::read(&out).unwrap().unwrap();
