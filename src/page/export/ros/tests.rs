@@ -25,7 +25,7 @@ fn text(files: &[ExportedFile], name: &str) -> String {
     String::from_utf8(file.unwrap_or_else(|| panic!("no {name}")).bytes.clone()).unwrap()
 }
 
-/// Whether two rotations are one but for the digits that are not written.
+/// Whether two rotations are equal except for unwritten digits.
 fn is_as(a: DQuat, b: DQuat) -> bool {
     a.dot(b).abs() > 1.0 - 1e-11
 }
@@ -35,7 +35,7 @@ const CAMERA: &str = "camera:wall/1/1";
 #[test]
 fn transforms_put_frames_where_the_sensors_are() {
     export("scenes/tiny.toml", CAMERA, |_, placed, files| {
-        // A stand-in prints what the script asks ROS for.
+        // A stub prints the arguments that the script passes to ROS.
         let folder = tempfile::tempdir().unwrap();
         let said = folder.path().join("said");
         let script = text(&files, "transforms.sh");
@@ -129,14 +129,14 @@ fn a_sensor_on_a_link_hangs_on_that_link() {
             .replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"wrist_3_link\"/>");
         let mount = &urdf_rs::read_from_string(&robot).unwrap().joints[0];
         assert_eq!((mount.parent.link.as_str(), mount.child.link.as_str()), ("wrist_3_link", "wrist"));
-        // As the study has it: in the link's frame, along its z.
+        // As in the study: in the link's frame, along its z.
         assert_eq!(mount.origin.xyz.0, [0.0, -0.1, 0.1]);
         let [roll, pitch, yaw] = mount.origin.rpy.0;
         let turned =
             DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
         assert!((turned * DVec3::X - DVec3::Z).length() < 1e-9);
         assert!(text(&files, "transforms.sh").contains("--frame-id wrist_3_link --child-frame-id wrist &"));
-        // In the bag it is where the robot holds it at that moment.
+        // In the bag it is at the robot's pose of that moment.
         assert_eq!(placed[0].own.holder, "world");
         assert_eq!(Setting::Pose(placed[0].own.pose), view.world.settings[placed[0].member.sensor][0]);
     });

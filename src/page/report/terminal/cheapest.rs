@@ -1,5 +1,5 @@
-//! The cheapest set that passes, as text: one sentence first, then where its sensors are, what proves it, and what else
-//! was asked.
+//! The cheapest set that passes, as text: one sentence first, then the places of its sensors, the proof, and the
+//! further questions.
 
 use crate::report::purchased::{
     describe_bound, describe_cost, describe_disturb, describe_heading, describe_proof, sentence,
@@ -11,7 +11,7 @@ use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, Purch
 use perirobot_decide::judge::{RequirementVerdict, SetVerdicts};
 use std::cmp::Ordering;
 
-/// The answer; `judged` has the verdicts on the recommended set, if there is one.
+/// The answer; `judged` has the verdicts on the recommended set, if any.
 pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     let mut text = format!("{}\n", sentence(report, judged));
     for reason in &report.main().reasons {
@@ -37,8 +37,8 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     text
 }
 
-/// The requirement that the set meets with the smallest margin, as a share of its limit (of 1 if that is 0), and by how much
-/// a distance of voxels may be too large.
+/// The requirement that the set meets with the smallest margin, as a share of its limit (of 1 if that is 0), and the
+/// largest error of a distance in voxels.
 fn smallest_margin(report: &PurchaseReport, judged: &SetVerdicts) -> Option<String> {
     let margin = |verdict: &&RequirementVerdict| {
         let (limit, value) = (verdict.at_least.or(verdict.at_most)?, verdict.value?.0);
@@ -79,7 +79,7 @@ fn sensors(report: &PurchaseReport, set: &PurchasedSet) -> Table {
     table
 }
 
-/// What else was asked: the cheapest set at each speed, or without each requirement.
+/// The further questions: the cheapest set at each speed, or without each requirement.
 fn front(report: &PurchaseReport) -> Option<Table> {
     let aim = |point: &PurchasePoint| match &point.aim {
         AimReport::Speed(speed) => Some((">m/s", speed.to_string())),
@@ -95,7 +95,7 @@ fn front(report: &PurchaseReport) -> Option<Table> {
     Some(table)
 }
 
-/// The cheapest set that meets each number of requirements, and what it misses.
+/// The cheapest set that meets each number of requirements, and those that it misses.
 fn numbers(report: &PurchaseReport) -> Option<Table> {
     let number = |point: &PurchasePoint| match point.aim {
         AimReport::Number(least) => Some(least),
@@ -111,7 +111,7 @@ fn numbers(report: &PurchaseReport) -> Option<Table> {
     Some(table)
 }
 
-/// Cost and size of the set of a point, how sure that is, and the set; if there is none, why.
+/// Cost and size of the set of a point, its proof, and the set; if there is none, the reason.
 fn found(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
     let (cost, count, set) = match &point.set {
         Some(set) => (describe_cost(report, &point.aim, set), set.sensors.len().to_string(), set.poses()),

@@ -11,11 +11,11 @@ use crate::report::page::score_chart::{ScoreChart, WIDTH, axis_words, names_widt
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
-/// The height of a bar with its room, and of the bar alone.
+/// The height of a row, and of its bar.
 const ROW: f64 = 24.0;
 const BAR: f64 = 16.0;
 
-/// Room for the number behind a bar.
+/// Width of the number after a bar.
 const NUMBER: f64 = 112.0;
 
 /// The chart of a score in a region.
