@@ -60,8 +60,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for said in [check_postures(&study, &worlds), check_approach(&study, &worlds)] {
         match said {
             Ok(said) => {
-                let said = said.iter().map(|(scene, said)| (*scene, said.as_slice()));
-                warnings += super::warn(said, few(FEW_WARNINGS));
+                let messages = said.iter().map(|(scene, said)| (*scene, said.as_slice()));
+                warnings += super::warn(messages, few(FEW_WARNINGS));
             }
             Err(problem) => problems.push(problem),
         }

@@ -195,8 +195,8 @@ impl JobArgs {
         let fixed = ["perirobot", "sweep", job.study.text(), "--out", job.out.text()];
         let sweep = fixed.into_iter().chain(job.sweep_arguments.iter().map(VisibleWord::text));
         super::Cli::try_parse_from(sweep).map_err(|e| {
-            let said = e.to_string();
-            let first = said.lines().next().unwrap_or_default();
+            let message = e.to_string();
+            let first = message.lines().next().unwrap_or_default();
             Error::input("after `--`", first.trim_start_matches("error: "))
         })?;
         Ok(job)

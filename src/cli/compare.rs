@@ -77,7 +77,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(count) => {
             let score = args.score.map_or(Score::F1, ScoreArg::score);
             for region in regions {
-                let best = enough(sweeps.best(&region, score, count as usize, filter)?)?;
+                let best = check_count(sweeps.best(&region, score, count as usize, filter)?)?;
                 text += &sweeps.key(&best);
                 text += &sweeps.render(&region, &best)?;
             }
@@ -85,7 +85,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         None => {
             let (placements, left_out) = sweeps.find_all(&args.pose, filter)?;
             left_out.iter().for_each(|error| say!("note: left out: {}", flags::to_text(error)));
-            let placements = enough(placements)?;
+            let placements = check_count(placements)?;
             text += &sweeps.key(&placements);
             for region in regions {
                 text += &sweeps.render(&region, &placements)?;
@@ -97,7 +97,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// Checks that their number fits side by side.
-fn enough(placements: Vec<RankedPlacement>) -> Result<Vec<RankedPlacement>> {
+fn check_count(placements: Vec<RankedPlacement>) -> Result<Vec<RankedPlacement>> {
     let (found, least, most) = (placements.len(), PLACEMENTS.start(), PLACEMENTS.end());
     if PLACEMENTS.contains(&found) {
         return Ok(placements);

@@ -140,7 +140,7 @@ impl Args {
                 return Err(Issue::says(what).into());
             }
         };
-        found.ok_or_else(|| one_of("--sensor", self.sensor.as_deref(), &known))
+        found.ok_or_else(|| unknown_name("--sensor", self.sensor.as_deref(), &known))
     }
 
     fn find_pose(&self, study: &Study, sensor: usize) -> Result<usize> {
@@ -158,14 +158,14 @@ impl Args {
                 return Err(Issue::says(what).into());
             }
         };
-        found.ok_or_else(|| one_of("--pose", self.pose.as_deref(), &known))
+        found.ok_or_else(|| unknown_name("--pose", self.pose.as_deref(), &known))
     }
 }
 
 /// The most names in a message.
 const FEW: usize = 10;
 
-fn one_of(flag: &str, wrong: Option<&str>, known: &[&str]) -> perirobot_march::Error {
+fn unknown_name(flag: &str, wrong: Option<&str>, known: &[&str]) -> perirobot_march::Error {
     let (wrong, few) = (wrong.unwrap_or_default(), &known[..known.len().min(FEW)]);
     let more = if known.len() > FEW { format!(" and {} more", known.len() - FEW) } else { String::new() };
     Issue::says(format!("{flag} {wrong:?}: unknown name; expected one of {few:?}{more}")).into()

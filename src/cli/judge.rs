@@ -113,11 +113,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         args.picture(&study, &results, set, judgement, number + 1)
     };
     if let Some(path) = &args.junit {
-        let told = |set: &JudgedSet, judgement: &Judgement| {
+        let describe = |set: &JudgedSet, judgement: &Judgement| {
             let line = terminal::judge::line(&results, set, judgement);
             picture(set, judgement).map_or(line.clone(), |picture| format!("{line}\n{picture}"))
         };
-        write_whole(path, junit_xml(sets, &told).as_bytes())?;
+        write_whole(path, junit_xml(sets, &describe).as_bytes())?;
     }
     for set in sets {
         super::print(&terminal::judge::render(&results, set, &picture))?;

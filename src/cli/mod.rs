@@ -316,8 +316,8 @@ mod tests {
         drop(std::panic::take_hook());
         let error = outcome.unwrap_err();
         assert!(matches!(error, Error::Bug(_)), "{error:?}");
-        let said = error.to_string();
-        assert!(said.starts_with("panicked: no row 3 (at src/cli/mod.rs:"), "{said}");
+        let message = error.to_string();
+        assert!(message.starts_with("panicked: no row 3 (at src/cli/mod.rs:"), "{message}");
         assert_eq!(format!("{:?}", exit_code(Err(error))), format!("{:?}", ExitCode::from(70)));
         let request = report_request(&["perirobot", "sweep", "a b.toml"].map(OsString::from));
         for part in [env!("CARGO_PKG_VERSION"), "Please report", "\n  perirobot sweep a b.toml\n"] {

@@ -169,13 +169,13 @@ fn write<'a>(
                 if let why @ Some(_) = stop.reason() {
                     return Ok(why);
                 }
-                let of = |&[combination, choice, representation]: &[usize; 3]| Choice {
+                let to_choice = |&[combination, choice, representation]: &[usize; 3]| Choice {
                     combination,
                     choice,
                     representation,
                     repeat,
                 };
-                let views = viewer.view_regions(world, &some.iter().map(of).collect::<Vec<_>>())?;
+                let views = viewer.view_regions(world, &some.iter().map(to_choice).collect::<Vec<_>>())?;
                 let missed: Vec<_> = views.par_iter().map(View::why_in_regions).collect();
                 for (view, missed) in views.iter().zip(&missed) {
                     file.add(view, missed)?;

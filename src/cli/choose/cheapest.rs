@@ -45,7 +45,7 @@ pub(super) fn search(
     let (report, is_stopped) = find(args, &purchasing, &evidence, stop)?;
     drop(evidence);
     let outcome = PurchaseOutcome::new((study, purchase, worlds), report);
-    let onlooker = shown(args, "sets", outcome.total());
+    let onlooker = job_onlooker(args, "sets", outcome.total());
     let results = outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command(), &onlooker)?;
     onlooker.finish();
     let verdicts = results.map(|results| judge(args, out, worlds, (&outcome, &results))).transpose()?;
@@ -98,7 +98,7 @@ fn judge(
         .collect();
     let judging = Judging::new(sets, worlds, results, &choices)?;
     judging.warnings.iter().for_each(|warning| say!("warning: {warning}"));
-    let onlooker = shown(args, "cases", judging.total());
+    let onlooker = job_onlooker(args, "cases", judging.total());
     let judged = judging.judge(&|| args.backend.backends(), &onlooker)?;
     onlooker.finish();
     outcome.agrees(&judged.sets)?;
@@ -106,7 +106,7 @@ fn judge(
 }
 
 /// Shows the progress of a job that is finished even if the search was stopped.
-fn shown(args: &Args, unit: &'static str, total: u64) -> Onlooker<'static> {
+fn job_onlooker(args: &Args, unit: &'static str, total: u64) -> Onlooker<'static> {
     let shown = if total == 0 { Shown::Nothing } else { Shown::Job(args.progress.start(unit, 0, total)) };
     Onlooker::new(shown, None, false)
 }

@@ -80,10 +80,10 @@ impl<'t, 'a> PassingTest<'t, 'a> {
             for (passage, squared) in ways.at_entries().into_iter().enumerate() {
                 let Some(squared) = squared else { continue };
                 let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
-                let mut asked = self.nearness().filter(|(_, nearness, _)| {
+                let mut demands = self.nearness().filter(|(_, nearness, _)| {
                     ways.passages[passage].is_asked(nearness) && !nearness.score.is_area()
                 });
-                if asked.any(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near)) {
+                if demands.any(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near)) {
                     return Some(EntryTooNear { scene, passage, squared });
                 }
             }
@@ -99,10 +99,10 @@ impl<'t, 'a> PassingTest<'t, 'a> {
                 continue;
             }
             for (scene, ways) in self.ways.iter().enumerate() {
-                let asked =
+                let passages =
                     ways.passages.iter().enumerate().filter(|(_, passage)| passage.is_asked(nearness));
                 let bodies: BTreeSet<usize> =
-                    asked.map(|(passage, _)| ways.body_and_entry(passage)[0]).collect();
+                    passages.map(|(passage, _)| ways.body_and_entry(passage)[0]).collect();
                 all.extend(bodies.into_iter().map(|body| {
                     let most = self.most_unnoticed(requirement, ways.free()[body].count());
                     LargestArea { of: [scene, body], most, dead }
@@ -141,7 +141,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         let (_, problem) = self.problems.iter().find(|(region, _)| *region == counted.region)?;
         let all: Vec<usize> = (0..self.candidates).collect();
         left_out_of_all(requirement, self.candidates).find_map(|out| {
-            let counts = problem.counts(&alive(&all, &out));
+            let counts = problem.counts(&living_members(&all, &out));
             let value = Value::from_counts(counted.score, counted.over, &requirement.limit, &counts)?;
             (!value.meets(&requirement.limit)).then(|| (value.number(), out))
         })
@@ -162,7 +162,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         let known = self.problems.iter().find(|(region, _)| *region == counted.region);
         let Some((_, problem)) = known else { return false };
         dead_members(set.len(), dead).iter().all(|dead| {
-            let counts: Vec<Confusion> = problem.counts(&alive(set, dead));
+            let counts: Vec<Confusion> = problem.counts(&living_members(set, dead));
             let value = Value::from_counts(counted.score, counted.over, &requirement.limit, &counts);
             value.is_some_and(|value| value.meets(&requirement.limit))
         })
@@ -196,15 +196,15 @@ impl<'t, 'a> PassingTest<'t, 'a> {
                 continue;
             }
             for out in dead_members(set.len(), dead) {
-                let alive = alive(set, &out);
+                let alive = living_members(set, &out);
                 for (scene, ways) in ways.iter().enumerate() {
                     let nearest = ways.nearest(&ways.watched_by(&alive));
                     let mut failed = Vec::new();
                     for (passage, near) in nearest.iter().enumerate() {
-                        let asked = self.nearness().filter(|(_, nearness, own)| {
+                        let demands = self.nearness().filter(|(_, nearness, own)| {
                             *own == dead && ways.passages[passage].is_asked(nearness)
                         });
-                        let missed = asked.filter(|(requirement, nearness, _)| {
+                        let missed = demands.filter(|(requirement, nearness, _)| {
                             !self.is_met(nearness.score, &requirement.limit, near)
                         });
                         let mut missed = missed.peekable();
@@ -229,11 +229,11 @@ impl<'t, 'a> PassingTest<'t, 'a> {
     /// left.
     fn find_ways(&mut self, [scene, passage]: [usize; 2], alive: &[usize], dead: usize) {
         let (ways, terms, scale) = (self.ways, self.terms, self.scale.clone());
-        let asked = &ways[scene].passages[passage];
+        let case = &ways[scene].passages[passage];
         let is_too_near = |squared: u32| {
             let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
             nearness_of(terms).any(|(requirement, nearness, own)| {
-                let is_asked = asked.is_asked(nearness) && !nearness.score.is_area();
+                let is_asked = case.is_asked(nearness) && !nearness.score.is_area();
                 own == dead && is_asked && !is_met(&scale, nearness.score, &requirement.limit, &near)
             })
         };
@@ -341,7 +341,7 @@ pub(super) fn left_out_of_all(
 }
 
 /// The members of a set without those at some places.
-pub(super) fn alive(set: &[usize], dead: &[usize]) -> Vec<usize> {
+pub(super) fn living_members(set: &[usize], dead: &[usize]) -> Vec<usize> {
     let alive = set.iter().enumerate().filter(|(place, _)| !dead.contains(place));
     alive.map(|(_, &item)| item).collect()
 }

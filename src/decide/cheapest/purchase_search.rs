@@ -95,13 +95,13 @@ impl PurchaseSearch<'_, '_> {
         if let [place] = places[..] {
             let alone = terms.only(&[place]);
             let requirement = &terms.requirements[place];
-            let of = (study, &*self.purchasing.items);
+            let candidates = (study, &*self.purchasing.items);
             let test = self.test(&alone);
-            let obstacle = Obstacle::new(requirement, &test, of);
+            let obstacle = Obstacle::new(requirement, &test, candidates);
             let why = obstacle.words(study, terms.stopping.as_ref(), requirement);
             return Ok(reasons::reports(terms, &places, &|_| why.clone()));
         }
-        Ok(reasons::reports(terms, &places, &|one| reasons::asked(study, one)))
+        Ok(reasons::reports(terms, &places, &|one| reasons::describe_demand(study, one)))
     }
 }
 

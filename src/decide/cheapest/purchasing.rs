@@ -65,30 +65,32 @@ impl<'a> Purchasing<'a> {
         worlds: &'a [World],
         memory_bytes: u64,
     ) -> Result<Purchasing<'a>> {
-        let mut asked = vec![(PurchaseAim::All, Terms::from_study(study))];
-        asked.extend(purchase.disturb.map(|_| (PurchaseAim::Disturbed, Terms::from_study(study))));
+        let mut questions = vec![(PurchaseAim::All, Terms::from_study(study))];
+        questions.extend(purchase.disturb.map(|_| (PurchaseAim::Disturbed, Terms::from_study(study))));
         match purchase.front {
             Some(PurchaseFront::Speed) => {
                 let speeds = study.stopping.iter().flat_map(|stopping| 0..stopping.speeds.len());
-                asked.extend(speeds.map(|speed| (PurchaseAim::Speed(speed), Terms::at_speed(study, speed))));
+                questions
+                    .extend(speeds.map(|speed| (PurchaseAim::Speed(speed), Terms::at_speed(study, speed))));
             }
             Some(PurchaseFront::Requirements) => {
                 let all = Terms::from_study(study);
                 let count = all.requirements.len();
-                let without = |one: usize| (PurchaseAim::Without(one), all.only(&all.others(one)));
-                asked.extend((0..count).map(without));
-                asked.extend((1..count).rev().map(|least| (PurchaseAim::Number(least), all.clone())));
+                let without = |one: usize| (PurchaseAim::Without(one), all.only(&all.all_but(one)));
+                questions.extend((0..count).map(without));
+                questions.extend((1..count).rev().map(|least| (PurchaseAim::Number(least), all.clone())));
             }
             None => {}
         }
         let is_near =
             |(_, terms): &(PurchaseAim, Terms)| terms.requirements.iter().any(Requirement::is_of_nearness);
         let decides_near = matches!(purchase.then, Some(ThenScore::Nearness(_)));
-        let grounds = match decides_near || asked.iter().any(is_near) {
+        let grounds = match decides_near || questions.iter().any(is_near) {
             true => Ground::from_scenes(study, worlds, &[])?,
             false => Vec::new(),
         };
-        let counted = asked.iter().flat_map(|(_, terms)| &terms.requirements).filter_map(Requirement::region);
+        let counted =
+            questions.iter().flat_map(|(_, terms)| &terms.requirements).filter_map(Requirement::region);
         let regions: BTreeSet<usize> =
             counted.chain(counted_then(purchase).map(|then| then.region)).collect();
         let (items, regions) = (candidates_of(study), regions.into_iter().collect());
@@ -100,7 +102,7 @@ impl<'a> Purchasing<'a> {
             memory_bytes,
             items,
             grounds,
-            asked,
+            asked: questions,
             regions,
             between_reports,
         })
@@ -180,7 +182,7 @@ impl<'a> Purchasing<'a> {
             reporter.begin(&aim_report, terms);
             let (found, missed) = match *aim {
                 PurchaseAim::All => (search.cheapest_of(&all.collect::<Vec<_>>())?, Vec::new()),
-                PurchaseAim::Without(one) => (search.cheapest_of(&search.all.others(one))?, Vec::new()),
+                PurchaseAim::Without(one) => (search.cheapest_of(&search.all.all_but(one))?, Vec::new()),
                 PurchaseAim::Speed(_) | PurchaseAim::Disturbed => (search.cheapest(terms)?, Vec::new()),
                 PurchaseAim::Number(least) => {
                     let then = self.purchase.then.as_ref().map(better);

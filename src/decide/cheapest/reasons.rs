@@ -132,7 +132,7 @@ impl<'o> Obstacle<'o> {
 const CURE: &str = "allow more sensors, a larger budget or more places, or ask for less";
 
 /// A requirement that cannot be met together with others, in words.
-pub(super) fn asked(study: &Study, requirement: &Requirement) -> String {
+pub(super) fn describe_demand(study: &Study, requirement: &Requirement) -> String {
     let (side, limit) = match requirement.limit {
         Limit::AtLeast(limit) => ("at least", limit.value()),
         Limit::AtMost(limit) => ("at most", limit.value()),

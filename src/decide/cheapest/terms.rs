@@ -60,7 +60,7 @@ impl Terms {
     }
 
     /// The places of all requirements except one.
-    pub(super) fn others(&self, left_out: usize) -> Vec<usize> {
+    pub(super) fn all_but(&self, left_out: usize) -> Vec<usize> {
         (0..self.requirements.len()).filter(|&place| place != left_out).collect()
     }
 

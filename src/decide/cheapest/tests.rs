@@ -447,9 +447,13 @@ fn the_cheapest_set_equals_that_of_judging_every_set() {
             let refuse = |point: PurchasePoint, key: &str| {
                 let mut wrong = report.clone();
                 wrong.points[number] = point;
-                let said = verify(wrong).err().map_or("it holds".into(), |error| error.to_string());
+                let message = verify(wrong).err().map_or("it holds".into(), |error| error.to_string());
                 let place = format!("points[{number}].{key}");
-                assert!(said.contains(&place), "case {case}, {place}: {said}\n{:?}\n{text}", report.points);
+                assert!(
+                    message.contains(&place),
+                    "case {case}, {place}: {message}\n{:?}\n{text}",
+                    report.points
+                );
             };
             let missed = match point.missed.is_empty() {
                 true => vec![study.requirements[0].name.clone()],
@@ -602,8 +606,8 @@ fn a_stopped_search_is_marked() {
         assert!(!whole.stopped && whole.points.len() > 1);
         passing += usize::from(whole.main().set.is_some());
         for most in [0, 1, 2, 3, 5, 8, 13, 21, 34, 55] {
-            let asked = AtomicUsize::new(0);
-            let stop = || (asked.fetch_add(1, Relaxed) >= most).then(|| "stopped".to_string());
+            let calls = AtomicUsize::new(0);
+            let stop = || (calls.fetch_add(1, Relaxed) >= most).then(|| "stopped".to_string());
             match purchasing.search(&evidence, &ways, &open, &stop) {
                 Ok(report) if report.stopped => {
                     let input = purchasing.proof_input(&evidence, &|| None);

@@ -49,15 +49,15 @@ impl RegionPlaces {
     ///
     /// [`SAID_OF`]: super::planes::SAID_OF
     pub(super) fn pick(&self, plane: usize, said: &BitGrid) -> Vec<u64> {
-        let said = said.words();
+        let plane_words = said.words();
         let words = match SPACE_OF[plane] {
             space @ (0 | 1) => {
                 let masks = self.masks[space].iter();
-                pack_bits(masks.map(|&(word, mask)| (extract(said[word], mask), mask.count_ones())))
+                pack_bits(masks.map(|&(word, mask)| (extract(plane_words[word], mask), mask.count_ones())))
             }
             _ => {
                 let part = |bits: &Vec<usize>| {
-                    pack_bits(bits.iter().map(|&bit| (said[bit >> 5] >> (bit & 31) & 1, 1)))
+                    pack_bits(bits.iter().map(|&bit| (plane_words[bit >> 5] >> (bit & 31) & 1, 1)))
                 };
                 self.parts.iter().flat_map(part).collect()
             }

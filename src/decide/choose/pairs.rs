@@ -44,7 +44,7 @@ pub(super) fn forbidden_pairs(
         }
         let posed: Vec<Posed> = items.iter().map(|&item| Posed::new(study, world, item)).collect();
         let one_way: Vec<Vec<usize>> =
-            (0..posed.len()).into_par_iter().map(|a| terms.broken_with(&posed, a, world)).collect();
+            (0..posed.len()).into_par_iter().map(|a| terms.excluded_by(&posed, a, world)).collect();
         for (a, others) in one_way.iter().enumerate() {
             for &b in others {
                 forbidden[a][b / 64] |= 1 << (b % 64);
@@ -57,7 +57,7 @@ pub(super) fn forbidden_pairs(
 
 impl PairTerms {
     /// The candidates that a rule excludes for one, by their distance or by its view.
-    fn broken_with(&self, posed: &[Posed], a: usize, world: &World) -> Vec<usize> {
+    fn excluded_by(&self, posed: &[Posed], a: usize, world: &World) -> Vec<usize> {
         let one = &posed[a];
         let overlap = self.disturb.and_then(|disturb| disturb.overlap);
         let places =

@@ -45,9 +45,15 @@ pub fn judge_set<'a>(
     let grounds = SharedGround::of_choices(&what_if)?;
     let subject = Subject::from_study(study, worlds);
     let mut conditions = [count_plan(&what_if[0], &subject, backends, progress)?];
-    let asked = counted_conditions(study);
+    let conditions_of_study = counted_conditions(study);
     let open = || ChosenBackends::open(&BackendChoice::default()).map(|(backends, _)| backends);
-    add_cases(&what_if, &mut conditions, (&asked, &grounds), (Some(backends), &open), progress)?;
+    add_cases(
+        &what_if,
+        &mut conditions,
+        (&conditions_of_study, &grounds),
+        (Some(backends), &open),
+        progress,
+    )?;
     let [conditions] = conditions;
     Ok(JudgedSet::not_swept((study, worlds), choice, conditions))
 }

@@ -100,9 +100,9 @@ impl<'a> Judging<'a> {
 
     /// The number of cases to count, in each snapshot and repeat.
     pub fn total(&self) -> u64 {
-        let asked = counted_conditions(self.study);
+        let conditions = counted_conditions(self.study);
         let near: u64 = self.grounds.iter().map(|ground| ground.total(&self.what_ifs)).sum();
-        let cases = |what_if: &WhatIf| what_if.total(&asked) + what_if.total_measured();
+        let cases = |what_if: &WhatIf| what_if.total(&conditions) + what_if.total_measured();
         near + self.what_ifs.iter().map(cases).sum::<u64>()
     }
 
@@ -116,9 +116,9 @@ impl<'a> Judging<'a> {
         open: &dyn Fn() -> Result<ChosenBackends>,
         progress: &dyn Progress,
     ) -> Result<JudgeResult<'_>> {
-        let asked = counted_conditions(self.study);
+        let requested = counted_conditions(self.study);
         let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
-        let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
+        let counts = !requested.is_empty() || !self.choices.iter().all(is_swept);
         let mut backends = counts.then(open).transpose()?;
         let mut conditions: Vec<Conditions> = Vec::new();
         for (choice, what_if) in self.choices.iter().zip(&self.what_ifs) {
@@ -127,11 +127,11 @@ impl<'a> Judging<'a> {
                 _ => Conditions::from_results(self.study, self.results, choice)?,
             });
         }
-        let asked = (&asked[..], &self.grounds[..]);
+        let work = (&requested[..], &self.grounds[..]);
         let draws = add_cases(
             &self.what_ifs,
             &mut conditions,
-            asked,
+            work,
             (backends.as_mut().map(|backends| backends as &mut dyn BackendFactory), open),
             progress,
         )?;

@@ -99,12 +99,12 @@ fn scope_numbers(results: &Results, among: LeaderScope) -> Result<Vec<(usize, us
         return Err(unknown(Argument("combination"), Some(name), &known));
     }
     let combinations = (0..known.len()).filter(|&c| among.combination.is_none_or(|name| known[c] == name));
-    let of = |combination: usize| {
+    let representations = |combination: usize| {
         let names = &results.combinations[combination].representations;
         let wanted = |name: &str| names.iter().position(|known| known == name);
         Some((combination, among.representation.map_or(Some(0), wanted)?))
     };
-    let found: Vec<(usize, usize)> = combinations.clone().filter_map(of).collect();
+    let found: Vec<(usize, usize)> = combinations.clone().filter_map(representations).collect();
     if found.is_empty() {
         let names = combinations.flat_map(|c| &results.combinations[c].representations);
         return Err(unknown(Argument("representation"), among.representation, &names.collect::<Vec<_>>()));

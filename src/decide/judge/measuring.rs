@@ -17,8 +17,8 @@ use perirobot_study::world::World;
 impl WhatIf<'_> {
     /// The number of cases in [`measure_cases`], each moment counted.
     pub fn total_measured(&self) -> u64 {
-        let asked = controller_conditions(self.study);
-        self.cases_under(&asked) * self.worlds.len() as u64 * u64::from(self.study.repeats)
+        let controlled = controller_conditions(self.study);
+        self.cases_under(&controlled) * self.worlds.len() as u64 * u64::from(self.study.repeats)
     }
 }
 
@@ -37,11 +37,11 @@ pub fn measure_cases(
     progress: &dyn Progress,
 ) -> Result<()> {
     let Some(WhatIf { study, worlds, .. }) = what_ifs.first() else { return Ok(()) };
-    let asked = controller_conditions(study);
+    let controlled = controller_conditions(study);
     let (mut planned, mut drawn) = (Vec::new(), Vec::new());
     let mut by_posture: Vec<(String, Vec<SpeakingCase>)> = Vec::new();
     for (what_if, conditions) in what_ifs.iter().zip(conditions) {
-        let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
+        let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| controlled.contains(condition));
         for case in of_asked.flat_map(|(_, cases)| cases) {
             match (&case.alteration, draws) {
                 (Alteration::None, _) => planned.push((what_if, what_if.members.clone(), case)),

@@ -37,7 +37,7 @@ impl PostureStudy {
             let bounds_m = Some(bounds_m(&scene[0].grid));
             let made = World::prepare(&Study { bounds_m, ..posture_study.study.clone() }, scene[0].scene)?;
             let name = &scene[0].name;
-            let own = made[0].warnings.iter().filter(|said| is_of(posture, said));
+            let own = made[0].warnings.iter().filter(|said| is_about(posture, said));
             posture_study.warnings.extend(own.map(|warning| format!("{name}: {warning}")));
             // Regions around people have moved: a warning if they are cut off on another side.
             let is_new = |region: &usize| {
@@ -57,7 +57,7 @@ impl PostureStudy {
 
 /// Whether a warning of a scene is about its person: the place, and for a person from a file also the mesh. Shipped
 /// persons need no warnings, even lying along y.
-fn is_of(posture: &Posture, said: &str) -> bool {
+fn is_about(posture: &Posture, said: &str) -> bool {
     let is_of_file = matches!(posture.person, SurfaceSpec::Mannequin(_));
     let of_object = is_of_file && said.starts_with(&format!("object {:?} ", posture.name));
     of_object || said.starts_with(&format!("person {:?} ", posture.name))

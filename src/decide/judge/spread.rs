@@ -104,9 +104,11 @@ fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> 
             Some((Ratio::from_score(score, counts)?, Where { case, part: Some(CasePart::Moment(moment)) }))
         })
     });
-    let of = cases.iter().map(|case| case.counts[region].len()).sum();
+    let total = cases.iter().map(|case| case.counts[region].len()).sum();
     let is_better_less = score.less_is_better();
-    sum(condition, Summed::Counted(score, region), each.collect(), of, is_better_less, |ratio| ratio.value())
+    sum(condition, Summed::Counted(score, region), each.collect(), total, is_better_less, |ratio| {
+        ratio.value()
+    })
 }
 
 fn approach_spread(
@@ -117,15 +119,15 @@ fn approach_spread(
 ) -> Option<ScoreSpread> {
     let each = cases.iter().enumerate().flat_map(|(case, of)| {
         let passages = conditions.passages.iter().zip(&of.near).enumerate();
-        let asked = passages.filter(|(_, (passage, _))| passage.on_floor || !score.is_area());
-        asked.filter_map(move |(number, (_, near))| {
+        let relevant = passages.filter(|(_, (passage, _))| passage.on_floor || !score.is_area());
+        relevant.filter_map(move |(number, (_, near))| {
             let value = approach_value(score, near, conditions)?;
             Some((value, Where { case, part: Some(CasePart::Passage(number)) }))
         })
     });
     let values: Vec<_> = each.collect();
-    let of = values.len();
-    sum(condition, Summed::Nearness(score), values, of, score.is_area(), |value| value.number())
+    let total = values.len();
+    sum(condition, Summed::Nearness(score), values, total, score.is_area(), |value| value.number())
 }
 
 fn controller_spread(
@@ -141,8 +143,8 @@ fn controller_spread(
             Some((value, Where { case, part: Some(CasePart::Moment(moment)) }))
         })
     });
-    let of = cases.iter().map(|case| case.measured.len()).sum();
-    sum(condition, Summed::Controller(score), each.collect(), of, true, |value| value.number())
+    let total = cases.iter().map(|case| case.measured.len()).sum();
+    sum(condition, Summed::Controller(score), each.collect(), total, true, |value| value.number())
 }
 
 fn sum<V: Ord>(

@@ -33,8 +33,8 @@ pub(crate) fn deciding_tables_sha256(study: &Study) -> String {
 }
 
 fn sha256_of_tables(study: &Study, names: &[&str]) -> String {
-    let said: toml::Table = toml::from_str(&study.text).unwrap_or_default();
-    let each = names.iter().map(|name| format!("{name} {}\n", serde_json::json!(said.get(*name))));
+    let tables: toml::Table = toml::from_str(&study.text).unwrap_or_default();
+    let each = names.iter().map(|name| format!("{name} {}\n", serde_json::json!(tables.get(*name))));
     let people = if names.contains(&"postures") { people_sha256(study) } else { String::new() };
     let mut hash = sha256([each.collect::<String>().as_bytes(), people.as_bytes()]);
     hash.truncate(DIGITS);

@@ -44,7 +44,7 @@ impl Value {
     }
 
     /// One fraction.
-    pub(super) fn exactly(ratio: Ratio) -> Value {
+    pub(super) fn from_ratio(ratio: Ratio) -> Value {
         Value::Mean(vec![ratio])
     }
 

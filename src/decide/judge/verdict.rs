@@ -76,7 +76,7 @@ pub fn judgements<'a>(
     baselines: &[Vec<Baselines>],
     conditions: &Conditions,
 ) -> Vec<Judgement<'a>> {
-    let of = |requirement: &'a Requirement| {
+    let judge = |requirement: &'a Requirement| {
         let is_known = move |condition: &&Condition| {
             conditions.cases(**condition).first().is_some_and(|case| match requirement.measure {
                 Measure::Counted(_) => true,
@@ -87,7 +87,7 @@ pub fn judgements<'a>(
         let known = requirement.under.iter().filter(is_known);
         known.map(move |&condition| judgement(requirement, baselines, condition, conditions))
     };
-    requirements.iter().flat_map(of).collect()
+    requirements.iter().flat_map(judge).collect()
 }
 
 fn judgement<'a>(
@@ -169,14 +169,14 @@ fn part_values(
     match &requirement.measure {
         Measure::Counted(Counted { score, region, .. }) => {
             let moments = case.counts[*region].iter().enumerate();
-            let value = |counts| Ratio::from_score(*score, counts).map(Value::exactly);
+            let value = |counts| Ratio::from_score(*score, counts).map(Value::from_ratio);
             moments.map(|(moment, counts)| (CasePart::Moment(moment), value(counts))).collect()
         }
         Measure::Nearness(nearness) => {
             let each = conditions.passages.iter().zip(&case.near).enumerate();
-            let asked = each.filter(|(_, (passage, _))| passage.is_asked(nearness));
+            let relevant = each.filter(|(_, (passage, _))| passage.is_asked(nearness));
             let value = |near| approach_value(nearness.score, near, conditions);
-            asked.map(|(number, (_, near))| (CasePart::Passage(number), value(near))).collect()
+            relevant.map(|(number, (_, near))| (CasePart::Passage(number), value(near))).collect()
         }
         Measure::Controller(score) => {
             let moments = case.measured.iter().enumerate();
@@ -223,8 +223,8 @@ pub(crate) fn approach_value(
             let needed = conditions.needed?.needed_distance();
             square.map_or(Value::Endless, |square| Value::Beyond(square, needed))
         }
-        ApproachScore::UnnoticedM2 => Value::exactly(in_m2(near.unnoticed)),
-        ApproachScore::JoinedM2 => Value::exactly(in_m2(near.joined)),
+        ApproachScore::UnnoticedM2 => Value::from_ratio(in_m2(near.unnoticed)),
+        ApproachScore::JoinedM2 => Value::from_ratio(in_m2(near.joined)),
     })
 }
 
@@ -248,7 +248,7 @@ pub(super) fn controller_value(
             }
             let decision = Decision::new(unknown_occupied, truly, conditions.needed?.needed_m, voxel_size_m);
             let numerator = i128::from(decision == Decision::NeedlessStop);
-            Some(Value::exactly(Ratio { numerator, denominator: 1 }))
+            Some(Value::from_ratio(Ratio { numerator, denominator: 1 }))
         }
     }
 }
@@ -259,5 +259,5 @@ fn needless_share(measured: &[Separation], conditions: &Conditions) -> Option<Va
     let values: Vec<Value> = measured.iter().filter_map(at).collect();
     let stops = values.iter().filter(|value| value.cmp_ratio(Ratio::from_f64(0.0)).is_gt()).count();
     let denominator = values.len() as i128;
-    (denominator > 0).then(|| Value::exactly(Ratio { numerator: stops as i128, denominator }))
+    (denominator > 0).then(|| Value::from_ratio(Ratio { numerator: stops as i128, denominator }))
 }

@@ -25,30 +25,30 @@ pub fn find_choices(
     poses: &str,
     combination: Option<&str>,
 ) -> Result<Vec<(usize, usize)>> {
-    let asked: Vec<(usize, &ChoiceNames)> = all
+    let candidates: Vec<(usize, &ChoiceNames)> = all
         .iter()
         .enumerate()
         .filter(|(_, names)| combination.is_none_or(|c| c == names.combination))
         .collect();
-    if asked.is_empty() {
+    if candidates.is_empty() {
         let names: Vec<_> = all.iter().map(|names| names.combination).collect();
         return Err(unknown(Argument("combination"), combination, &names));
     }
     let meant = |(number, names): &(usize, &ChoiceNames)| {
         Some((*number, names.find_exact(poses).or_else(|| names.find_spelling(poses))?))
     };
-    let found: Vec<(usize, usize)> = asked.iter().filter_map(meant).collect();
+    let found: Vec<(usize, usize)> = candidates.iter().filter_map(meant).collect();
     if !found.is_empty() {
         return Ok(found);
     }
     let near = |(_, names): &(usize, &ChoiceNames)| Some(names.name(names.nearest(poses)?));
-    let mut near: Vec<String> = asked.iter().filter_map(near).collect();
+    let mut near: Vec<String> = candidates.iter().filter_map(near).collect();
     near.dedup();
     let meant = match near.is_empty() {
         true => String::new(),
         false => format!(" (did you mean {}?)", near.join(", ")),
     };
-    let (_, first) = asked[0];
+    let (_, first) = candidates[0];
     let rule = format!(
         "must be sensor:pose as `perirobot check` lists poses, or as in the column `poses` of results.csv, as in {}",
         first.name(0)
@@ -65,12 +65,12 @@ pub fn unknown(argument: Argument, name: Option<&str>, known: &[impl AsRef<str>]
 impl ChoiceNames<'_> {
     /// The choice with exactly this name; poses of equal sensors may be in any order.
     fn find_exact(&self, poses: &str) -> Option<usize> {
-        self.each(poses, |known, own| known.iter().position(|name| *name == own))
+        self.find_each(poses, |known, own| known.iter().position(|name| *name == own))
     }
 
     /// The choice whose name differs only in spelling.
     fn find_spelling(&self, poses: &str) -> Option<usize> {
-        self.each(poses, |known, own| {
+        self.find_each(poses, |known, own| {
             let own = plain(own);
             let mut matches = (0..known.len()).filter(|&i| plain(known[i]) == own);
             // If two names differ only in spelling, the name is ambiguous.
@@ -80,7 +80,7 @@ impl ChoiceNames<'_> {
 
     /// The choice with the nearest name, if each of its poses is near.
     fn nearest(&self, poses: &str) -> Option<usize> {
-        self.each(poses, |known, own| {
+        self.find_each(poses, |known, own| {
             let own = plain(own);
             let near = |i: &usize| strsim::normalized_damerau_levenshtein(&plain(known[*i]), &own);
             // The first of equally near ones.
@@ -91,7 +91,7 @@ impl ChoiceNames<'_> {
 
     /// The choice whose poses `find` selects, sensor by sensor, from the names of the poses; a sensor's name may be
     /// left out.
-    fn each(&self, poses: &str, find: impl Fn(&[&str], &str) -> Option<usize>) -> Option<usize> {
+    fn find_each(&self, poses: &str, find: impl Fn(&[&str], &str) -> Option<usize>) -> Option<usize> {
         let parts: Vec<&str> = poses.split(BETWEEN_MEMBERS).collect();
         if parts.len() != self.members.len() {
             return None;

@@ -78,12 +78,12 @@ impl<'a, 'b> Viewer<'a, 'b> {
 
     fn view_window(&mut self, world: &'a World, window: Window, choices: &[Choice]) -> Result<Vec<View<'a>>> {
         let loaded = self.load(world, window)?;
-        let said: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
+        let members: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
         let standpoint = |choice: &Choice, member: &SensorView| -> Standpoint {
             [member.sensor, member.candidate, choice.repeat]
         };
         let mut wanted = BTreeMap::new();
-        for (choice, members) in choices.iter().zip(&said) {
+        for (choice, members) in choices.iter().zip(&members) {
             let casting = members.iter().filter(|member| member.casts);
             wanted.extend(casting.map(|member| (standpoint(choice, member), member.placement)));
         }
@@ -94,7 +94,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
             }
             loaded.view(*choice, members)
         };
-        Ok(choices.par_iter().zip(said).map(view).collect())
+        Ok(choices.par_iter().zip(members).map(view).collect())
     }
 
     /// The evidence of rays from some standpoints, sorted by sensor.

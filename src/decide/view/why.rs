@@ -215,7 +215,7 @@ impl View<'_> {
     /// The numbers of the missed voxels in a region; their sum is the number of unknown voxels there.
     pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<CauseTally> {
         let truth = &self.truth;
-        let of = |Missed { cause, voxels }: &Missed| {
+        let to_tally = |Missed { cause, voxels }: &Missed| {
             let mut inside = voxels.clone();
             inside.keep(&self.world.regions[region].voxels);
             let all = inside.count();
@@ -224,7 +224,7 @@ impl View<'_> {
             inside.keep(&truth.human);
             CauseTally { cause: *cause, occupied, free: all - occupied, human: inside.count() }
         };
-        missed.iter().map(of).filter(|tally| tally.voxels() > 0).collect()
+        missed.iter().map(to_tally).filter(|tally| tally.voxels() > 0).collect()
     }
 
     /// The name of the object to blame.

@@ -30,9 +30,9 @@ mod tests {
 
     #[test]
     fn marks_are_told_with_the_digits_they_need() {
-        let told =
+        let texts =
             |low: f64, high: f64, step: f64| marks(low, high, step).map(|(_, text)| text).collect::<Vec<_>>();
-        assert_eq!(told(-1.05, 1.0, 1.0), ["-1", "0", "1"]);
-        assert_eq!(told(0.0, 0.11, 0.05), ["0.00", "0.05", "0.10"]);
+        assert_eq!(texts(-1.05, 1.0, 1.0), ["-1", "0", "1"]);
+        assert_eq!(texts(0.0, 0.11, 0.05), ["0.00", "0.05", "0.10"]);
     }
 }

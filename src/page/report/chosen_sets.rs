@@ -56,7 +56,7 @@ pub(super) fn describe_limits(
         text += &format!(", {apart_m} m apart");
     }
     if let Some(disturb) = disturb {
-        text += &format!(", {}", undisturbed(disturb));
+        text += &format!(", {}", describe_disturb_rule(disturb));
     }
     if !always.is_empty() {
         text += &format!(", always with {}", always.join(", "));
@@ -65,7 +65,7 @@ pub(super) fn describe_limits(
 }
 
 /// The rule for sensors that emit the same kind of light.
-fn undisturbed(Disturb { apart_deg, overlap }: Disturb) -> String {
+fn describe_disturb_rule(Disturb { apart_deg, overlap }: Disturb) -> String {
     let lens = match apart_deg {
         Some(0.0) => None,
         Some(most) => Some(format!("looks into another's lens within {most} degrees of its view")),

@@ -83,7 +83,7 @@ fn impossible_speed(report: &PurchaseReport) -> Option<(f64, &str)> {
 /// The proof of the answer, and its gaps.
 pub fn describe_proof(report: &PurchaseReport) -> String {
     let PurchasePoint { set, no_set_below, proven, tested, .. } = report.main();
-    let by = match tested {
+    let evidence = match tested {
         0 => "nothing had to be tested: the requirements rule out every set".into(),
         _ if report.ways_in.is_empty() => format!("{} tested", count(*tested as usize, "set")),
         _ => {
@@ -92,22 +92,22 @@ pub fn describe_proof(report: &PurchaseReport) -> String {
     };
     match (set, no_set_below, proven) {
         (Some(_), _, true) => format!(
-            "proven: no cheaper set of the {} listed poses passes ({by}){}",
+            "proven: no cheaper set of the {} listed poses passes ({evidence}){}",
             report.candidates,
             describe_ties(report)
         ),
         (Some(set), Some(bound), false) => {
             format!(
-                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({by})",
+                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({evidence})",
                 report.amount(*bound),
                 report.amount(set.cost)
             )
         }
         (None, _, true) => {
-            format!("proven: no allowed set of the {} listed poses passes ({by})", report.candidates)
+            format!("proven: no allowed set of the {} listed poses passes ({evidence})", report.candidates)
         }
-        (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", report.amount(*bound)),
-        (_, None, _) => format!("stopped ({by})"),
+        (_, Some(bound), _) => format!("stopped: no set below {} passes ({evidence})", report.amount(*bound)),
+        (_, None, _) => format!("stopped ({evidence})"),
     }
 }
 

@@ -15,11 +15,11 @@ pub(super) struct Series {
 
 /// Every representation of some combinations.
 pub(super) fn series(results: &Results, combinations: impl Iterator<Item = usize>) -> Vec<Series> {
-    let of = |combination: usize| {
+    let to_series = |combination: usize| {
         let representations = 0..results.combinations[combination].representations.len();
         representations.map(move |representation| Series { combination, representation })
     };
-    combinations.flat_map(of).collect()
+    combinations.flat_map(to_series).collect()
 }
 
 impl Series {

@@ -86,10 +86,10 @@ impl RowLayout {
 
     /// All choices, in study order.
     pub fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
-        let of = |(combination, size): (usize, &CombinationSize)| {
+        let pose_choices = |(combination, size): (usize, &CombinationSize)| {
             (0..size.choices).map(move |choice| PoseChoice { combination, choice })
         };
-        self.sizes.iter().enumerate().flat_map(of)
+        self.sizes.iter().enumerate().flat_map(pose_choices)
     }
 
     /// The place of a choice among all in a block.

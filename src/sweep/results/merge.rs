@@ -160,9 +160,10 @@ fn complete(parts: &[ShardPart]) -> Result<()> {
     missing.extend(absent.map(|number| (number, format!("shard {number} of {of} is missing"))));
     missing.sort();
     let command = |number: u32| command_of_shard(&parts[0].manifest, Shard { number, of });
-    let told = missing.iter().take(MOST_REPORTED);
-    let mut text: String =
-        told.map(|(number, what)| format!("\n  {what}; to compute it:\n    {}", command(*number))).collect();
+    let reported = missing.iter().take(MOST_REPORTED);
+    let mut text: String = reported
+        .map(|(number, what)| format!("\n  {what}; to compute it:\n    {}", command(*number)))
+        .collect();
     if lacking > MOST_REPORTED {
         text += &format!("\n  and {} more", lacking - MOST_REPORTED);
     }

@@ -35,10 +35,11 @@ fn columns(results: &Results) -> Vec<Column> {
     let names = ["scene", "combination", "poses", "representation", "region"];
     let mut columns = names.map(|name| Column::new(name, ColumnKind::Text)).to_vec();
     let of_score = |score: Score| {
-        let of = |what: &str, kind| Column::new(format!("{}_{what}", score.name()), kind);
-        let mut columns = ["mean", "std", "worst", "pooled"].map(|what| of(what, ColumnKind::Score)).to_vec();
-        columns.push(of("n", ColumnKind::Count));
-        columns.extend(results.dwell_s.is_some().then(|| of("weighted", ColumnKind::Score)));
+        let column = |what: &str, kind| Column::new(format!("{}_{what}", score.name()), kind);
+        let mut columns =
+            ["mean", "std", "worst", "pooled"].map(|what| column(what, ColumnKind::Score)).to_vec();
+        columns.push(column("n", ColumnKind::Count));
+        columns.extend(results.dwell_s.is_some().then(|| column("weighted", ColumnKind::Score)));
         columns
     };
     let (first, last) = in_column_order();

@@ -285,15 +285,15 @@ impl Results {
         region: usize,
         score: Score,
     ) -> [(&'static str, Option<Over>); 4] {
-        let of = |pick: fn(&Baselines) -> &Confusion| {
+        let summary = |pick: fn(&Baselines) -> &Confusion| {
             let counts = moments.clone().map(|moment| *pick(&self.baselines[moment][region]));
             over::summarize(&[counts.collect()], score)
         };
         [
-            ("upper bound", of(|b| &b.ceiling)),
-            ("all occupied", of(|b| &b.all_occupied)),
-            ("all free", of(|b| &b.all_free)),
-            ("nothing seen", of(|b| &b.nothing_seen)),
+            ("upper bound", summary(|b| &b.ceiling)),
+            ("all occupied", summary(|b| &b.all_occupied)),
+            ("all free", summary(|b| &b.all_free)),
+            ("nothing seen", summary(|b| &b.nothing_seen)),
         ]
     }
 }
@@ -352,14 +352,14 @@ mod tests {
 
     #[test]
     fn results_in_memory_are_those_of_a_journal() {
-        let of = |moment: usize, repeat: usize, key: &RowKey| {
+        let counts_at = |moment: usize, repeat: usize, key: &RowKey| {
             example::counts((7 * moment + 5 * repeat + 3 * key.choice + key.representation) as u64)
         };
-        let read = example::results_in(&["robot", "human"], 2, of);
+        let read = example::results_in(&["robot", "human"], 2, counts_at);
         let mut counts = Vec::new();
         for (moment, repeat) in read.moments().flat_map(|moment| [(moment, 0), (moment, 1)]) {
             let take = |_: [&str; 4], key: RowKey| {
-                counts.push(of(moment, repeat, &key));
+                counts.push(counts_at(moment, repeat, &key));
                 Ok(())
             };
             read.each_key(take).unwrap();

@@ -49,12 +49,12 @@ impl Picked {
     }
 
     /// Picks only these rows, one per choice: their run was killed.
-    pub(super) fn these(waiting: Vec<Vec<Row>>) -> Picked {
+    pub(super) fn from_rows(waiting: Vec<Vec<Row>>) -> Picked {
         Picked { every: u64::MAX, seen: AT_LEAST, begun: false, waiting }
     }
 
     /// Also picks these rows.
-    pub(super) fn and(mut self, waiting: Vec<Vec<Row>>) -> Picked {
+    pub(super) fn with_rows(mut self, waiting: Vec<Vec<Row>>) -> Picked {
         self.waiting.extend(waiting);
         self
     }
@@ -188,7 +188,7 @@ mod tests {
             .filter(|row| row.repeat == 0 && pose_choice(row) == pose_choice(&all[0]))
             .copied()
             .collect();
-        let mut check = |rows: Vec<Row>| Picked::these(vec![rows]).check(&study, &worlds, &mut cpu);
+        let mut check = |rows: Vec<Row>| Picked::from_rows(vec![rows]).check(&study, &worlds, &mut cpu);
         assert!(matches!(check(first.clone()), Ok(Ok(1))));
         let mut lied = first.clone();
         lied[1].counts.tp += 1;
@@ -196,10 +196,11 @@ mod tests {
         let foreign = Row { region: study.regions.len(), ..first[0] };
         let many = [&first[..], &[foreign]].concat();
         for rows in [first[1..].to_vec(), many.clone(), many[1..].to_vec()] {
-            let told = format!("the check of {} rows on the CPU came back with {}", rows.len(), first.len());
+            let beginning =
+                format!("the check of {} rows on the CPU came back with {}", rows.len(), first.len());
             let error = check(rows);
             assert!(
-                matches!(&error, Err(Error::Device(what)) if what.to_string().starts_with(&told)),
+                matches!(&error, Err(Error::Device(what)) if what.to_string().starts_with(&beginning)),
                 "{error:?}"
             );
         }

@@ -190,11 +190,11 @@ impl<'a> Store<'a> {
 
     /// Casts and claims the missing evidence.
     fn make(&mut self, missing: &[EvidenceKey], backend: &mut dyn Backend) -> Result<()> {
-        let said: Vec<(GridPose, Vec<Claim>)> =
+        let claims_of_missing: Vec<(GridPose, Vec<Claim>)> =
             missing.par_iter().map(|key| self.sensor_claims(key)).collect();
         let mut shots: Vec<Vec<Shot>> = vec![Vec::new(); self.tables.len()];
         let mut uploads: Vec<(Slot, Planes)> = Vec::new();
-        for (key, (placement, claims)) in missing.iter().zip(said) {
+        for (key, (placement, claims)) in missing.iter().zip(claims_of_missing) {
             let mut slots = Vec::new();
             let mut take = |vacant: &mut Vec<Slot>| {
                 let slot = vacant.pop().expect("room was made for all that is missing");

@@ -106,8 +106,8 @@ impl Task for ReadTask<'_> {
                 let made;
                 (made, left) = left.split_at(store.make_ready(left, repeat, backend)?);
                 for some in made.chunks(at_once) {
-                    let said = self.sense_choices(&store, some, repeat, backend)?;
-                    self.reader.take(store.world, repeat, said)?;
+                    let evidence = self.sense_choices(&store, some, repeat, backend)?;
+                    self.reader.take(store.world, repeat, evidence)?;
                     self.taken += some.len() as u64;
                 }
             }
@@ -145,13 +145,13 @@ impl ReadTask<'_> {
         let slots = |reading: &backend::Reading| [Some(reading.slot), reading.volume].into_iter().flatten();
         let all: Vec<Slot> = readings.iter().flatten().flat_map(slots).collect();
         let mut planes = backend.planes(&all)?.into_iter();
-        let said = pose_choices.iter().zip(readings).map(|(pose_choice, readings)| {
+        let evidence = pose_choices.iter().zip(readings).map(|(pose_choice, readings)| {
             let each = readings.iter().map(|reading| SensorSays {
                 parts: planes.by_ref().take(slots(reading).count()).collect(),
                 presence: reading.presence,
             });
             (*pose_choice, each.collect())
         });
-        Ok(said.collect())
+        Ok(evidence.collect())
     }
 }

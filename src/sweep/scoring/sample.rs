@@ -164,7 +164,7 @@ pub fn seconds(
         [poses(study, pose_choices) - poses(study, &first), pose_choices.len() - first.len()]
             .map(|count| count as f64)
     };
-    let each = both([extra(&apart), extra(&in_a_row)], [apart_s - ready_s, in_a_row_s - ready_s]);
+    let each = solve_two([extra(&apart), extra(&in_a_row)], [apart_s - ready_s, in_a_row_s - ready_s]);
     let members = study.combinations.iter().flat_map(|combination| &combination.members);
     let every =
         members.flat_map(|member| member.candidates.iter().map(|&candidate| (member.sensor, candidate)));
@@ -214,7 +214,7 @@ fn took_s(
 
 /// The time of each of two kinds of work, never negative, from two measurements of mixtures of both. If both mixtures
 /// are the same, all time counts as the first kind's.
-fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
+fn solve_two([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
     let area = a[0] * b[1] - b[0] * a[1];
     let alone = |kind: usize| {
         let each = (took_s[0] + took_s[1]).max(0.0) / (a[kind] + b[kind]).max(1.0);
@@ -233,12 +233,12 @@ fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
 
 /// The number of different poses of some choices, sensor by sensor.
 fn poses(study: &Study, pose_choices: &[PoseChoice]) -> usize {
-    let of = |pose_choice: &PoseChoice| {
+    let poses_of = |pose_choice: &PoseChoice| {
         let combination = &study.combinations[pose_choice.combination];
         let sensors = combination.members.iter().map(|member| member.sensor);
         sensors.zip(combination.choice(pose_choice.choice)).collect::<Vec<_>>()
     };
-    pose_choices.iter().flat_map(of).collect::<HashSet<_>>().len()
+    pose_choices.iter().flat_map(poses_of).collect::<HashSet<_>>().len()
 }
 
 /// Wants all rows and stores none.

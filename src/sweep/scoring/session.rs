@@ -202,8 +202,8 @@ impl<'a> Session<'a> {
             // Rows of a killed run are checked in parallel with the first device.
             let earlier = std::mem::take(&mut unchecked);
             let unchecked = match (device.needs_check() && verify > 0, earlier.is_empty()) {
-                (true, _) => Some(Picked::one_in(verify).and(earlier)),
-                (false, false) => Some(Picked::these(earlier)),
+                (true, _) => Some(Picked::one_in(verify).with_rows(earlier)),
+                (false, false) => Some(Picked::from_rows(earlier)),
                 (false, true) => None,
             };
             let checkpoint = Checkpoint {

@@ -57,7 +57,7 @@ impl PurchaseClaims {
     pub(crate) fn new(folder: &Path, report: PurchaseReport, input: ProofInput) -> Result<PurchaseClaims> {
         let in_file = |issue: Issue| Error::from(issue.with_place(folder.join(FILE.name)));
         let ProofInput { study, purchase, worlds, items, .. } = input;
-        let disturbed = DisturbedPairs::among(items, (study, worlds), purchase.disturb);
+        let disturbed = DisturbedPairs::from_items(items, (study, worlds), purchase.disturb);
         let asked = examine(&report, ProofInput { disturbed: &disturbed, ..input }).map_err(in_file)?;
         Ok(PurchaseClaims { folder: folder.into(), report, asked, disturbed })
     }

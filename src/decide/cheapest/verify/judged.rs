@@ -81,9 +81,9 @@ pub(super) fn judge(
         missed.map(|one| format!("{:?} is missed under {}", one.requirement.name, one.condition.name()));
     // Requirements at different robot speeds have the same names.
     let is_missed = |name: &String| {
-        let asked = study.requirements.iter().filter(|one| one.name == *name).map(|one| one.under.len());
+        let cases = study.requirements.iter().filter(|one| one.name == *name).map(|one| one.under.len());
         let met = judged.judgements.iter().filter(|one| one.is_met && one.requirement.name == *name);
-        met.count() < asked.sum()
+        met.count() < cases.sum()
     };
     let mut missed_names: Vec<String> = study.requirements.iter().map(|one| one.name.clone()).collect();
     missed_names.dedup();

@@ -4,8 +4,8 @@ use super::counted::Bar;
 use super::judged::{judge, restricted_study};
 use super::ways::{FollowedWay, NearFacts};
 use super::{ProofInput, open_oracle};
-use crate::cheapest::passing::{alive, left_out_of_all};
-use crate::cheapest::reasons::{Obstacle, asked};
+use crate::cheapest::passing::{left_out_of_all, living_members};
+use crate::cheapest::reasons::{Obstacle, describe_demand};
 use crate::cheapest::report::ReasonReport;
 use crate::cheapest::terms::Terms;
 use crate::choose::pose_name;
@@ -28,7 +28,7 @@ pub(super) fn verify_words(
         let named = terms.requirements.iter().filter(|one| one.name == reason.requirement);
         let words = |one| match reasons {
             [_] => words_of_one(input, facts, terms, one),
-            _ => Ok(vec![asked(input.study, one)]),
+            _ => Ok(vec![describe_demand(input.study, one)]),
         };
         let possible: Vec<String> = named.map(words).collect::<Result<Vec<_>>>()?.concat();
         if !possible.contains(&reason.why) {
@@ -74,7 +74,7 @@ fn missed_by_all(input: ProofInput, requirement: &Requirement) -> Result<Option<
     let reach = input.reach((score, over, region), Bar::Keeps(requirement.limit), 0);
     let all: Vec<usize> = (0..input.items.len()).collect();
     for out in left_out_of_all(requirement, all.len()) {
-        let set = alive(&all, &out);
+        let set = living_members(&all, &out);
         let counts = match &reach {
             Some(reach) if !reach.adds_up => reach.counts_of_set(&set),
             _ => {

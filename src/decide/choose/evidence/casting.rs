@@ -80,9 +80,9 @@ fn checked_region(worlds: &[World], (region, wanted): (usize, WantedCounts)) -> 
     let voxels = worlds.iter().map(|world| &world.regions[region].voxels);
     let words = voxels.flat_map(|voxels| voxels.words()).flat_map(|word| word.to_le_bytes());
     let windows: Vec<Window> = worlds.iter().map(|world| world.regions[region].voxels.window()).collect();
-    let asked = format!("{wanted:?} {windows:?}");
+    let question = format!("{wanted:?} {windows:?}");
     let name = &worlds[0].regions[region].name;
-    format!("{} {name}", sha256([asked.as_bytes(), &words.collect::<Vec<u8>>()]))
+    format!("{} {name}", sha256([question.as_bytes(), &words.collect::<Vec<u8>>()]))
 }
 
 /// The number of different repeats of a sensor.
@@ -439,9 +439,9 @@ impl EvidenceReader for Taking<'_, '_> {
         let keys: Vec<RecordKey> = keys.collect();
         let (casting, is_kept) = (&*self.casting, self.casting.file.is_some());
         let take = |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| {
-            let said = join(casting.windows[key.world], said);
-            let packed = if is_kept { said.each_ref().map(pack) } else { Default::default() };
-            (key, packed, casting.pick(key, &said))
+            let joined = join(casting.windows[key.world], said);
+            let packed = if is_kept { joined.each_ref().map(pack) } else { Default::default() };
+            (key, packed, casting.pick(key, &joined))
         };
         let records: Vec<(RecordKey, PackedPlanes, Vec<CandidateWords>)> =
             keys.into_par_iter().zip(&said).map(take).collect();

@@ -208,9 +208,9 @@ impl EvidenceFile {
             payload.resize(bytes, 0);
             reader.read_exact(&mut payload).map_err(unreadable)?;
             let mut left = &payload[..];
-            let said = lengths.map(|length| left.split_off(..length).unwrap_or_default().to_vec());
+            let planes = lengths.map(|length| left.split_off(..length).unwrap_or_default().to_vec());
             let is_whole = checksum([&self.fingerprint, &payload]) == body[4 * NUMBERS..];
-            if !is_whole || !take(key, self.end + RECORD_BYTES as u64, said) {
+            if !is_whole || !take(key, self.end + RECORD_BYTES as u64, planes) {
                 found.damaged.push(key);
             }
             self.end = next;

@@ -49,7 +49,7 @@ fn disturbs(disturb: Disturb, sensors: &str) -> Vec<(usize, usize)> {
     let items = candidates_of(&study);
     let terms = PairTerms { apart_m: 0.0, disturb: Some(disturb) };
     let found = forbidden_pairs(&study, &items, &worlds, terms);
-    let plain = DisturbedPairs::among(&items, (&study, &worlds), Some(disturb));
+    let plain = DisturbedPairs::from_items(&items, (&study, &worlds), Some(disturb));
     let has = |a: usize, b: usize| found[a][b / 64] >> (b % 64) & 1 == 1;
     let mut pairs = Vec::new();
     for (a, &one) in items.iter().enumerate() {

@@ -120,8 +120,9 @@ impl<'a> Around<'a> {
         let spread = sensor.spreads.iter().find(|spread| spread.candidates.contains(&spot.candidate))?;
         let Setting::Pose(listed) = sensor.candidates[spot.candidate].setting else { return None };
         let steps = spread.steps();
-        let by = std::array::from_fn(|way| f64::from(spot.parts[way]) * steps[way] / f64::from(1 << LEVELS));
-        spread.move_pose(spot.candidate, &listed, by)
+        let offset =
+            std::array::from_fn(|way| f64::from(spot.parts[way]) * steps[way] / f64::from(1 << LEVELS));
+        spread.move_pose(spot.candidate, &listed, offset)
     }
 
     /// Removes spots inside an object, or where the sensor cannot work, at any moment.

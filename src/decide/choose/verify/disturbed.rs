@@ -19,7 +19,7 @@ impl DisturbedPairs {
     }
 
     /// Those among some candidates of a study, in any world.
-    pub(crate) fn among(
+    pub(crate) fn from_items(
         items: &[[usize; 2]],
         (study, worlds): (&Study, &[World]),
         disturb: Option<Disturb>,

@@ -110,7 +110,7 @@ impl Claims {
         let ties = report.ties.iter().enumerate();
         let ties =
             ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
-        let disturbed = DisturbedPairs::among(&candidates_of(study), (study, worlds), choose.disturb);
+        let disturbed = DisturbedPairs::from_items(&candidates_of(study), (study, worlds), choose.disturb);
         let allowed = AllowedSets::from_choose(study, (choose, &disturbed), worlds);
         let read = |(place, limits): (String, (usize, Option<Cost>, &SetReport))| {
             let set = find_named(study, &limits.2.poses).and_then(|set| {
@@ -282,7 +282,7 @@ impl ProofInput<'_> {
             let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
             budget.is_none_or(|budget| cost <= budget) && allowed.clash(&set).is_none()
         };
-        let asked = CutLimits {
+        let limits = CutLimits {
             evidence,
             objective: choose.objective,
             over: choose.over,
@@ -293,7 +293,7 @@ impl ProofInput<'_> {
             joins: &joins,
             named: &|wanted: &str| items.iter().position(|&item| pose_name(study, item) == wanted),
         };
-        check_cuts(&asked, &step.shown_by, above)
+        check_cuts(&limits, &step.shown_by, above)
     }
 }
 

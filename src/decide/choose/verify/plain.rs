@@ -139,11 +139,11 @@ impl Plain<'_> {
         let mut may = vec![true; candidates.len()];
         let moments = &self.given.evidence.layout.moments;
         let (score, over, par) = self.bar.score(self.given.choose);
-        let asked: Vec<&[MomentBits]> = match over {
+        let groups: Vec<&[MomentBits]> = match over {
             Across::Pooled => vec![moments],
             _ => moments.chunks(1).collect(),
         };
-        for moments in asked {
+        for moments in groups {
             let Some((value, gains)) = self.gains((score, par), (moments, &union), &candidates, left) else {
                 continue;
             };

@@ -59,7 +59,7 @@ pub(super) fn verify_refined(
         }
         let set = find_named(&study, &best.poses)
             .map_err(|issue| issue.with_place(place("best")).with_place(&path))?;
-        let disturbed = DisturbedPairs::among(&set, (&study, &worlds), choose.disturb);
+        let disturbed = DisturbedPairs::from_items(&set, (&study, &worlds), choose.disturb);
         let allowed = AllowedSets::from_choose(&study, (choose, &disturbed), &worlds);
         if let Some(why) = allowed.not_allowed((*at_most, *budget), best.cost, &set) {
             return wrong("best", &why);

@@ -172,8 +172,8 @@ mod tests {
     fn a_difference_has_its_row_and_column() {
         let right = b"a,b\n1,2\n3,\"4,5\"\n";
         let check = |found: &[u8], expected: &str| {
-            let said = difference(found, right).to_string();
-            assert!(said.contains(expected), "no {expected:?} in {said}");
+            let message = difference(found, right).to_string();
+            assert!(message.contains(expected), "no {expected:?} in {message}");
         };
         check(b"a,b\n1,2\n3,4\n", "row 2: column b is \"4\", but made again it is \"4,5\"");
         check(b"a,b\n1,2\n", "row 2: is missing");

@@ -37,14 +37,14 @@ fn transforms_put_frames_where_the_sensors_are() {
     export("scenes/tiny.toml", CAMERA, |_, placed, files| {
         // A stub prints the arguments that the script passes to ROS.
         let folder = tempfile::tempdir().unwrap();
-        let said = folder.path().join("said");
+        let output = folder.path().join("said");
         let script = text(&files, "transforms.sh");
-        let stand_in = format!("ros2() {{ echo \"$*\" >> '{}'; }}\n{script}", said.display());
+        let stand_in = format!("ros2() {{ echo \"$*\" >> '{}'; }}\n{script}", output.display());
         assert!(Command::new("sh").args(["-c", &stand_in]).status().unwrap().success());
-        let said = std::fs::read_to_string(said).unwrap();
-        let mut lines: Vec<Vec<&str>> = said.lines().map(|line| line.split(' ').collect()).collect();
+        let output = std::fs::read_to_string(output).unwrap();
+        let mut lines: Vec<Vec<&str>> = output.lines().map(|line| line.split(' ').collect()).collect();
         lines.sort_by_key(|words| words.len());
-        assert_eq!(lines.len(), 2, "{said}");
+        assert_eq!(lines.len(), 2, "{output}");
         let after = |words: &[&str], flag: &str| {
             let at = words.iter().position(|word| *word == flag).unwrap();
             words[at + 1].to_string()
@@ -90,10 +90,10 @@ fn the_urdf_puts_links_where_the_sensors_are() {
         let axes = expected.link();
         let placement = placed[0].member.placement.axis_q15;
         for (r, row) in placement.iter().enumerate() {
-            let told = [axes.x_axis[r], axes.y_axis[r], axes.z_axis[r]];
+            let axis = [axes.x_axis[r], axes.y_axis[r], axes.z_axis[r]];
             let close =
-                row.iter().zip(told).all(|(&q15, told)| (f64::from(q15) / 32768.0 - told).abs() < 1e-4);
-            assert!(close, "{row:?} {told:?}");
+                row.iter().zip(axis).all(|(&q15, axis)| (f64::from(q15) / 32768.0 - axis).abs() < 1e-4);
+            assert!(close, "{row:?} {axis:?}");
         }
     });
 }
@@ -153,12 +153,12 @@ fn a_cloud_of_a_bag_lies_in_the_voxels_of_the_returns() {
             let read =
                 perirobot_scene::recording::Recording::read(&path, Default::default(), &sources).unwrap();
             let grid = &view.world.grid;
-            let said = read.planes(&perirobot_scene::recording::Anchor::new(DVec3::ZERO, 0.0), grid);
+            let points = read.planes(&perirobot_scene::recording::Anchor::new(DVec3::ZERO, 0.0), grid);
             let cast = placed[0].member.cast.as_ref().unwrap();
             let expected: Vec<_> = cast.planes.occupied.voxels().collect();
             assert!(expected.len() > 30);
-            assert_eq!(said.planes.occupied.voxels().collect::<Vec<_>>(), expected, "{poses}");
-            assert!(!said.planes.free.is_empty());
+            assert_eq!(points.planes.occupied.voxels().collect::<Vec<_>>(), expected, "{poses}");
+            assert!(!points.planes.free.is_empty());
         });
     }
 }

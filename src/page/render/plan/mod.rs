@@ -314,16 +314,16 @@ impl Drawing<'_> {
             (Role::Human, "person", "person other", "person", "person at other moments"),
         ];
         for (role, class, other, name, at_others) in roles {
-            let of = |truth: &Truth| {
+            let areas = |truth: &Truth| {
                 let own = truth.objects.iter().filter(|object| object.role == role);
                 let mut all = BitGrid::new(self.world.grid.window());
                 own.for_each(|object| all.add(&object.voxels));
                 self.storey.shadow(&all)
             };
-            let here = of(&self.truth);
+            let here = areas(&self.truth);
             let mut elsewhere = BitGrid::new(here.window());
             let others = self.worlds.iter().filter(|world| world.snapshot != self.world.snapshot);
-            others.for_each(|world| elsewhere.add(&of(&world.truth())));
+            others.for_each(|world| elsewhere.add(&areas(&world.truth())));
             elsewhere.remove(&here);
             let path = self.storey.outline(&elsewhere, &self.paper);
             self.path(other, &path);

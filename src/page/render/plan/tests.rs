@@ -193,9 +193,9 @@ fn what_a_sensor_sees_and_what_it_guards_are_told_apart() {
     let worlds = World::prepare_all(&study).unwrap();
     let both = study.combinations.iter().position(|one| one.members.len() == 2).unwrap();
     let plan = floor_plan(&study, &worlds, 0, Some(first_of(both)));
-    let mut said: Vec<String> = words_of(&plan, "of-field").into_iter().map(|(words, _)| words).collect();
-    said.sort();
-    assert_eq!(said, ["guarded by B", "plane of B", "view of A"]);
+    let mut labels: Vec<String> = words_of(&plan, "of-field").into_iter().map(|(words, _)| words).collect();
+    labels.sort();
+    assert_eq!(labels, ["guarded by B", "plane of B", "view of A"]);
     let (_, classes) = check("tutorial", &plan.inline());
     for class in ["field", "plane", "pad"] {
         assert_eq!(classes.iter().filter(|known| *known == class).count(), 1, "{class}");

@@ -7,17 +7,17 @@ use crate::render::svg::tenth;
 /// The range of scores, including 0.
 pub(crate) fn span(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let [low, high] = extremes(values)?;
-    Some(apart([low.min(0.0), high.max(0.0)]))
+    Some(separate([low.min(0.0), high.max(0.0)]))
 }
 
 /// The least and the largest score.
 pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
-    (ends[0] <= ends[1]).then(|| apart(ends))
+    (ends[0] <= ends[1]).then(|| separate(ends))
 }
 
 /// Separates equal ends.
-fn apart([low, high]: [f64; 2]) -> [f64; 2] {
+fn separate([low, high]: [f64; 2]) -> [f64; 2] {
     [low, high.max(low + 0.001)]
 }
 

@@ -59,8 +59,8 @@ pub(super) fn draw(
         let mut values: Vec<Vec<Option<f64>>> = Vec::new();
         for ScoreCurve { series, choice, .. } in &curves {
             let at = |moment| results.summarize(moment..moment + 1, series.key(*choice, region), score);
-            let of: Vec<Option<Over>> = moments.clone().map(at).collect::<Result<_>>()?;
-            values.push(of.into_iter().map(|over| over.map(|over| over.mean)).collect());
+            let scores: Vec<Option<Over>> = moments.clone().map(at).collect::<Result<_>>()?;
+            values.push(scores.into_iter().map(|over| over.map(|over| over.mean)).collect());
         }
         let Some(ends) = span(values.iter().flatten().flatten().copied()) else {
             sheet.words("soft", [left, top + 15.0], "no choice of poses has a value here");

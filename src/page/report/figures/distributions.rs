@@ -38,11 +38,11 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
     for (&score, &places) in part.scores.iter().zip(&places) {
         let mut found: Vec<Vec<Option<Distribution>>> = Vec::new();
         for extent in &part.extents {
-            let of = part.series.iter().map(|series| {
+            let rows = part.series.iter().map(|series| {
                 let values = series.summarize(results, &extent.moments, region, score)?;
                 Ok(distribution(values.into_iter().flatten().map(|over| over.mean).collect()))
             });
-            found.push(of.collect::<Result<_>>()?);
+            found.push(rows.collect::<Result<_>>()?);
         }
         let Some(ends) = span(found.iter().flatten().flatten().flat_map(|d| [d.min, d.max])) else {
             sheet.words("soft", [places[0], top + HEAD], "no choice of poses has a value here");

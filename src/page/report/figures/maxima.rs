@@ -108,6 +108,6 @@ fn values(
     (region, score): (usize, Score),
 ) -> Result<Vec<Option<f64>>> {
     let found = maxima(results, combination, region, score)?;
-    let of = |scene: usize| found.scenes[scene].map(|maximum| maximum.value);
-    Ok(part.extents.iter().map(|extent| extent.scene.map_or(found.mean, of)).collect())
+    let value = |scene: usize| found.scenes[scene].map(|maximum| maximum.value);
+    Ok(part.extents.iter().map(|extent| extent.scene.map_or(found.mean, value)).collect())
 }

@@ -82,8 +82,8 @@ pub(super) fn draw(
         Pictured::Best { series, choice, scene, by } => {
             let world = &worlds[results.scenes[*scene].moments.start];
             let Series { combination, representation } = *series;
-            let of = Choice { combination, choice: *choice, representation, repeat: 0 };
-            let view = View::new(study, world, of, backend)?;
+            let shown = Choice { combination, choice: *choice, representation, repeat: 0 };
+            let view = View::new(study, world, shown, backend)?;
             let wish = Wish { colour: Colour::Label, ..plain };
             let bytes = render::draw(world, Some(&view), &wish, backend)?.png()?;
             let found = &results.combinations[combination];

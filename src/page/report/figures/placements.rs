@@ -79,8 +79,8 @@ pub(super) fn draw(
     let places = columns(part.scores.len(), [EDGE, WIDTH - EDGE]);
     let mut all: Vec<Vec<Best>> = Vec::new();
     for extent in &part.extents {
-        let of = part.scores.iter().map(|&score| best(sweep, placed, extent, (region, score)));
-        all.push(of.collect::<Result<_>>()?);
+        let bests = part.scores.iter().map(|&score| best(sweep, placed, extent, (region, score)));
+        all.push(bests.collect::<Result<_>>()?);
     }
     let spots = || placed.maps.iter().flat_map(|map| &map.parts).flat_map(|part| &part.spots);
     let ends = |(n, &score): (usize, &Score)| {
@@ -147,9 +147,9 @@ fn best(
     let sensor = combination.members[placed.member].sensor;
     let mut found: Best = vec![None; sweep.study.sensors[sensor].candidates.len()];
     for (choice, value) in placed.series.best(&sweep.results, &extent.moments, region, score)? {
-        let of = &mut found[combination.choice(choice)[placed.member]];
+        let best = &mut found[combination.choice(choice)[placed.member]];
         // The best comes first.
-        *of = of.or(Some((value, choice)));
+        *best = best.or(Some((value, choice)));
     }
     Ok(found)
 }

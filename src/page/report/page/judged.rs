@@ -39,13 +39,13 @@ pub(super) fn judged_choices(sweep: &ReportedSweep) -> Result<Vec<JudgedChoice>>
     let of_one = |set: SetVerdicts| {
         let names = set.names().map(String::from);
         let (note, required) = current_verdicts(sweep, &set.requirements);
-        JudgedChoice { choice: swept(sweep, &names), names, note, required, verdicts: set }
+        JudgedChoice { choice: find_swept(sweep, &names), names, note, required, verdicts: set }
     };
     Ok(sets.into_iter().map(of_one).collect())
 }
 
 /// The choice with these names in the sweep.
-fn swept(sweep: &ReportedSweep, [combination, poses, representation]: &[String; 3]) -> Option<Choice> {
+fn find_swept(sweep: &ReportedSweep, [combination, poses, representation]: &[String; 3]) -> Option<Choice> {
     let known: Vec<_> = sweep.results.combinations.iter().map(choice_names).collect();
     let (number, choice) = find_choices(&known, poses, Some(combination)).ok()?.pop()?;
     let all = &sweep.results.combinations[number].representations;

@@ -69,8 +69,8 @@ fn ranking(results: &Results, series: Series) -> Result<Ranking> {
     let spreads = |means: &Means| Score::ALL.map(|score| MeanSpread::new(score, &means[score as usize]));
     for region in 0..results.regions.len() {
         let over_all = means(results, series, region, results.moments())?;
-        let of = |score: Score| over_all[score as usize].iter().copied();
-        let by_f1 = rank(Score::F1, of(Score::F1));
+        let means_by = |score: Score| over_all[score as usize].iter().copied();
+        let by_f1 = rank(Score::F1, means_by(Score::F1));
         for (by, score) in by.iter_mut().zip(BESTS) {
             let means = &over_all[score as usize];
             // The sort is stable, so F1 decides between equal ones; all with a value have an F1.
@@ -132,7 +132,7 @@ pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(u
 }
 
 impl Ranking {
-    /// A score of all choices in a region and scene; `None` where no choice has a value.
+    /// A score of all choices in a region and scene; `None` if no choice has a value.
     pub(super) fn spread(&self, region: usize, scene: usize, score: Score) -> Option<&MeanSpread> {
         self.scenes[region][scene][score as usize].as_ref()
     }

@@ -221,14 +221,16 @@ fn recommend_required(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Opt
 }
 
 fn recommend_scored(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
-    let by = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
+    let index = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
     for (score, words) in [(Score::PartsDetected, "body parts detected, then F1"), (Score::F1, "F1")] {
         // Of several regions, the first of those where the score has a value at most moments.
         let mut found: Option<(usize, Found)> = None;
         for region in 0..results.regions.len() {
             let mut best: Option<(usize, usize, [f64; 2], usize)> = None;
             for (series, ranking) in rankings.iter().enumerate() {
-                let Some(&(choice, value)) = ranking.choices_by(by(score))[region].first() else { continue };
+                let Some(&(choice, value)) = ranking.choices_by(index(score))[region].first() else {
+                    continue;
+                };
                 let own =
                     measure::choice_measures(results, results.moments(), ranking.series.key(choice, region))?;
                 let merit = [value, own[0].map_or(f64::NEG_INFINITY, |over| over.mean)];

@@ -277,7 +277,7 @@ mod tests {
                     things: &[fence],
                 }
                 .views();
-                let said = drawn.each_ref().map(|svg| {
+                let texts = drawn.each_ref().map(|svg| {
                     assert!(svg.contains("class=\"thing\"") && svg.contains(">fence<"), "{svg}");
                     let document = roxmltree::Document::parse(svg).unwrap();
                     let mut boxes: Vec<[f64; 4]> = Vec::new();
@@ -303,13 +303,13 @@ mod tests {
                     words.collect::<Vec<_>>()
                 });
                 let near = 3.0 - x.abs();
-                assert!(said[0].contains(&format!("{near:.3} m to hall <1>")), "{said:?}");
-                assert!(said[0].contains(&"0.050 m to hall <1>".to_string()), "{said:?}");
+                assert!(texts[0].contains(&format!("{near:.3} m to hall <1>")), "{texts:?}");
+                assert!(texts[0].contains(&"0.050 m to hall <1>".to_string()), "{texts:?}");
                 assert!(
-                    said[1].contains(&"1.700 m to table".to_string()),
-                    "the height, not the ceiling: {said:?}"
+                    texts[1].contains(&"1.700 m to table".to_string()),
+                    "the height, not the ceiling: {texts:?}"
                 );
-                assert!(said[1].iter().any(|text| text.starts_with("tilt -28.6°")), "{said:?}");
+                assert!(texts[1].iter().any(|text| text.starts_with("tilt -28.6°")), "{texts:?}");
             }
         }
     }

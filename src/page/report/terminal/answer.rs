@@ -153,8 +153,8 @@ fn best(
         series.summarize(results, &moments, region, Score::F1)?,
     );
     let merit = |choice: usize| {
-        let of = |over: Option<Over>| over.map_or(f64::NEG_INFINITY, |over| over.mean);
-        [by[choice].map_or(f64::NEG_INFINITY, |over| scores[0].merit(over.mean)), of(f1[choice])]
+        let mean = |over: Option<Over>| over.map_or(f64::NEG_INFINITY, |over| over.mean);
+        [by[choice].map_or(f64::NEG_INFINITY, |over| scores[0].merit(over.mean)), mean(f1[choice])]
     };
     let choices = (0..by.len()).filter(|&choice| by[choice].is_some());
     // The first of equal ones.

@@ -16,8 +16,8 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     let mut text = format!("{}\n", sentence(report, judged));
     for reason in &report.main().reasons {
         text += &format!("  {}: {}\n", reason.requirement, reason.why);
-        let asked = report.asked.require.iter().find(|asked| asked.name == reason.requirement);
-        if let Some(words) = asked.and_then(|asked| asked.safety_function.as_ref()) {
+        let required = report.asked.require.iter().find(|asked| asked.name == reason.requirement);
+        if let Some(words) = required.and_then(|required| required.safety_function.as_ref()) {
             text += &format!("      for {words}\n");
         }
     }
@@ -89,7 +89,7 @@ fn front(report: &PurchaseReport) -> Option<Table> {
     let (heading, _) = report.points.iter().find_map(aim)?;
     let mut table = Table::new(&[heading, "cost", "sensors", "<proof", "<set"]);
     for (point, (_, aim)) in report.points.iter().filter_map(|point| Some((point, aim(point)?))) {
-        let [cost, count, proof, set] = found(report, point);
+        let [cost, count, proof, set] = row_cells(report, point);
         table.row([aim, cost, count, proof, set]);
     }
     Some(table)
@@ -104,7 +104,7 @@ fn numbers(report: &PurchaseReport) -> Option<Table> {
     report.points.iter().find_map(number)?;
     let mut table = Table::new(&["at least", "cost", "sensors", "<proof", "<missed", "<set"]);
     for (point, least) in report.points.iter().filter_map(|point| Some((point, number(point)?))) {
-        let [cost, count, proof, set] = found(report, point);
+        let [cost, count, proof, set] = row_cells(report, point);
         let least = format!("{least} of {}", report.asked.require.len());
         table.row([least, cost, count, proof, point.missed.join("; "), set]);
     }
@@ -112,7 +112,7 @@ fn numbers(report: &PurchaseReport) -> Option<Table> {
 }
 
 /// Cost and size of the set of a point, its proof, and the set; if there is none, the reason.
-fn found(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
+fn row_cells(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
     let (cost, count, set) = match &point.set {
         Some(set) => (describe_cost(report, &point.aim, set), set.sensors.len().to_string(), set.poses()),
         None => {

@@ -29,8 +29,8 @@ impl Sweeps {
             let combination = &results.combinations[series.combination];
             let [place, name] = [combination.place_of(*choice), combination.name_of(*choice)];
             let place = if place.is_empty() { "no place" } else { &place };
-            let of = if self.all.len() > 1 { format!(" · {}", folder.display()) } else { String::new() };
-            text += &format!("\n{letter}  {place}\n   {name} · {}{of}\n", series.title(results));
+            let source = if self.all.len() > 1 { format!(" · {}", folder.display()) } else { String::new() };
+            text += &format!("\n{letter}  {place}\n   {name} · {}{source}\n", series.title(results));
         }
         text
     }
@@ -55,8 +55,8 @@ impl Sweeps {
                 for (row, score) in Score::ALL.into_iter().enumerate() {
                     let title = if kind == 0 && row == 0 { scope.title.as_str() } else { "" };
                     let over = if row == 0 && self.has_several(scope) { KINDS[kind] } else { "" };
-                    let of = |placement| self.score(placement, scope, region, score);
-                    let each: Vec<Option<Over>> = placements.iter().map(of).collect::<Result<_>>()?;
+                    let score_of = |placement| self.score(placement, scope, region, score);
+                    let each: Vec<Option<Over>> = placements.iter().map(score_of).collect::<Result<_>>()?;
                     let difference = match each[..] {
                         [a, b] => Some(difference(value(a, kind), value(b, kind))),
                         _ => None,
@@ -94,9 +94,9 @@ mod tests {
 
     #[test]
     fn a_difference_has_a_sign_unless_it_rounds_to_nothing() {
-        let told = [(0.25, 0.5), (0.5, 0.25), (0.5, 0.5), (0.5, 0.5004), (0.5004, 0.5)]
+        let texts = [(0.25, 0.5), (0.5, 0.25), (0.5, 0.5), (0.5, 0.5004), (0.5004, 0.5)]
             .map(|(first, second)| difference(Some(first), Some(second)));
-        assert_eq!(told, ["+0.250", "-0.250", "0.000", "0.000", "0.000"]);
+        assert_eq!(texts, ["+0.250", "-0.250", "0.000", "0.000", "0.000"]);
         assert_eq!(difference(None, Some(1.0)), NONE);
     }
 }

@@ -40,9 +40,9 @@ fn why(view: &View, region: usize, overlooked: &[Overlooked], knows_places: bool
     columns.extend(Oversight::ALL.map(|reason| reason.name().replace('_', " ")));
     let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
     let mut row = |what: &str, voxels: &BitGrid| {
-        let of = |reason| overlooked.iter().filter(move |one| one.reason == reason);
-        let counts =
-            Oversight::ALL.map(|reason| of(reason).map(|one| one.count(&[inside, voxels])).sum::<u64>());
+        let with_reason = |reason| overlooked.iter().filter(move |one| one.reason == reason);
+        let counts = Oversight::ALL
+            .map(|reason| with_reason(reason).map(|one| one.count(&[inside, voxels])).sum::<u64>());
         if counts.iter().any(|count| *count > 0) {
             table.row([what.to_string()].into_iter().chain(counts.map(|count| count.to_string())));
         }
@@ -82,12 +82,12 @@ fn objects(view: &View, region: usize) -> String {
         Table::new(&["<what", "<role", "voxels", "occupied", "free", "unknown", "called occupied"]);
     let mut row = |what: &str, role: &str, mut voxels: BitGrid| {
         voxels.keep(inside);
-        let said = |plane: &BitGrid| {
+        let count = |plane: &BitGrid| {
             let mut plane = plane.clone();
             plane.keep(&voxels);
             plane.count()
         };
-        let (all, occupied, free) = (voxels.count(), said(&view.labels.occupied), said(&view.labels.free));
+        let (all, occupied, free) = (voxels.count(), count(&view.labels.occupied), count(&view.labels.free));
         if all > 0 {
             let share = format!("{:.1} %", 100.0 * occupied as f64 / all as f64);
             let counts = [all, occupied, free, all - occupied - free].map(|count| count.to_string());

@@ -10,10 +10,10 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
     let mut listed: Vec<usize> = speeds.judgements.iter().map(|(speed, _)| *speed).collect();
     listed.sort_unstable();
     listed.dedup();
-    let of: Vec<String> = listed.iter().map(|&speed| m_s(speed).to_string()).collect();
+    let speeds_text: Vec<String> = listed.iter().map(|&speed| m_s(speed).to_string()).collect();
     let up_to = speeds.fastest.map_or("at none".into(), |fastest| format!("up to {} m/s,", m_s(fastest)));
-    let (by, of) = (speed_demands(speeds).join(" and by "), of.join(", "));
-    let mut text = format!("\nhow fast may it run, by {by}: {up_to} of the listed {of} m/s\n");
+    let (by, speeds_text) = (speed_demands(speeds).join(" and by "), speeds_text.join(", "));
+    let mut text = format!("\nhow fast may it run, by {by}: {up_to} of the listed {speeds_text} m/s\n");
     if !speeds.missed_at_all.is_empty() {
         let highest = stopping.fastest().speed_m_s;
         for (of_highest, when) in [(false, "whatever the speed".into()), (true, format!("at {highest} m/s"))]

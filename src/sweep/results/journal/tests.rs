@@ -39,9 +39,9 @@ fn a_lock_that_fails_for_a_moment_is_no_bad_input() {
             Error::Storage(_) => passes,
             _ => false,
         };
-        let said = error.to_string();
-        let begins = said.starts_with("counts.journal: cannot be locked: ");
-        assert!(is_right && begins && said.contains("folder on another file system"), "{said}");
+        let message = error.to_string();
+        let begins = message.starts_with("counts.journal: cannot be locked: ");
+        assert!(is_right && begins && message.contains("folder on another file system"), "{message}");
     }
 }
 

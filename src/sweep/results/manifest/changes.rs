@@ -14,14 +14,14 @@ const SHORT: usize = 60;
 
 /// The differences that affect the counts; effects only if there is no cause.
 pub fn changes(was: &Map<String, Value>, is: &Map<String, Value>) -> Vec<String> {
-    let mut told = Vec::new();
-    let mut tell = |key: &str| differences(key, get(was, key), get(is, key), &mut told);
+    let mut changes = Vec::new();
+    let mut tell = |key: &str| differences(key, get(was, key), get(is, key), &mut changes);
     CAUSES.iter().for_each(|key| tell(key));
-    if told.is_empty() {
+    if changes.is_empty() {
         let effects = is.keys().filter(|key| !CAUSES.contains(&key.as_str()));
-        effects.for_each(|key| differences(key, get(was, key), get(is, key), &mut told));
+        effects.for_each(|key| differences(key, get(was, key), get(is, key), &mut changes));
     }
-    told
+    changes
 }
 
 fn get<'a>(map: &'a Map<String, Value>, key: &str) -> &'a Value {

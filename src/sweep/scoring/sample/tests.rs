@@ -58,12 +58,16 @@ fn poses_that_choices_share_are_counted_once() {
 #[test]
 fn two_measurements_tell_two_costs_apart() {
     // 3 s per pose, half a second per choice.
-    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [35.0, 56.0]), [3.0, 0.5]);
-    assert_eq!(both([[10.0, 10.0], [20.0, 20.0]], [30.0, 60.0]), [3.0, 0.0], "they cannot be told apart");
+    assert_eq!(solve_two([[10.0, 10.0], [2.0, 100.0]], [35.0, 56.0]), [3.0, 0.5]);
+    assert_eq!(
+        solve_two([[10.0, 10.0], [20.0, 20.0]], [30.0, 60.0]),
+        [3.0, 0.0],
+        "they cannot be told apart"
+    );
     // A busy machine: a negative result becomes zero, and the other kind gets all time.
-    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [1.0, 54.0]), [0.0, 0.5]);
-    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [30.0, 0.0]), [2.5, 0.0]);
-    assert_eq!(both([[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]), [0.0, 0.0]);
+    assert_eq!(solve_two([[10.0, 10.0], [2.0, 100.0]], [1.0, 54.0]), [0.0, 0.5]);
+    assert_eq!(solve_two([[10.0, 10.0], [2.0, 100.0]], [30.0, 0.0]), [2.5, 0.0]);
+    assert_eq!(solve_two([[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]), [0.0, 0.0]);
 }
 
 #[test]

@@ -171,9 +171,10 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
     for Missed { cause, voxels } in &missed {
         met[cause.reason as usize] += voxels.count();
         for voxel in voxels.voxels().step_by(every) {
-            let said: Vec<_> = view.members.iter().map(|member| plain(view, member, voxel)).collect();
-            let reason = said.iter().map(|(reason, _)| *reason).max().unwrap();
-            let hit = said.iter().find(|one| one.0 == reason).and_then(|one| one.1);
+            let expected_causes: Vec<_> =
+                view.members.iter().map(|member| plain(view, member, voxel)).collect();
+            let reason = expected_causes.iter().map(|(reason, _)| *reason).max().unwrap();
+            let hit = expected_causes.iter().find(|one| one.0 == reason).and_then(|one| one.1);
             let stops = |hit| objects.iter().position(|object| object.stops_rays && object.voxels.get(hit));
             let expected = Cause { reason, object: hit.and_then(stops) };
             assert_eq!(*cause, expected, "{voxel:?} of {:?}\n{rerun}", view.choice);
@@ -397,9 +398,9 @@ pub(crate) fn random_ring(random: &mut CaseRandom) -> String {
 
 #[test]
 fn in_random_cells_reasons_are_complete_and_right() {
-    let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
+    let only_seed = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     let mut met = [0; 11];
-    for seed in asked.map_or(0..32, |seed: u32| seed..seed + 1) {
+    for seed in only_seed.map_or(0..32, |seed: u32| seed..seed + 1) {
         let random = &mut CaseRandom(seed);
         let (scene, ring) = (random_scene(random), random_ring(random));
         let study = random_study(random);
@@ -407,5 +408,5 @@ fn in_random_cells_reasons_are_complete_and_right() {
         let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --lib view::why::tests::proof");
         check_all(study, &worlds, [1, 7], &mut met, &rerun);
     }
-    assert!(asked.is_some() || met[..10].iter().all(|&count| count > 0), "{met:?}");
+    assert!(only_seed.is_some() || met[..10].iter().all(|&count| count > 0), "{met:?}");
 }

@@ -250,7 +250,7 @@ mod tests {
     /// Checks the texts for these verdicts.
     #[track_caller]
     fn check(requirements: &[&[&'static str]], verdict: &str, words: &str) {
-        let of = |verdicts: &&[&'static str]| {
+        let requirement = |verdicts: &&[&'static str]| {
             let one = |verdict: &&'static str| ShownVerdict {
                 verdict,
                 name: String::new(),
@@ -260,7 +260,7 @@ mod tests {
             let verdicts = verdicts.iter().map(one).collect();
             ShownRequirement { name: String::new(), asked: String::new(), safety_function: None, verdicts }
         };
-        let good = Good { required: requirements.iter().map(of).collect(), ..Good::default() };
+        let good = Good { required: requirements.iter().map(requirement).collect(), ..Good::default() };
         assert_eq!((good.verdict(), good.overall().as_str()), (verdict, words));
     }
 

@@ -107,11 +107,11 @@ fn maxima_tables(sweep: &ReportedSweep, rankings: &[Ranking]) -> Vec<Titled> {
     let scenes = scenes.iter().map(String::as_str);
     let columns: Vec<&str> = ["<sensors"].into_iter().chain(scenes).chain(["mean", &relative]).collect();
     let table = |part: (usize, Score)| {
-        let of = |combination| maxima_of(results, rankings, combination, part);
-        let of_full = full.and_then(|full| of(full).mean);
+        let maxima = |combination| maxima_of(results, rankings, combination, part);
+        let of_full = full.and_then(|full| maxima(full).mean);
         let mut table = Table::new(&columns);
         for combination in 0..results.combinations.len() {
-            table.row(row(results, &of(combination), of_full, |value| shown(part.1, value)));
+            table.row(row(results, &maxima(combination), of_full, |value| shown(part.1, value)));
         }
         (score_in_region(sweep, part), table)
     };

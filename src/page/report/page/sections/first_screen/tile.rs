@@ -52,8 +52,8 @@ pub(super) fn tiles(
     let key = rankings[recommended.series].series.key(recommended.choice, recommended.region);
     let own = measure::choice_measures(results, results.moments(), key)?;
     let place = |score: Score| Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
-    let of = |score: Score| own[place(score)];
-    let mut shown = match of(Score::PeopleDetected) {
+    let mean = |score: Score| own[place(score)];
+    let mut shown = match mean(Score::PeopleDetected) {
         Some(_) => vec![Score::PeopleDetected, Score::PartsDetected],
         None => vec![Score::F1, Score::Kappa],
     };
@@ -64,7 +64,7 @@ pub(super) fn tiles(
     let bounds = measure::baseline_measures(results, results.moments(), recommended.region);
     let bound = |score: Score| bounds.last().and_then(|(_, values)| values[place(score)]);
     let mut tiles: Vec<BigNumber> =
-        shown.into_iter().filter_map(|score| Some(tile(score, of(score)?, bound(score)))).collect();
+        shown.into_iter().filter_map(|score| Some(tile(score, mean(score)?, bound(score)))).collect();
     tiles.push(blind_floor(floor_m2));
     tiles.push(cost(sweep, rankings, recommended));
     Ok(tiles)

@@ -58,11 +58,11 @@ struct Columns {
 impl Columns {
     /// For each score the text of its mean, and of its worst value if it has a column.
     fn each<T>(self, mean: impl Fn(Score) -> T, worst: impl Fn(Score) -> T) -> Vec<T> {
-        let of = |score| {
+        let columns = |score| {
             let second = (self.has_worst && measure::has_worst(score)).then(|| worst(score));
             [Some(mean(score)), second].into_iter().flatten()
         };
-        Score::ALL.into_iter().flat_map(of).collect()
+        Score::ALL.into_iter().flat_map(columns).collect()
     }
 }
 

@@ -43,11 +43,11 @@ fn draw(
         let y = row as f64 * ROW + 4.0;
         let of_full = relative(value, full.and_then(|full| values[full]));
         let of_full = of_full.map_or(String::new(), |share| format!(" ({})", percent(share, 0)));
-        let told = format!("{}{of_full}", shown(part.1, value));
+        let label = format!("{}{of_full}", shown(part.1, value));
         write_name(sheet, left, y + 12.0, name);
         let fill = colours::series(usize::from(full == Some(row)));
-        let title = format!("{name}: {told}");
-        ScoreBar { class: "bar", fill, y, height: BAR, value, words: (&told, ""), title: &title }
+        let title = format!("{name}: {label}");
+        ScoreBar { class: "bar", fill, y, height: BAR, value, words: (&label, ""), title: &title }
             .draw(sheet, &scale);
     }
     sheet.y += 38.0;
